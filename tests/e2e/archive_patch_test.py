@@ -244,6 +244,8 @@ class Patch(Case):
         self.assertDone(run)
         self.assertRegex(run.out, r"replaces \d+ columns of boxes")
         self.assertDone(archive("verify", self.change))
+        run = archive("split", self.change, "--max-mib", "1")
+        self.assertRefused(run, 1, "it is a change of one", "archive patch")
         picture = temporary_folder() / "picture.png"
         run = Run([binary("RAYTRACER"), "render", self.change, "-o", picture])
         self.assertRefused(run, 1, "it is a change of one", "archive patch")

@@ -166,6 +166,9 @@ class Archive(Case):
         joined.unlink()
         self.assertRefused(archive("merge", *parts[:1], "-o", joined), 1, "place-0001.part: bytes")
         self.assertRefused(archive("split", square(), "--max-mib", "1"), 1, "not a box archive")
+        for shard in self.shards(2):
+            run = archive("split", shard, "--max-mib", "1")
+            self.assertRefused(run, 1, "it is a shard of one", "archive merge")
         self.assertEqual(entries(joined.parent), [])
 
     def test_checksums_are_compared_without_unpacking(self):

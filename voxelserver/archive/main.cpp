@@ -138,7 +138,6 @@ util::ExitCode patch(const Arguments& arguments) {
 
 util::ExitCode split(const Arguments& arguments) {
     const std::filesystem::path archive = arguments.file;
-    (void)archive_tools::summary_of(archive);  // of another file, parts are of no use
     const std::filesystem::path folder =
         arguments.out.empty() ? archive.parent_path() : std::filesystem::path(arguments.out);
     const auto there = archive_tools::parts_in(folder.empty() ? "." : folder, archive.stem());

@@ -1,13 +1,16 @@
 #include "voxelserver/archive/split.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <string_view>
 #include <system_error>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/voxel/archive/archive_index.hpp"
 
 namespace terravox::archive_tools {
 namespace {
@@ -33,43 +36,48 @@ bool is_part(const std::string& name, const std::string& stem) {
     return std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Copies the next bytes of an archive into a file of its own.
-void write_part(std::ifstream& in, const fs::path& to, std::uint64_t bytes) {
-    constexpr std::size_t kBlock = std::size_t{1} << 20;
-    util::AtomicFile file(to);
-    std::ofstream out(file.temporary_path(), std::ios::binary);
-    std::string block(kBlock, '\0');
-    for (std::uint64_t left = bytes; left > 0;) {
-        const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, kBlock));
-        if (!in.read(block.data(), size))
-            throw util::Error("split the archive: it cannot be read to its end");
-        if (!out.write(block.data(), size))
-            break;
-        left -= static_cast<std::uint64_t>(size);
+/// Copies a stretch of an archive into a file.
+void write_part(voxel::archive::ByteSource& archive, std::uint64_t begin, std::uint64_t bytes,
+                const util::AtomicFile& to) {
+    constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
+    std::ofstream out(to.temporary_path(), std::ios::binary);
+    std::vector<std::byte> room;
+    for (std::uint64_t done = 0; out && done < bytes;) {
+        const std::uint64_t size = std::min(bytes - done, kBlock);
+        const auto block = archive.read(begin + done, static_cast<std::size_t>(size), room);
+        out.write(reinterpret_cast<const char*>(block.data()),
+                  static_cast<std::streamsize>(block.size()));
+        done += size;
     }
     out.close();
     if (!out)
-        throw util::Error("write " + to.string() + ": the disk may be full");
-    file.commit();
+        throw util::Error("write " + to.target().string() + ": the disk may be full");
 }
 
 }  // namespace
 
+std::vector<FilePart> write_parts(voxel::archive::ByteSource& archive, std::uint64_t bytes,
+                                  const std::string& stem, const fs::path& folder,
+                                  std::uint64_t max_bytes) {
+    std::vector<FilePart> parts;
+    // All or none: of an archive that cannot be read to its end, some parts are of no use.
+    std::vector<std::unique_ptr<util::AtomicFile>> files;
+    for (std::uint64_t begin = 0; begin < bytes; begin += parts.back().bytes) {
+        parts.push_back({part_name(stem, parts.size() + 1), std::min(bytes - begin, max_bytes)});
+        files.push_back(std::make_unique<util::AtomicFile>(folder / parts.back().name));
+        write_part(archive, begin, parts.back().bytes, *files.back());
+    }
+    for (const auto& file : files)
+        file->commit();
+    return parts;
+}
+
 std::vector<FilePart> split(const fs::path& file, const fs::path& folder, std::uint64_t max_bytes) {
-    const std::uint64_t bytes = fs::file_size(file);
+    const auto source = voxel::archive::file_source(file);
+    const std::uint64_t bytes = voxel::archive::ArchiveIndex(*source).header().file_bytes;
     if (bytes <= max_bytes)
         return {{file.filename().string(), bytes}};
-    std::ifstream in(file, std::ios::binary);
-    if (!in)
-        throw util::Error("split " + file.string() + ": it cannot be read");
-    std::vector<FilePart> parts;
-    for (std::uint64_t left = bytes; left > 0;) {
-        const std::uint64_t size = std::min(left, max_bytes);
-        parts.push_back({part_name(file.stem().string(), parts.size() + 1), size});
-        write_part(in, folder / parts.back().name, size);
-        left -= size;
-    }
-    return parts;
+    return write_parts(*source, bytes, file.stem().string(), folder, max_bytes);
 }
 
 std::vector<fs::path> parts_in(const fs::path& folder, const std::string& stem) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/voxel/archive/byte_source.hpp"
+
 namespace terravox::archive_tools {
 
 /// A file that holds a stretch of the bytes of an archive. The parts one after the other are the
@@ -14,16 +16,25 @@ struct FilePart {
     std::uint64_t bytes = 0;
 };
 
-/// Cuts a file into parts of at most so many bytes, NAME-0001.part and following, where NAME is its
-/// name without ending: for hosts that limit files. The file stays. Each part appears under its
-/// name when it is whole.
+/// Cuts an archive into parts of at most so many bytes, NAME-0001.part and following, where NAME is
+/// its name without ending: for hosts that limit files. The file stays. The parts appear under
+/// their names once all of them are written.
 /// @param folder of the parts
 /// @param max_bytes above 0
 /// @return the parts; the file itself, and nothing is written, where it is small enough
-/// @throws Error when it cannot be read, or a part cannot be written
+/// @throws Error when it is no archive, but a shard or a change of one, say, or cannot be read, or
+/// a part cannot be written; ChangedError when another program writes to it meanwhile
 [[nodiscard]] std::vector<FilePart> split(const std::filesystem::path& file,
                                           const std::filesystem::path& folder,
                                           std::uint64_t max_bytes);
+
+/// The same for an archive that is open.
+/// @param bytes of the archive
+/// @param stem of the names of parts
+[[nodiscard]] std::vector<FilePart> write_parts(voxel::archive::ByteSource& archive,
+                                                std::uint64_t bytes, const std::string& stem,
+                                                const std::filesystem::path& folder,
+                                                std::uint64_t max_bytes);
 
 /// Files in a folder that have the names of parts of an archive, by number.
 [[nodiscard]] std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder,

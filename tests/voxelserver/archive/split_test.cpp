@@ -1,10 +1,13 @@
 #include "voxelserver/archive/split.hpp"
 
+#include <chrono>
 #include <fstream>
+#include <functional>
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/changed_error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
@@ -32,6 +35,25 @@ fs::path write_archive(const fs::path& file) {
     return file;
 }
 
+/// A file to which something happens before one of the reads.
+class Interrupted final : public voxel::archive::ByteSource {
+public:
+    Interrupted(const fs::path& file, int before, std::function<void()> what)
+        : m_source(voxel::archive::file_source(file)), m_left(before), m_what(std::move(what)) {}
+    [[nodiscard]] const std::string& name() const noexcept override { return m_source->name(); }
+    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
+                                                  std::vector<std::byte>& room) override {
+        if (--m_left == 0)
+            m_what();
+        return m_source->read(offset, bytes, room);
+    }
+
+private:
+    std::unique_ptr<voxel::archive::ByteSource> m_source;
+    int m_left;
+    std::function<void()> m_what;
+};
+
 std::vector<fs::path> paths_of(const fs::path& folder,
                                const std::vector<archive_tools::FilePart>& parts) {
     std::vector<fs::path> out;
@@ -44,12 +66,10 @@ std::vector<fs::path> paths_of(const fs::path& folder,
 
 TEST_CASE("parts of an archive are the archive, none larger than the limit", "[archive]") {
     const test::TemporaryFolder folder;
-    std::string bytes;
-    for (int i = 0; i < 1000; ++i)
-        bytes += static_cast<char>(i * 7);
-    const fs::path archive = folder.path() / "place.tvx";
-    std::ofstream(archive, std::ios::binary) << bytes;
-    const std::uint64_t limit = GENERATE(1, 999, 1000, 1001, 333);
+    const fs::path archive = write_archive(folder.path() / "place.tvx");
+    const std::string bytes = text_in(archive);
+    const std::uint64_t size = bytes.size();
+    const std::uint64_t limit = GENERATE_COPY(100, size - 1, size, size + 1, size / 3);
     const auto parts = archive_tools::split(archive, folder.path(), limit);
     std::string joined;
     for (const archive_tools::FilePart& part : parts) {
@@ -64,6 +84,35 @@ TEST_CASE("parts of an archive are the archive, none larger than the limit", "[a
           (parts.size() == 1 ? 0 : parts.size()));
     CHECK(archive_tools::parts_in(folder.path(), "plac").empty());
     CHECK(fs::exists(archive));
+}
+
+TEST_CASE("an archive that changes while it is split gives parts of one state, or none",
+          "[archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path archive = write_archive(folder.path() / "place.tvx");
+    const std::string bytes = text_in(archive);
+    const fs::path parts = folder.path() / "parts";
+    const auto cut = [&](const std::function<void()>& meanwhile) {
+        Interrupted source(archive, 3, meanwhile);
+        return archive_tools::write_parts(source, bytes.size(), "place", parts, bytes.size() / 5);
+    };
+    SECTION("overwritten") {
+        const auto overwrite = [&] {
+            const auto before = fs::last_write_time(archive);
+            std::ofstream(archive, std::ios::binary) << std::string(bytes.size(), 'x');
+            fs::last_write_time(archive, before + std::chrono::seconds(1));
+        };
+        CHECK_THROWS_AS(cut(overwrite), voxel::ChangedError);
+        CHECK(fs::is_empty(parts));
+    }
+    SECTION("another one put in its place") {
+        std::string joined;
+        for (const auto& part :
+             cut([&] { fs::rename(write_archive(folder.path() / "other.tvx"), archive); }))
+            joined += text_in(parts / part.name);
+        const bool is_same = joined == bytes;
+        CHECK(is_same);
+    }
 }
 
 TEST_CASE("an archive is read, verified and joined from its parts", "[archive]") {
