@@ -171,6 +171,24 @@ class Archive(Case):
             self.assertRefused(run, 1, "it is a shard of one", "archive merge")
         self.assertEqual(entries(joined.parent), [])
 
+    def test_many_parts_in_any_order_need_few_open_files(self):
+        """Beyond 9,999 parts the order of names is not that of numbers."""
+        data = self.whole.read_bytes()
+        folder = temporary_folder()
+        count = 400
+        parts = []
+        for i in range(count):
+            parts.append(folder / f"place-{9_800 + i}.part")
+            stretch = slice(len(data) * i // count, len(data) * (i + 1) // count)
+            parts[-1].write_bytes(data[stretch])
+        self.assertNotEqual(parts, sorted(parts))
+        joined = temporary_folder() / "joined.tvx"
+        few = ["sh", "-c", 'ulimit -n 64; exec "$@"', "sh", binary("ARCHIVE")]
+        self.assertDone(Run([*few, "merge", *sorted(parts), "-o", joined]))
+        self.assertEqual(joined.read_bytes(), data)
+        self.assertDone(Run([*few, "verify", *reversed(parts)]))
+        self.assertDone(Run([*few, "info", *sorted(parts)]))
+
     def test_checksums_are_compared_without_unpacking(self):
         self.assertDone(archive("verify", "--checksums", self.whole))
         damaged = self.damaged(self.whole.stat().st_size // 2)

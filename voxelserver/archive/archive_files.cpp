@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/util/atomic_file.hpp"
+#include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_format.hpp"
 #include "voxelserver/archive/verify.hpp"
@@ -19,22 +20,15 @@ namespace {
 namespace fs = std::filesystem;
 using voxel::archive::ByteSource;
 
-std::uint64_t size_of(const fs::path& file) {
-    std::error_code failed;
-    const std::uint64_t bytes = fs::file_size(file, failed);
-    if (failed)
-        throw util::Error("open the box archive " + file.string() + ": " + failed.message());
-    return bytes;
-}
-
-/// The bytes of some files, one after the other.
+/// The bytes of some files, one after the other. Thousands of them have fewer descriptors: few are
+/// open at a time.
 class PartsSource final : public ByteSource {
 public:
     explicit PartsSource(const std::vector<fs::path>& files)
-        : m_name(files.front().string() + " and the parts after it") {
+        : m_name(files.front().string() + " and the parts after it"), m_open(kMaxOpen) {
         for (const fs::path& file : files) {
-            m_parts.push_back({voxel::archive::file_source(file), m_bytes});
-            m_bytes += size_of(file);
+            m_parts.push_back({file, voxel::archive::file_state(file), m_bytes});
+            m_bytes += m_parts.back().state.bytes;
         }
     }
     [[nodiscard]] const std::string& name() const noexcept override { return m_name; }
@@ -48,30 +42,48 @@ public:
         room.clear();
         std::vector<std::byte> own;
         for (std::size_t i = part_at(offset); room.size() < bytes; ++i) {
-            const std::uint64_t end = i + 1 < m_parts.size() ? m_parts[i + 1].begin : m_bytes;
-            const std::uint64_t at = offset + room.size();
-            const auto some =
-                static_cast<std::size_t>(std::min<std::uint64_t>(bytes - room.size(), end - at));
-            const auto read = m_parts[i].source->read(at - m_parts[i].begin, some, own);
+            const Part& part = m_parts[i];
+            const std::uint64_t at = offset + room.size() - part.begin;
+            const auto some = static_cast<std::size_t>(
+                std::min<std::uint64_t>(bytes - room.size(), part.state.bytes - at));
+            const auto read = opened(i)->source->read(at, some, own);
             room.insert(room.end(), read.begin(), read.end());
         }
         return room;
     }
 
 private:
+    static constexpr std::size_t kMaxOpen = 16;
+
     struct Part {
-        std::unique_ptr<ByteSource> source;
+        fs::path file;
+        voxel::archive::FileState state;
         std::uint64_t begin = 0;  ///< in the archive
     };
+    struct OpenPart {
+        std::unique_ptr<ByteSource> source;
+    };
+
     [[nodiscard]] std::size_t part_at(std::uint64_t offset) const {
         const auto after =
             std::upper_bound(m_parts.begin(), m_parts.end(), offset,
                              [](std::uint64_t at, const Part& part) { return at < part.begin; });
         return static_cast<std::size_t>(after - m_parts.begin()) - 1;
     }
+    [[nodiscard]] std::shared_ptr<const OpenPart> opened(std::size_t part) {
+        return m_open.get(
+            part,
+            [&] {
+                return std::make_shared<const OpenPart>(
+                    voxel::archive::file_source(m_parts[part].file, m_parts[part].state));
+            },
+            [](const auto&) { return std::size_t{1}; });
+    }
+
     std::string m_name;
     std::vector<Part> m_parts;
     std::uint64_t m_bytes = 0;
+    util::Cache<std::size_t, OpenPart> m_open;  ///< limited by number
 };
 
 }  // namespace
@@ -85,7 +97,7 @@ std::unique_ptr<ByteSource> ArchiveFiles::open() const {
 std::uint64_t ArchiveFiles::bytes() const {
     std::uint64_t sum = 0;
     for (const fs::path& file : m_files)
-        sum += size_of(file);
+        sum += voxel::archive::file_state(file).bytes;
     return sum;
 }
 
@@ -97,7 +109,7 @@ bool is_first_part(const fs::path& file) {
         return false;
     std::memcpy(&header, bytes.data(), sizeof header);
     return std::memcmp(header.magic, voxel::archive::kMagic, sizeof header.magic) == 0 &&
-           header.file_bytes > size_of(file);
+           header.file_bytes > voxel::archive::file_state(file).bytes;
 }
 
 Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out, int threads) {
@@ -108,15 +120,16 @@ Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out,
                                    ": it is one of the parts; allowed: another name");
     }
     const ArchiveFiles files(parts);
-    const Verification found = verify_stored(files, threads);
+    // One source for both: what is copied is what was verified.
+    const auto source = files.open();
+    const std::uint64_t bytes = files.bytes();
+    const Verification found = verify_open(*source, bytes, threads);
     if (found.problems > 0)
         throw util::Error("merge the parts of " + parts.front().string() + ": " +
                           found.first_problems.front());
-    const auto source = files.open();
     util::AtomicFile joined(util::follow_links(out));
     std::ofstream file(joined.temporary_path(), std::ios::binary);
     std::vector<std::byte> room;
-    const std::uint64_t bytes = files.bytes();
     constexpr std::uint64_t kBlock = 4 << 20;
     for (std::uint64_t at = 0; file && at < bytes;) {
         const std::uint64_t size = std::min(kBlock, bytes - at);

@@ -39,7 +39,8 @@ std::vector<std::filesystem::path> paths_of(const std::vector<std::string>& name
 }
 
 archive_tools::ArchiveFiles files_of(const Arguments& arguments) {
-    return archive_tools::ArchiveFiles(paths_of(arguments.files));
+    return archive_tools::ArchiveFiles(
+        archive_tools::in_order_of_numbers(paths_of(arguments.files)));
 }
 
 util::ExitCode info(const Arguments& arguments) {
@@ -91,7 +92,8 @@ void check_free(const std::filesystem::path& out, bool overwrite, const char* at
 util::ExitCode merge(const Arguments& arguments) {
     const std::filesystem::path out = arguments.out;
     check_free(out, arguments.overwrite, "merge to");
-    const std::vector<std::filesystem::path> shards = paths_of(arguments.others);
+    const std::vector<std::filesystem::path> shards =
+        archive_tools::in_order_of_numbers(paths_of(arguments.others));
     if (archive_tools::is_first_part(shards.front())) {
         const auto joined = archive_tools::join_parts(shards, out, arguments.threads);
         std::cout << arguments.out << ": " << counted(joined.boxes, "box", "boxes") << ", "
@@ -177,13 +179,13 @@ int run(int argc, char** argv) {
     for (auto* const command : {informing, verifying})
         command
             ->add_option("files", arguments.files,
-                         "the archive, its parts in their order, or a shard or change of one")
+                         "the archive, its parts, or a shard or change of one")
             ->required();
     auto* const merging = app.add_subcommand(
         "merge", "join the shards of convert --shard I/N, or the parts of split, to an archive");
     merging
         ->add_option("files", arguments.others,
-                     "all shards of one conversion, or all parts of one archive in their order")
+                     "all shards of one conversion, or all parts of one archive")
         ->required();
     merging->add_option("-o,--output", arguments.out, "archive to write")->required();
     merging->add_flag("--overwrite", arguments.overwrite, "write over what is there");

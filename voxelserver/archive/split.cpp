@@ -1,8 +1,9 @@
 #include "voxelserver/archive/split.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <string_view>
@@ -19,12 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPartEnding = ".part";
 constexpr std::size_t kDigits = 4;
-
-std::string part_name(const std::string& stem, std::size_t number) {
-    char digits[24];
-    std::snprintf(digits, sizeof digits, "-%04zu", number);
-    return stem + digits + std::string(kPartEnding);
-}
 
 bool is_part(const std::string& name, const std::string& stem) {
     const std::string begins = stem + "-";
@@ -54,16 +49,31 @@ void write_part(voxel::archive::ByteSource& archive, std::uint64_t begin, std::u
         throw util::Error("write " + to.target().string() + ": the disk may be full");
 }
 
+/// Longer numbers are larger ones.
+bool is_before(const fs::path& a, const fs::path& b) {
+    const std::string x = a.filename().string();
+    const std::string y = b.filename().string();
+    return x.size() != y.size() ? x.size() < y.size() : x < y;
+}
+
 }  // namespace
+
+std::string part_name(const std::string& stem, std::size_t number, std::size_t of) {
+    const std::size_t digits = std::max(kDigits, std::to_string(of).size());
+    return fmt::format("{}-{:0{}}{}", stem, number, digits, kPartEnding);
+}
 
 std::vector<FilePart> write_parts(voxel::archive::ByteSource& archive, std::uint64_t bytes,
                                   const std::string& stem, const fs::path& folder,
                                   std::uint64_t max_bytes) {
+    const std::size_t count =
+        static_cast<std::size_t>(bytes / max_bytes + (bytes % max_bytes == 0 ? 0 : 1));
     std::vector<FilePart> parts;
     // All or none: of an archive that cannot be read to its end, some parts are of no use.
     std::vector<std::unique_ptr<util::AtomicFile>> files;
     for (std::uint64_t begin = 0; begin < bytes; begin += parts.back().bytes) {
-        parts.push_back({part_name(stem, parts.size() + 1), std::min(bytes - begin, max_bytes)});
+        parts.push_back(
+            {part_name(stem, parts.size() + 1, count), std::min(bytes - begin, max_bytes)});
         files.push_back(std::make_unique<util::AtomicFile>(folder / parts.back().name));
         write_part(archive, begin, parts.back().bytes, *files.back());
     }
@@ -86,13 +96,22 @@ std::vector<fs::path> parts_in(const fs::path& folder, const std::string& stem) 
     for (const auto& entry : fs::directory_iterator(folder, failed))
         if (is_part(entry.path().filename().string(), stem))
             out.push_back(entry.path());
-    // Longer numbers are larger ones.
-    std::sort(out.begin(), out.end(), [](const fs::path& a, const fs::path& b) {
-        const std::string x = a.filename().string();
-        const std::string y = b.filename().string();
-        return x.size() != y.size() ? x.size() < y.size() : x < y;
-    });
+    std::sort(out.begin(), out.end(), is_before);
     return out;
+}
+
+std::vector<fs::path> in_order_of_numbers(std::vector<fs::path> files) {
+    if (files.empty())
+        return files;
+    const std::string first = files.front().filename().string();
+    const std::string stem = first.substr(0, std::min(first.rfind('-'), first.size()));
+    const bool are_parts = std::all_of(files.begin(), files.end(), [&](const fs::path& file) {
+        return file.parent_path() == files.front().parent_path() &&
+               is_part(file.filename().string(), stem);
+    });
+    if (are_parts)
+        std::sort(files.begin(), files.end(), is_before);
+    return files;
 }
 
 }  // namespace terravox::archive_tools

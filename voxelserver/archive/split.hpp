@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -15,6 +16,12 @@ struct FilePart {
     std::string name;  ///< without folder
     std::uint64_t bytes = 0;
 };
+
+/// NAME-0001.part: as many digits as the last of them needs, and at least four, so that names sort
+/// by number.
+/// @param number from 1
+/// @param of how many there are
+[[nodiscard]] std::string part_name(const std::string& stem, std::size_t number, std::size_t of);
 
 /// Cuts an archive into parts of at most so many bytes, NAME-0001.part and following, where NAME is
 /// its name without ending: for hosts that limit files. The file stays. The parts appear under
@@ -39,5 +46,9 @@ struct FilePart {
 /// Files in a folder that have the names of parts of an archive, by number.
 [[nodiscard]] std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder,
                                                           const std::string& stem);
+
+/// Files by number, where all of them are named like parts of one archive; else as they are.
+[[nodiscard]] std::vector<std::filesystem::path> in_order_of_numbers(
+    std::vector<std::filesystem::path> files);
 
 }  // namespace terravox::archive_tools

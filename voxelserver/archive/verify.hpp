@@ -39,5 +39,9 @@ using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t tota
 /// is not looked at. Reads in the order of the file. Memory: 32 bytes a box.
 [[nodiscard]] Verification verify_stored(const ArchiveFiles& archive, int threads = 0,
                                          const VerifyProgress& progress = {});
+/// As verify_stored(), for an archive that is open.
+/// @param bytes of its files
+[[nodiscard]] Verification verify_open(voxel::archive::ByteSource& archive, std::uint64_t bytes,
+                                       int threads = 0, const VerifyProgress& progress = {});
 
 }  // namespace terravox::archive_tools

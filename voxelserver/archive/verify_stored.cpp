@@ -54,7 +54,12 @@ std::vector<std::string> problems_in(voxel::archive::ByteSource& source,
 Verification verify_stored(const ArchiveFiles& archive, int threads,
                            const VerifyProgress& progress) {
     const auto source = archive.open();
-    const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
+    return verify_open(*source, archive.bytes(), threads, progress);
+}
+
+Verification verify_open(voxel::archive::ByteSource& source, std::uint64_t bytes, int threads,
+                         const VerifyProgress& progress) {
+    const ArchiveIndex index(source, ArchiveIndex::Of::kAnyFile);
     Verification out;
     std::vector<Entry> entries;
     const WalkedIndex walked =
@@ -71,7 +76,7 @@ Verification verify_stored(const ArchiveFiles& archive, int threads,
         ends.size(), threads,
         [&](std::size_t i) {
             const std::size_t begin = i == 0 ? 0 : ends[i - 1];
-            return problems_in(*source, std::span(entries).subspan(begin, ends[i] - begin));
+            return problems_in(source, std::span(entries).subspan(begin, ends[i] - begin));
         },
         [&](std::size_t i, const std::vector<std::string>& problems) {
             for (const std::string& problem : problems)
@@ -79,7 +84,7 @@ Verification verify_stored(const ArchiveFiles& archive, int threads,
             if (progress)
                 progress(ends[i], walked.records);
         });
-    check_size(*source, index, walked, archive.bytes(), out);
+    check_size(source, index, walked, bytes, out);
     return out;
 }
 

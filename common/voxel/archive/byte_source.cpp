@@ -15,33 +15,41 @@
 namespace terravox::voxel::archive {
 namespace {
 
-/// The properties that change when another program writes to an open file, or truncates it.
-struct FileState {
-    std::int64_t bytes = 0;
-    std::int64_t changed_s = 0;
-    std::int64_t changed_ns = 0;
-    friend bool operator==(const FileState&, const FileState&) = default;
-};
+[[noreturn]] void fail_to_open(const std::filesystem::path& path, const std::string& what) {
+    throw util::Error("open the box archive " + path.string() + ": " + what);
+}
+
+/// @return nullopt for what is not a plain file
+std::optional<FileState> state_of(const struct stat& facts) {
+    if (!S_ISREG(facts.st_mode))
+        return std::nullopt;
+    return FileState{static_cast<std::uint64_t>(facts.st_size), facts.st_mtim.tv_sec,
+                     facts.st_mtim.tv_nsec, facts.st_dev, facts.st_ino};
+}
+
+std::string reason(int code) {
+    return code == ENOENT || code == ENOTDIR ? "no such file" : std::strerror(code);
+}
 
 /// A file that is read and never mapped: when another program truncates a mapped file, accessing
 /// the lost pages ends the program (SIGBUS), and mapped bytes may change between the verification
 /// of a checksum and their use. Neither can happen to the copy in `room`.
 class FileSource final : public ByteSource {
 public:
-    explicit FileSource(const std::filesystem::path& path)
+    /// @param expected nullptr: any
+    FileSource(const std::filesystem::path& path, const FileState* expected)
         : m_name(path.string()),
           // A pipe would block until it has a writer.
           m_file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-        const auto fail = [&](const std::string& what) {
-            return util::Error("open the box archive " + m_name + ": " + what);
-        };
         if (m_file < 0)
-            throw fail(errno == ENOENT || errno == ENOTDIR ? "no such file" : std::strerror(errno));
+            fail_to_open(path, reason(errno));
         try {
             const std::optional<FileState> state = state_now();
             if (!state)
-                throw fail("not a plain file");
+                fail_to_open(path, "not a plain file");
             m_state = *state;
+            if (expected != nullptr && m_state != *expected)
+                throw changed("another one was put in its place meanwhile");
         } catch (...) {
             ::close(m_file);
             throw;
@@ -53,7 +61,7 @@ public:
 
     [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
                                                   std::vector<std::byte>& room) override {
-        const auto size = static_cast<std::uint64_t>(m_state.bytes);
+        const std::uint64_t size = m_state.bytes;
         if (offset > size || bytes > size - offset)
             throw fail("bytes " + std::to_string(offset) + " to " + std::to_string(offset + bytes) +
                        "; the file has " + std::to_string(size));
@@ -89,9 +97,7 @@ private:
     /// @return nullopt for what is not a plain file
     [[nodiscard]] std::optional<FileState> state_now() const {
         struct stat facts{};
-        if (::fstat(m_file, &facts) != 0 || !S_ISREG(facts.st_mode))
-            return std::nullopt;
-        return FileState{facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec};
+        return ::fstat(m_file, &facts) == 0 ? state_of(facts) : std::nullopt;
     }
 
     const std::string m_name;
@@ -102,7 +108,22 @@ private:
 }  // namespace
 
 std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path) {
-    return std::make_unique<FileSource>(path);
+    return std::make_unique<FileSource>(path, nullptr);
+}
+
+std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path,
+                                        const FileState& expected) {
+    return std::make_unique<FileSource>(path, &expected);
+}
+
+FileState file_state(const std::filesystem::path& path) {
+    struct stat facts{};
+    if (::stat(path.c_str(), &facts) != 0)
+        fail_to_open(path, reason(errno));
+    const std::optional<FileState> state = state_of(facts);
+    if (!state)
+        fail_to_open(path, "not a plain file");
+    return *state;
 }
 
 }  // namespace terravox::voxel::archive

@@ -37,4 +37,23 @@ public:
 /// @throws Error when there is no such plain file, or it cannot be read
 [[nodiscard]] std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path);
 
+/// The properties that change when another program writes to a file, truncates it, or puts another
+/// one in its place.
+struct FileState {
+    std::uint64_t bytes = 0;
+    std::int64_t changed_s = 0;
+    std::int64_t changed_ns = 0;
+    std::uint64_t device = 0;
+    std::uint64_t number = 0;  ///< of the file, on its device
+    friend bool operator==(const FileState&, const FileState&) = default;
+};
+
+/// @throws Error when there is no such plain file
+[[nodiscard]] FileState file_state(const std::filesystem::path& path);
+
+/// The same as file_source(path), for a file that was looked at before.
+/// @throws ChangedError when it has another state now
+[[nodiscard]] std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path,
+                                                      const FileState& expected);
+
 }  // namespace terravox::voxel::archive

@@ -134,6 +134,41 @@ TEST_CASE("an archive is read, verified and joined from its parts", "[archive]")
     CHECK(is_same);
 }
 
+TEST_CASE("names of parts sort by their numbers, and so do files that are named like parts",
+          "[archive]") {
+    CHECK(archive_tools::part_name("place", 7, 12) == "place-0007.part");
+    CHECK(archive_tools::part_name("place", 7, 9'999) == "place-0007.part");
+    CHECK(archive_tools::part_name("place", 7, 10'000) == "place-00007.part");
+    CHECK(archive_tools::part_name("place", 10'000, 10'000) == "place-10000.part");
+    const std::vector<fs::path> by_name{"a/b-0001.part", "a/b-10000.part", "a/b-2000.part"};
+    const std::vector<fs::path> by_number{"a/b-0001.part", "a/b-2000.part", "a/b-10000.part"};
+    CHECK(archive_tools::in_order_of_numbers(by_name) == by_number);
+    for (const fs::path other : {"a/c-0000.part", "b/b-0000.part", "a/b-0000.tvx", "a/b.part"}) {
+        INFO(other);
+        std::vector<fs::path> with_others = by_name;
+        with_others.push_back(other);
+        CHECK(archive_tools::in_order_of_numbers(with_others) == with_others);
+    }
+}
+
+TEST_CASE("a part that changes while others are read is noticed", "[archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path archive = write_archive(folder.path() / "place.tvx");
+    const std::uint64_t bytes = fs::file_size(archive);
+    const auto parts =
+        paths_of(folder.path(), archive_tools::split(archive, folder.path(), bytes / 100));
+    const auto source = archive_tools::ArchiveFiles(parts).open();
+    std::vector<std::byte> room;
+    REQUIRE(source->read(0, 1, room).size() == 1);
+    REQUIRE(source->read(0, bytes, room).size() == bytes);
+    // The first is no longer open.
+    const fs::path other = folder.path() / "other";
+    fs::copy_file(parts.front(), other);
+    fs::rename(other, parts.front());
+    CHECK_THROWS_AS(source->read(0, 1, room), voxel::ChangedError);
+    CHECK(source->read(bytes - 1, 1, room).size() == 1);
+}
+
 TEST_CASE("parts that are missing, or not in their place, are refused", "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
