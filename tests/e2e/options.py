@@ -40,7 +40,8 @@ PROGRAMS = {name: ("RAYTRACER", *name.split()) for name in RAYTRACER}
 PROGRAMS |= {"serve": ("VOXELSERVER",), "survey": ("SURVEY",)}
 PROGRAMS |= {f"laz {name}": ("LAZ", name) for name in ("info", "check", "index", "compress")}
 PROGRAMS |= {
-    f"archive {name}": ("ARCHIVE", name) for name in ("info", "verify", "merge", "patch", "split")
+    f"archive {name}": ("ARCHIVE", name)
+    for name in ("info", "verify", "merge", "patch", "split", "stac")
 }
 # Not started: these read no arguments of their own, or Node.js may be missing.
 TEXTS = {
