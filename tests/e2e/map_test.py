@@ -3,11 +3,23 @@
 
 import json
 import shutil
+import subprocess
 import unittest
 
 import pmtiles_archive
 from pictures import Picture, Tags
-from support import Case, Run, binary, entries, render, square, survey, temporary_folder
+from support import (
+    HANGS_S,
+    Case,
+    Run,
+    binary,
+    entries,
+    render,
+    square,
+    survey,
+    temporary_folder,
+    wait_until,
+)
 
 # Of the synthetic square.
 WEST = 462368
@@ -277,7 +289,7 @@ class WholeMaps(Case):
         column = int((WEST + 128 - transform[0]) / 2)
         row = int((transform[3] - NORTH + 128) / 2)
         self.assertEqual(map_of_all.channel("A")[row * map_of_all.width + column], 1)
-        # A part of it has the same cells, and the same pixels.
+        # A part of it has the same cells. Noise and dither depend on the place in the picture.
         west, south = WEST + 64, SOUTH + 64
         part = out / "part.tif"
         area = f"{west},{south},{west + 64},{south + 32}"
@@ -294,7 +306,46 @@ class WholeMaps(Case):
             same += abs(here - piece.channel("G")[y * 32 + x]) < 0.1
         self.assertGreater(same, 0.9 * 16 * 32)
 
-    def test_a_map_for_the_web_does_not_depend_on_threads_or_a_restart(self):
+    def test_a_map_is_the_picture_of_a_camera_that_looks_straight_down(self):
+        out = temporary_folder()
+        area = f"{WEST},{SOUTH},{EAST},{NORTH}"
+        flags = ["--area", area, "--resolution", "2", "--title", "Bled", "--attribution", "ARSO"]
+        self.assertDone(draw_map(square(), *flags, "-o", out / "map.tif", "--quiet"))
+        view = [*MAP, "--size", "128x128", "--camera-height-m", "256"]
+        self.assertDone(render(square(), *QUIET, *view, "-o", out / "picture.tif"))
+        self.assertAlike(out / "map.tif", out / "picture.tif", exact=True)
+        self.assertEqual(Tags(out / "map.tif").transform(), Tags(out / "picture.tif").transform())
+        metadata = Picture(out / "map.tif").metadata
+        self.assertEqual((metadata["ImageDescription"], metadata["Copyright"]), ("Bled", "ARSO"))
+
+    def test_an_interrupted_map_goes_on(self):
+        out = temporary_folder()
+        words = [
+            binary("RAYTRACER"),
+            "map",
+            square(),
+            "--samples",
+            "64",
+            "--resume",
+            "--tile",
+            "32",
+        ]
+        words += ["--quiet", "-o"]
+        file, kept = out / "map.pmtiles", out / "map.pmtiles.tiles"
+        run = subprocess.Popen([*words, file], stderr=subprocess.PIPE, text=True)
+        wait_until(lambda: kept.exists() and kept.stat().st_size > 20_000, "finished tiles")
+        run.terminate()
+        said = run.communicate(timeout=HANGS_S)[1]
+        self.assertEqual(run.returncode, 1, said)
+        self.assertIn("interrupted", said)
+        self.assertEqual(entries(out), ["map.pmtiles.tiles"])
+        self.assertDone(Run([*words, file]))
+        self.assertEqual(entries(out), ["map.pmtiles"])
+        self.assertDone(Run([*words, out / "whole.pmtiles"]))
+        self.assertEqual(file.read_bytes(), (out / "whole.pmtiles").read_bytes())
+        self.assertEqual(pmtiles_archive.Archive(file).kind, 4)
+
+    def test_a_map_for_the_web_does_not_depend_on_threads_or_tiles(self):
         out = temporary_folder()
         flags = [square(), "--resolution", "1", "--tiles", "png", "--title", "Bled"]
         flags += ["--attribution", "ARSO <2014>"]
@@ -307,7 +358,7 @@ class WholeMaps(Case):
         tiles = pmtiles_archive.Archive(out / "a.pmtiles")
         self.assertEqual(tiles.kind, 2)
         self.assertEqual(tiles.metadata["name"], "Bled")
-        self.assertEqual(tiles.metadata["attribution"], "ARSO &lt;2014&gt;")
+        self.assertEqual(tiles.metadata["attribution"], "ARSO <2014>")
         # A metre of the ground is 1.44 of the web's map here: 0.83 m at zoom 17.
         self.assertEqual(tiles.zooms, (15, 17))
         west, south, east, north = tiles.bounds
@@ -319,6 +370,8 @@ class WholeMaps(Case):
 
     def test_what_cannot_be_a_map_is_refused(self):
         out = temporary_folder()
+        analysis = temporary_folder() / "sky.toml"
+        analysis.write_text('[analysis]\nkind = "sky"\n')
         for flags, said in (
             (["-o", out / "map.png"], ["'.png'", ".tif .tiff .pmtiles"]),
             (["-o", out / "map.tif", "--time", "3"], ["--time", "allowed: 0"]),
@@ -326,6 +379,9 @@ class WholeMaps(Case):
             (["-o", out / "map.tif", "--resolution", "0.01"], ["0.01 m", "allowed: 0.0625"]),
             (["-o", out / "map.tif", "--area", "1,2,3"], ["--area 1,2,3", "allowed"]),
             (["-o", out / "map.pmtiles", "--tiles", "gif"], ["--tiles", "gif"]),
+            (["-o", out / "map.tif", "--tiles", "png"], ["--tiles png", "-o FILE.pmtiles"]),
+            (["-o", out / "map.tif", "--tile", "4096"], ["--tile 4096", "up to 512"]),
+            (["-o", out / "map.tif", "--scene", analysis], ["analysis"]),
         ):
             with self.subTest(flags[1:]):
                 run = draw_map(square(), "--quiet", *flags)
