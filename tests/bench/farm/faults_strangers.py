@@ -175,11 +175,11 @@ def _unwelcome_pairs():
         "certificate": (_Side("certificate", bare, theirs), _Side("certificate", bare, ours)),
         "token_for_certificate": (
             _Side("certificates"),
-            _Side("certificates are wanted", bare, ours),
+            _Side("certificates are required", bare, ours),
         ),
         "certificate_for_token": (
             _Side("connect to", bare, ours),
-            _Side("a token is wanted"),
+            _Side("a token is required"),
         ),
     }
 
