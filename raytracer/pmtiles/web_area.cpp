@@ -110,7 +110,9 @@ std::array<double, 4> WebArea::bounds_of(const TileAddress& tile) noexcept {
 WebArea web_area_of(const output::GeoPlacement& placement, int width, int height,
                     const std::string& attempt) {
     if (placement.crs_wkt.empty())
-        throw util::UsageError(attempt + ": it has no place on Earth; allowed: worlds with a CRS");
+        throw util::UsageError(attempt +
+                               ": it has no place on Earth; allowed: worlds with a CRS; .tif needs "
+                               "none");
     const Points around = in_web_mercator(placement, border(width, height), attempt);
     const auto [west, east] = std::minmax_element(around.x.begin(), around.x.end());
     const auto [south, north] = std::minmax_element(around.y.begin(), around.y.end());
