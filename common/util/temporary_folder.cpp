@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <string_view>
 #include <system_error>
@@ -21,19 +22,22 @@ namespace {
 constexpr std::string_view kBeginning = "terravox-run-";
 constexpr std::string_view kRandom = "XXXXXX";
 
-/// An open folder, locked. It is closed with the process at the latest, and in programs that the
-/// process starts.
-/// @return -1 where it is not there, is a link, or another process has locked it
-int lock_folder(const fs::path& path) noexcept {
-    const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (folder >= 0 && ::flock(folder, LOCK_EX | LOCK_NB) != 0) {
-        ::close(folder);
-        return -1;
-    }
-    return folder;
+/// Opens a folder. The descriptor is closed in programs that the process starts.
+/// @return -1 where it is not there, or is a link
+int open_folder(const fs::path& path) noexcept {
+    return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 }
 
-/// Whether a locked folder is this user's, and still has a name.
+enum class Lock { kHeld, kHeldByAnother, kNotSupported };
+
+/// Locks an open folder until its last descriptor is closed, with the process at the latest.
+Lock lock(int folder) noexcept {
+    if (::flock(folder, LOCK_EX | LOCK_NB) == 0)
+        return Lock::kHeld;
+    return errno == EWOULDBLOCK ? Lock::kHeldByAnother : Lock::kNotSupported;
+}
+
+/// Whether an open folder is this user's, and still has a name.
 bool is_own(int folder) noexcept {
     struct stat status{};
     return ::fstat(folder, &status) == 0 && status.st_nlink > 0 && status.st_uid == ::geteuid();
@@ -47,11 +51,11 @@ void remove_left(const fs::path& from) noexcept {
         const std::string name = it->path().filename().string();
         if (name.size() != kBeginning.size() + kRandom.size() || !name.starts_with(kBeginning))
             continue;
-        const int folder = lock_folder(it->path());
+        const int folder = open_folder(it->path());
         if (folder < 0)
             continue;
         std::error_code ignored;
-        if (is_own(folder))
+        if (lock(folder) == Lock::kHeld && is_own(folder))
             fs::remove_all(it->path(), ignored);
         ::close(folder);
     }
@@ -68,15 +72,16 @@ TemporaryFolder TemporaryFolder::make(const std::string& attempt) {
         if (::mkdtemp(name.data()) == nullptr)
             break;
         TemporaryFolder out;
-        out.m_lock = lock_folder(name);
-        // Before it was locked, another process may have taken it for one that is left.
-        if (out.m_lock >= 0 && is_own(out.m_lock)) {
+        out.m_lock = open_folder(name);
+        // Before it was locked, another process may have taken it for one that is left. Where the
+        // file system has no locks, no process can do so.
+        if (out.m_lock >= 0 && lock(out.m_lock) != Lock::kHeldByAnother && is_own(out.m_lock)) {
             out.m_path = name;
             return out;
         }
         ::rmdir(name.c_str());
     }
-    throw Error(attempt + ": no folder can be made and locked in " + in.string() +
+    throw Error(attempt + ": no folder can be made in " + in.string() +
                 "; TMPDIR names another place");
 }
 

@@ -6,9 +6,9 @@
 namespace terravox::util {
 
 /// A new folder in that of the system for temporary files (TMPDIR), readable by this user alone. It
-/// is removed with the object, and by the next one of any process of this user where the process
-/// was killed; an empty path is none. Its process holds a lock on it (flock), by which the others
-/// know that it lives.
+/// is removed with the object. Where its process was killed, the next process of this user that
+/// makes one removes it: a process holds a lock (flock) on its folders, where the file system has
+/// locks. An empty path is none.
 class TemporaryFolder {
 public:
     TemporaryFolder() = default;

@@ -17,7 +17,7 @@ namespace terravox::pmtiles {
 /// What the tiles of an archive are, with the format's numbers.
 enum class TileFormat : std::uint8_t { kPng = 2, kWebp = 4 };
 
-/// What readers are told of an archive.
+/// Header fields and metadata of an archive.
 struct ArchiveFacts {
     TileFormat format = TileFormat::kWebp;
     int min_zoom = 0;
@@ -28,7 +28,7 @@ struct ArchiveFacts {
 
 /// Writes a PMTiles archive, version 3: tiles of a map in one file, which pages read by ranges from
 /// any static host. Tiles with the same bytes are stored once. Memory: some 100 bytes a tile; the
-/// tiles themselves are spooled beside the file. The file appears under its name when it is
+/// tiles themselves are spooled next to the file. The file appears under its name when it is
 /// complete. Not thread-safe. Ref: https://github.com/protomaps/PMTiles, spec/v3.
 class ArchiveWriter {
 public:

@@ -10,7 +10,7 @@
 
 namespace terravox::pmtiles {
 
-/// What pages are told of the tiles.
+/// Metadata of the tiles, for the pages that show them.
 struct MapTexts {
     std::string title;
     std::string attribution;  ///< HTML

@@ -10,14 +10,12 @@ struct TileAddress {
     int zoom = 0;              ///< 0 to kMaxZoom
     std::uint32_t column = 0;  ///< from the west
     std::uint32_t row = 0;     ///< from the north
-    /// Tiles of 256 pixels show 0.6 m at the equator at zoom 18; more than any survey has is not
-    /// needed.
+    /// A pixel of 2 mm at the equator: finer than any survey.
     static constexpr int kMaxZoom = 26;
 };
 
 /// The ID of a tile in a PMTiles archive: coarser zooms come first, and tiles of a zoom follow
-/// a Hilbert curve. Ref: PMTiles specification, version 3, chapter 4.1.1 (Tile IDs); Hilbert, "Über
-/// die stetige Abbildung einer Linie auf ein Flächenstück", Mathematische Annalen 38, 1891.
+/// a Hilbert curve. Ref: PMTiles specification, version 3, chapter 4.1.1 (Tile IDs).
 [[nodiscard]] std::uint64_t tile_id(const TileAddress& tile) noexcept;
 
 }  // namespace terravox::pmtiles

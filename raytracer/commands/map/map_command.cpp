@@ -96,8 +96,8 @@ output::PictureInfo info_of(const MapArguments& args, const render::PictureRende
     return out;
 }
 
-/// What pages are told. They take an attribution for HTML, so that of a stranger's data is made a
-/// plain text.
+/// Metadata of map tiles. Web pages show an attribution as HTML, so that of the world, which comes
+/// from untrusted data, is escaped.
 pmtiles::MapTexts texts_of(const MapArguments& args, const voxel::WorldInfo& world,
                            const render::RenderStatistics& statistics) {
     return {args.title.empty() ? world.title : args.title,

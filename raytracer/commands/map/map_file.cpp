@@ -7,7 +7,7 @@
 namespace terravox::commands {
 namespace {
 
-std::filesystem::path beside(std::filesystem::path file, const char* ending) {
+std::filesystem::path with_ending(std::filesystem::path file, const char* ending) {
     return file.replace_extension(ending);
 }
 
@@ -30,7 +30,7 @@ void check_map_target(const MapFileOptions& options) {
 MapFile::MapFile(MapFileOptions options, const output::StreamShape& shape,
                  const output::PictureInfo& info)
     : m_options(std::move(options)) {
-    m_picture.emplace(beside(m_options.file, ".picture.tif"));
+    m_picture.emplace(with_ending(m_options.file, ".picture.tif"));
     m_stream = std::make_unique<output::TileStream>(m_picture->temporary_path(), shape, info);
 }
 
@@ -56,7 +56,7 @@ std::uint64_t MapFile::write(const pmtiles::MapTexts& texts) {
         return 0;
     }
     // Coarse tiles are made of the overviews.
-    const util::AtomicFile map(beside(m_options.file, ".map.tif"));
+    const util::AtomicFile map(with_ending(m_options.file, ".map.tif"));
     write_overviews(map.temporary_path());
     return pmtiles::write_map_tiles(map.temporary_path(), m_options.area, m_options.file,
                                     m_options.tiles, texts, m_options.threads,

@@ -27,12 +27,12 @@ struct MapFileOptions {
 /// cannot be made here
 void check_map_target(const MapFileOptions& options);
 
-/// A map on its way to its file: finished tiles of the picture go into a file beside it, which is
-/// removed in the end. Not thread-safe.
+/// Writes the file of a map: collects finished tiles of the picture in a temporary file next to it,
+/// which is removed in the end. Not thread-safe.
 class MapFile {
 public:
     /// @param shape whose tiles have a multiple of 16 pixels
-    /// @throws Error when the file beside the target cannot be written
+    /// @throws Error when the temporary file cannot be written
     MapFile(MapFileOptions options, const output::StreamShape& shape,
             const output::PictureInfo& info);
     [[nodiscard]] output::TileSink& sink() noexcept { return *m_stream; }
