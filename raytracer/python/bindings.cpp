@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "raytracer/python/array_worlds.hpp"
 #include "raytracer/python/arrays.hpp"
 #include "raytracer/python/errors.hpp"
 #include "raytracer/python/interruptible.hpp"
@@ -275,4 +276,5 @@ NB_MODULE(_core, module) {
             },
             "out"_a, "format"_a, "level"_a, "area"_a.none(), "overwrite"_a, "threads"_a,
             "progress"_a.none());
+    add_array_worlds(module);
 }

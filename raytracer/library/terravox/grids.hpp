@@ -16,7 +16,9 @@ struct VoxelGrid {
     MapBounds bounds;  ///< of the block
     /// Sizes of the array: layers from the bottom up, rows from the north, columns from the west.
     std::array<std::size_t, 3> shape{};
-    std::vector<std::uint8_t> materials;  ///< numbers of terravox::materials(); 0: air
+    /// Numbers of terravox::materials(); 0: air. Voxels behind others on all sides are rock: worlds
+    /// keep materials where they can be seen.
+    std::vector<std::uint8_t> materials;
     std::size_t holes = 0;                ///< boxes that could not be read, which are air here
 };
 

@@ -11,6 +11,7 @@ Coordinates are those of the map: easting and northing in the world's CRS, heigh
 import atexit as _atexit
 
 from terravox import _core
+from terravox._array_worlds import from_points, from_voxels
 from terravox._core import Error, UsageError, __version__, set_log_level
 from terravox._materials import MATERIALS, Material
 from terravox._picture import Picture
@@ -27,6 +28,8 @@ __all__ = [
     "UsageError",
     "World",
     "__version__",
+    "from_points",
+    "from_voxels",
     "open",
     "set_log_level",
     "survey",

@@ -26,6 +26,30 @@ def survey(
     progress: _Progress,
 ) -> list[str]: ...
 
+def world_of_points(
+    xyz: _Rays,
+    classification: npt.NDArray[np.uint8] | None,
+    return_number: npt.NDArray[np.uint8] | None,
+    return_count: npt.NDArray[np.uint8] | None,
+    intensity: npt.NDArray[np.uint16] | None,
+    rgb: npt.NDArray[np.uint16] | None,
+    crs: str,
+    classes: str,
+    voxel_m: float | None,
+    orthophotos: Sequence[str],
+    additions: Sequence[str],
+    fields: _Fields,
+    progress: _Progress,
+) -> World: ...
+def world_of_voxels(
+    materials: npt.NDArray[np.uint8],
+    colours: npt.NDArray[np.uint8] | None,
+    corner: Sequence[int],
+    voxel_m: float,
+    crs: str,
+    title: str,
+) -> World: ...
+
 class World:
     @staticmethod
     def open(

@@ -101,7 +101,8 @@ def _both(
 class World:
     """A world of voxels, read as needed. Copies and threads may share it.
 
-    Made by :func:`terravox.open`. It is closed when nothing refers to it any more, by
+    Made by :func:`terravox.open`, :func:`terravox.from_points` or
+    :func:`terravox.from_voxels`. It is closed when nothing refers to it any more, by
     :meth:`close`, or at the end of a `with` statement.
     """
 
@@ -201,7 +202,8 @@ class World:
         """Materials of a block of voxels, the smallest that covers the bounds.
 
         :returns: layers from the bottom up, rows from the north, columns from the west: numbers
-            of `terravox.MATERIALS`, 0 for air
+            of `terravox.MATERIALS`, 0 for air; rock for voxels behind others on all sides, of
+            which worlds keep no more
         :raises Error: where data cannot be read
         """
         values, _, holes = self._use.voxels(_six(bounds), level, threads, progress)
