@@ -41,7 +41,7 @@ build_geo_part() {
 
 # Called by `quietly`, in which a command that fails does not end the function: each says so.
 build_geo() {
-    local driver drivers=()
+    local driver drivers=() gdal
     for driver in "${GDAL_DRIVERS[@]}"; do
         drivers+=("-DGDAL_ENABLE_DRIVER_$driver=ON")
     done
@@ -51,8 +51,9 @@ build_geo() {
         -DCURL_USE_LIBPSL=OFF -DUSE_LIBIDN2=OFF || return
     build_geo_part proj "$GEO_DIR"/sources/proj-*/ -DENABLE_TIFF=OFF -DENABLE_CURL=OFF || return
     # CMake's list names two files of other makers, which Debian leaves out of the sources.
-    touch "$GEO_DIR"/sources/gdal-*/data/{cubewerx_extra,ecw_cs}.wkt || return
-    build_geo_part gdal "$GEO_DIR"/sources/gdal-*/ "${drivers[@]}" \
+    gdal=("$GEO_DIR"/sources/gdal-*/)
+    touch "${gdal[0]}data"/{cubewerx_extra,ecw_cs}.wkt || return
+    build_geo_part gdal "${gdal[0]}" "${drivers[@]}" \
         -DGDAL_BUILD_OPTIONAL_DRIVERS=OFF -DOGR_BUILD_OPTIONAL_DRIVERS=OFF \
         -DGDAL_USE_EXTERNAL_LIBS=OFF -DGDAL_USE_INTERNAL_LIBS=ON -DGDAL_USE_OPENJPEG=ON \
         -DBUILD_PYTHON_BINDINGS=OFF -DCMAKE_PREFIX_PATH="$GEO_DIR" || return
