@@ -1,5 +1,5 @@
 # Toolchain: 64-bit ARM, compiled on another processor. Libraries are those of TERRAVOX_ARM64_ROOT,
-# which `./terravox test --arm64` makes (config/setup/arm64.sh); programs run in an emulator.
+# which config/setup/arm64.sh makes; programs run in an emulator.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
@@ -21,6 +21,12 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(ENV{PKG_CONFIG_SYSROOT_DIR} "${CMAKE_SYSROOT}")
 set(ENV{PKG_CONFIG_LIBDIR}
     "${CMAKE_SYSROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${CMAKE_SYSROOT}/usr/share/pkgconfig")
+
+# The headers of the other's Python, which has the version of this machine's, and the end of the
+# names of its modules: CMake and nanobind would ask this machine's Python.
+file(GLOB Python_INCLUDE_DIR "${CMAKE_SYSROOT}/usr/include/python3.[0-9]*")
+string(REGEX REPLACE ".*/python3\\.([0-9]+)$" ".cpython-3\\1-aarch64-linux-gnu.so" NB_SUFFIX
+       "${Python_INCLUDE_DIR}")
 
 # The compiler looks for linkers by its own prefix, and in folders that it is given.
 foreach(kind EXE SHARED MODULE)

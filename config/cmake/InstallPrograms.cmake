@@ -47,9 +47,19 @@ install(FILES CHANGELOG.md
 install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
 
-# npm builds the grabber before CMake runs (config/setup/node.sh).
+# npm builds the grabber before CMake runs (config/setup/node.sh), and for another processor its
+# compiled part once more (config/setup/arm64.sh).
+set(sqlite)
+set(emulator)
+if(CMAKE_CROSSCOMPILING)
+  set(sqlite "${PROJECT_BINARY_DIR}/better_sqlite3.node")
+  set(emulator ${CMAKE_CROSSCOMPILING_EMULATOR})
+endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 install(CODE "set(node \"${TERRAVOX_NODE}\")
+set(sqlite \"${sqlite}\")
+set(strip \"${CMAKE_STRIP}\")
+set(emulator \"${emulator}\")
 set(python \"${Python3_EXECUTABLE}\")
 set(version \"${PROJECT_VERSION}\")
 set(root \"${PROJECT_SOURCE_DIR}\")

@@ -3,6 +3,7 @@
 #   root     of the sources
 #   prefix   where the programs are
 #   node, python, version
+#   emulator that programs are started with, where they are for another processor
 # The date of the pages is SOURCE_DATE_EPOCH, or that of the last commit, so that they are the same
 # whenever they are made.
 set(epoch "$ENV{SOURCE_DATE_EPOCH}")
@@ -17,5 +18,6 @@ set(ENV{SOURCE_DATE_EPOCH} "${epoch}")
 string(TIMESTAMP date "%Y-%m-%d" UTC)
 message(STATUS "Installing: ${prefix}/share/man")
 execute_process(COMMAND "${python}" -B "${root}/config/manual/make.py" "${prefix}"
-                --node "${node}" --version "${version}" --date "${date}"
+                --node "${node}" --emulator "${emulator}"
+                --version "${version}" --date "${date}"
                 COMMAND_ERROR_IS_FATAL ANY)

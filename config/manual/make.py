@@ -7,7 +7,7 @@ import pathlib
 
 from completion import bash, fish, zsh
 from man_page import man_page
-from tables import read_commands
+from tables import Starts, read_commands
 
 
 def write(file, text):
@@ -25,13 +25,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("prefix", type=pathlib.Path, help="where the programs are installed")
     parser.add_argument("--node", required=True, help="the program Node.js")
+    parser.add_argument("--emulator", default="", help="to start programs with; words with ;")
     parser.add_argument("--version", required=True, help="of Terravox")
     parser.add_argument("--date", required=True, help="of the pages, YYYY-MM-DD")
     args = parser.parse_args()
     share = args.prefix / "share"
-    root = read_commands(
-        share / "terravox" / "setup" / "commands.txt", args.prefix / "lib" / "terravox", args.node
+    starts = Starts(
+        programs=args.prefix / "lib" / "terravox",
+        node=args.node,
+        emulator=tuple(filter(None, args.emulator.split(";"))),
     )
+    root = read_commands(share / "terravox" / "setup" / "commands.txt", starts)
     write_pages(root, None, share / "man" / "man1", args.version, args.date)
     write(share / "bash-completion" / "completions" / "terravox", bash(root))
     write(share / "fish" / "vendor_completions.d" / "terravox.fish", fish(root))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import pathlib
 import subprocess
 
 
@@ -40,6 +41,16 @@ class Command:
             yield from command.everything()
 
 
+@dataclasses.dataclass(frozen=True)
+class Starts:
+    """How programs are started: their folder, the program Node.js, words before a program that is
+    for another processor."""
+
+    programs: pathlib.Path
+    node: str
+    emulator: tuple = ()
+
+
 def _option(row):
     fields = {**row, "names": tuple(row["names"]), "words": tuple(row["words"])}
     return Option(**fields)
@@ -65,14 +76,14 @@ def rows_of(commands_file):
             yield [part.strip() for part in line.split("|")]
 
 
-def _table_of(program_line, programs, node):
+def _table_of(program_line, starts):
     """@return None where the package is built without this program"""
     name, *inner = program_line.split()
     if name == "grabber":
-        argv = [node, programs / "grabber" / "dist" / "main.js"]
+        argv = [starts.node, starts.programs / "grabber" / "dist" / "main.js"]
     else:
-        argv = [programs / name]
-        if not argv[0].exists():
+        argv = [*starts.emulator, starts.programs / name]
+        if not argv[-1].exists():
             return None
     done = subprocess.run([*argv, "--option-tables"], capture_output=True, text=True, check=True)
     table = json.loads(done.stdout)
@@ -81,11 +92,11 @@ def _table_of(program_line, programs, node):
     return table
 
 
-def read_commands(commands_file, programs, node):
-    """@param programs folder of the programs @return the command terravox, with all others"""
+def read_commands(commands_file, starts):
+    """@return the command terravox, with all others"""
     commands = []
     for name, program, text in rows_of(commands_file):
-        table = _table_of(program, programs, node)
+        table = _table_of(program, starts)
         if table is not None:
             commands.append(_command(table, (name.split()[0],), text))
     return Command((), "real places as ray-traced voxel landscapes", "", (), tuple(commands))

@@ -1,5 +1,5 @@
-# Tests for 64-bit ARM on another processor: compiled for it against Debian's libraries, and run in
-# an emulator. Sourced by ./terravox.
+# 64-bit ARM on another processor: Terravox is compiled for it against Debian's libraries, tested in
+# an emulator, and packaged (config/setup/debian.sh). Sourced by ./terravox.
 # shellcheck shell=bash
 
 # shellcheck disable=SC2153  # ROOT is of ./terravox
@@ -18,10 +18,10 @@ ARM64_TESTS=(
 )
 
 # Libraries, headers and data of the packages to build with. Compilers and generators are those of
-# this machine; there is neither Python nor a window.
+# this machine. Of Python there are the headers: python3-dev would bring the whole of it.
 arm64_packages() {
-    grep -E '^(lib.*|.*-dev|catch2|tzdata)$' "$PACKAGE_LIST" | grep -Ev '^(python3|libglfw3)-dev$'
-    printf '%s\n' libc6-dev
+    grep -E '^(lib.*|.*-dev|catch2|tzdata)$' "$PACKAGE_LIST" | grep -v '^python3-dev$'
+    printf '%s\n' libc6-dev libpython3-dev
 }
 
 # arm64_apt FOLDER ARGUMENT...: apt with a state of its own, in which nothing is installed. Its
@@ -37,7 +37,7 @@ arm64_apt() {
 # The packages are unpacked, never installed: no script of theirs runs.
 install_arm64_root() {
     local key part folder packages
-    key=$(arm64_packages | sha256sum)
+    key=$({ arm64_packages && declare -f unpack_arm64_packages record_arm64_package; } | sha256sum)
     [[ -f $ARM64_ROOT/.packages && $(<"$ARM64_ROOT/.packages") == "$key" ]] && return
     say "Fetching libraries for 64-bit ARM"
     part=$(mktemp -d "$ROOT/build/deps/arm64.XXXXXX")
@@ -58,11 +58,37 @@ install_arm64_root() {
     rm -rf "$part"
 }
 
+# record_arm64_package DEB ROOT: as if it were installed there, for dpkg-shlibdeps, which asks whose
+# file a library is and what that package says of its versions. The paths recorded are those that
+# files have once ROOT is in its place.
+record_arm64_package() {
+    local about=$2/var/lib/dpkg name file
+    name=$(dpkg-deb --field "$1" Package)
+    # Only packages of which several architectures can be installed have it in the names of files.
+    [[ $(dpkg-deb --field "$1" Multi-Arch) != same ]] || name+=:arm64
+    {
+        dpkg-deb --field "$1"
+        printf 'Status: install ok installed\n\n'
+    } >>"$about/status"
+    dpkg-deb --fsys-tarfile "$1" | tar --list |
+        sed -nE "s,^\./((bin|lib|sbin)/),./usr/\1,; s,^\.(/.*[^/])\$,$ARM64_ROOT\1,p" \
+            >"$about/info/$name.list"
+    dpkg-deb --control "$1" "$2/control" || return
+    for file in shlibs symbols; do
+        [[ ! -f $2/control/$file ]] || mv "$2/control/$file" "$about/info/$name.$file"
+    done
+    rm -r "$2/control"
+}
+
 # unpack_arm64_packages ARCHIVES ROOT
 unpack_arm64_packages() {
     local archives=$1 root=$2 package folder link target name
+    mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates" || return
+    printf '1\n' >"$root/var/lib/dpkg/info/format"
+    printf 'amd64\narm64\n' >"$root/var/lib/dpkg/arch"
     for package in "$archives"/*.deb; do
         dpkg-deb --extract "$package" "$root" || return
+        record_arm64_package "$package" "$root" || return
     done
     # As in an installed system, where these are one folder each.
     for folder in bin lib sbin; do
@@ -84,6 +110,30 @@ unpack_arm64_packages() {
     done
     mkdir "$root/linker" || return
     ln -s "$(command -v ld.lld)" "$root/linker/ld.lld"
+}
+
+# The grabber's compiled package, for the Node.js whose headers are here. Prints the file's name.
+build_arm64_sqlite() {
+    local work=$ROOT/build/arm64/better-sqlite3
+    rm -rf "$work"
+    mkdir -p "$(dirname "$work")"
+    cp --archive "$ROOT/grabber/node_modules/better-sqlite3" "$work"
+    (
+        cd "$work" || exit
+        export CC=aarch64-linux-gnu-gcc CXX=aarch64-linux-gnu-g++ AR=aarch64-linux-gnu-ar
+        npm_config_nodedir=$(node_prefix) npm_config_arch=arm64 npm run build-release
+    ) || return
+    mv "$work/build/Release/better_sqlite3.node" "$ROOT/build/arm64/better_sqlite3.node"
+    rm -rf "$work"
+}
+
+# What packages are made of, for 64-bit ARM.
+build_arm64_packaged() {
+    install_packages "$ARM64_PACKAGE_LIST"
+    install_arm64_root
+    build arm64 terravox_packaged
+    quietly "$LOGS/arm64-sqlite.log" build_arm64_sqlite ||
+        die "build the grabber's better-sqlite3 for 64-bit ARM: failed"
 }
 
 in_arm64() { qemu-aarch64-static -L "$ARM64_ROOT" "$@"; }

@@ -2,6 +2,9 @@
 # shellcheck shell=bash
 
 DEBIAN_DIR=$ROOT/config/debian
+# Whose results are packed, and for which architecture: `./terravox package --arm64` sets both.
+PACKAGE_PRESET=release
+PACKAGE_ARCHITECTURE=''
 
 # Who answers for a package: DEBFULLNAME and DEBEMAIL, as Debian's tools read them, else the author
 # of the last commit.
@@ -20,9 +23,9 @@ library_soversion() { version_number | cut -d . -f 1-2; }
 # All packages, those that others depend on first.
 debian_packages() {
     printf '%s\n' terravox-data terravox
-    [[ ! -x $ROOT/build/release/bin/terravox-preview ]] || printf '%s\n' terravox-preview
+    [[ ! -x $ROOT/build/$PACKAGE_PRESET/bin/terravox-preview ]] || printf '%s\n' terravox-preview
     printf '%s\n' "libterravox$(library_soversion)" libterravox-dev
-    [[ ! -d $ROOT/build/release/python ]] || printf '%s\n' python3-terravox
+    [[ ! -d $ROOT/build/$PACKAGE_PRESET/python ]] || printf '%s\n' python3-terravox
 }
 
 # install_components FOLDER COMPONENT...: as they lie below / of a Debian system
@@ -31,7 +34,7 @@ install_components() {
     shift
     for component in "$@"; do
         quietly "$LOGS/package-install.log" env "DESTDIR=$folder" \
-            cmake --install "$ROOT/build/release" --prefix /usr --component "$component" --strip
+            cmake --install "$ROOT/build/$PACKAGE_PRESET" --prefix /usr --component "$component" --strip
     done
 }
 
@@ -100,12 +103,15 @@ write_sources() {
 # for the control file. The compiled part of the grabber needs fewer libraries, and finds those of
 # Node.js in Node.js.
 library_dependencies() {
-    local objects
+    local objects options=()
+    if [[ $PACKAGE_PRESET == arm64 ]]; then
+        options=("--admindir=$ARM64_ROOT/var/lib/dpkg" "-l$ARM64_ROOT/usr/lib/aarch64-linux-gnu")
+    fi
     mapfile -t objects < <(find "$1/$2/usr/lib" -type f ! -path '*/grabber/*' \
         '(' -name '*.so' -o -name '*.so.*' -o -perm -u+x ')')
     ((${#objects[@]} > 0)) || return 0
     # It warns that the programs are not installed.
-    (cd "$1" && dpkg-shlibdeps -O "${objects[@]}" 2>>"$LOGS/package-shlibdeps.log") |
+    (cd "$1" && dpkg-shlibdeps "${options[@]}" -O "${objects[@]}" 2>>"$LOGS/package-shlibdeps.log") |
         grep '^shlibs:Depends=.' ||
         die "make a package: dpkg-shlibdeps found no libraries of $2;" \
             "see $LOGS/package-shlibdeps.log"
@@ -178,6 +184,7 @@ make_debs() {
     # In a shell of its own, whose end removes the folder however it comes.
     (
         umask 022
+        [[ -z $PACKAGE_ARCHITECTURE ]] || export DEB_HOST_ARCH=$PACKAGE_ARCHITECTURE
         stages=$(mktemp -d)
         trap 'rm -rf "$stages"' EXIT
         write_sources "$stages"

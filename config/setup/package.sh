@@ -8,14 +8,14 @@ version_number() { version | cut -d ' ' -f 2; }
 package_epoch() {
     [[ -n ${SOURCE_DATE_EPOCH:-} ]] && printf '%s\n' "$SOURCE_DATE_EPOCH" && return
     git -C "$ROOT" log -1 --format=%ct 2>/dev/null ||
-        die "make a package: no commit to take the date of; set SOURCE_DATE_EPOCH"
+        die "make a package: no commit to take the date of, or no git; set SOURCE_DATE_EPOCH"
 }
 
 package_help() {
     cat <<'TEXT'
 Makes packages of this checkout.
 
-Usage: terravox package deb|image|sdist|wheel -o FOLDER
+Usage: terravox package deb|image|sdist|wheel [--arm64] -o FOLDER
 
   deb              Debian packages of the programs, the library and the Python package, for the
                    Debian or Ubuntu of this machine; prints their names
@@ -24,6 +24,8 @@ Usage: terravox package deb|image|sdist|wheel -o FOLDER
   sdist            the sources of the Python package, which pip builds a wheel of; prints its name
   wheel            the Python package, for each Python from 3.11 to 3.13 that is here (takes half an
                    hour: GDAL, PROJ and curl are compiled once, and most of Terravox)
+  --arm64          of deb: for 64-bit ARM, compiled on this machine against the libraries of its
+                   Debian
   -o FOLDER        where they are written; made when missing
 
 The same commit makes the same bytes: times are those of the commit, or SOURCE_DATE_EPOCH.
@@ -32,39 +34,51 @@ TEXT
 
 # Brings up to date what packages are made of.
 build_packaged() {
-    if [[ ${TERRAVOX_NO_BUILD:-0} != 1 ]]; then
-        set_up
+    if [[ $PACKAGE_PRESET == arm64 ]]; then
+        build_arm64_packaged
+    else
         build release terravox_packaged
     fi
 }
 
-# package deb|image|sdist|wheel -o FOLDER
+# read_package_arguments KIND ARGUMENT...: into FOLDER, PACKAGE_PRESET, PACKAGE_ARCHITECTURE
+read_package_arguments() {
+    local kind=$1
+    shift
+    while (($# > 0)); do
+        case $1 in
+            -o)
+                FOLDER=${2:-}
+                shift
+                ;;
+            --arm64)
+                [[ $kind == deb ]] || usage_error "package $kind: --arm64 is of deb alone"
+                PACKAGE_PRESET=arm64 PACKAGE_ARCHITECTURE=arm64
+                ;;
+            *) usage_error "package $kind: unknown argument '$1'" ;;
+        esac
+        shift || usage_error "package $kind: -o FOLDER is missing"
+    done
+    [[ -n $FOLDER ]] || usage_error "package $kind: -o FOLDER is missing"
+}
+
+# package deb|image|sdist|wheel [--arm64] -o FOLDER
 package() {
-    case ${1:-} in
+    local kind=${1:-} FOLDER=''
+    case $kind in
         -h | --help) package_help && return ;;
         deb | image | sdist | wheel) ;;
-        *) usage_error "package: '${1:-}'; allowed: deb, image, sdist, wheel" ;;
+        *) usage_error "package: '$kind'; allowed: deb, image, sdist, wheel" ;;
     esac
-    [[ ${2:-} == -o && -n ${3:-} ]] || usage_error "package $1: -o FOLDER is missing"
-    (($# == 3)) || usage_error "package $1: unknown argument '$4'"
-    local folder
-    mkdir -p "$3"
-    folder=$(cd "$3" && pwd)
+    read_package_arguments "$@"
+    mkdir -p "$FOLDER"
+    FOLDER=$(cd "$FOLDER" && pwd)
+    # Before git is asked for a date, since it may be among the packages.
+    [[ $kind == sdist || ${TERRAVOX_NO_BUILD:-0} == 1 ]] || set_up
     SOURCE_DATE_EPOCH=$(package_epoch)
     export SOURCE_DATE_EPOCH
-    case $1 in
-        deb)
-            build_packaged
-            package_deb "$folder"
-            ;;
-        image)
-            build_packaged
-            package_image "$folder"
-            ;;
-        sdist) package_sdist "$folder" ;;
-        wheel)
-            set_up
-            package_wheel "$folder"
-            ;;
-    esac
+    if [[ $kind == deb || $kind == image ]] && [[ ${TERRAVOX_NO_BUILD:-0} != 1 ]]; then
+        build_packaged
+    fi
+    "package_$kind" "$FOLDER"
 }

@@ -8,12 +8,17 @@ from support import Run, temporary_folder
 
 APT = pathlib.Path("/etc/apt")
 INSTALL_S = 3000
+# What the kernel starts programs of 64-bit ARM with, if it is another processor's.
+BINFMT_ARM64 = pathlib.Path("/proc/sys/fs/binfmt_misc/qemu-aarch64")
 
 
-def missing():
-    """@return what this machine lacks to make one, or nothing"""
+def missing(architecture=""):
+    """@param architecture as Debian names it, if not that of this machine
+    @return what this machine lacks to make one, or nothing"""
     if shutil.which("debootstrap") is None:
         return "debootstrap is not installed"
+    if architecture == "arm64" and not BINFMT_ARM64.exists():
+        return f"{BINFMT_ARM64} is missing (Debian packages qemu-user-static, binfmt-support)"
     return "" if os.geteuid() == 0 else "not root"
 
 
@@ -27,10 +32,13 @@ def mirror():
 class Root:
     """A fresh Debian with the host's settings of apt."""
 
-    def __init__(self):
+    def __init__(self, architecture=""):
+        """@param architecture as Debian names it, if not that of this machine"""
         self.folder = temporary_folder() / "root"
         site, release = mirror()
         words = ["debootstrap", "--variant=minbase", release, self.folder, site]
+        if architecture:
+            words.insert(1, f"--arch={architecture}")
         run = Run(words, timeout_s=INSTALL_S)
         assert run.code == 0, run
         for name in ("sources.list", "sources.list.d", "apt.conf.d", "trusted.gpg.d"):

@@ -29,6 +29,7 @@ import terravox
 picture = terravox.open("generated:5").render(fields={"output.size": "64x36"})
 print(terravox.__version__, picture.rgb.shape[:2])
 """
+BUILD_S = 7200
 MAINTAINER = {"DEBFULLNAME": "Terravox", "DEBEMAIL": "packages@example.org"}
 
 
@@ -70,27 +71,34 @@ class Usage(Case):
         self.assertRefused(self.package(), 2, "''", "deb")
         self.assertRefused(self.package("rpm", "-o", "x"), 2, "'rpm'", "deb")
         self.assertRefused(self.package("deb"), 2, "-o FOLDER")
+        self.assertRefused(self.package("deb", "-o"), 2, "-o FOLDER")
         self.assertRefused(self.package("deb", "-o", "x", "y"), 2, "'y'")
+        self.assertRefused(self.package("wheel", "--arm64", "-o", "x"), 2, "--arm64", "deb")
         self.assertDone(self.package("--help"))
 
 
-def make_packages(epoch=None):
+def make_packages(*options, **environment):
     """@return the files by the names of their packages"""
-    environment = {"TERRAVOX_NO_BUILD": "1", **MAINTAINER}
-    if epoch is not None:
-        environment["SOURCE_DATE_EPOCH"] = epoch
     folder = temporary_folder() / "packages"
     run = Run(
-        [ROOT / "terravox", "package", "deb", "-o", folder],
-        environment=environment,
-        timeout_s=INSTALL_S,
+        [ROOT / "terravox", "package", "deb", *options, "-o", folder],
+        environment={**MAINTAINER, **environment},
+        timeout_s=BUILD_S,
     )
     assert run.code == 0, run
-    files = map(pathlib.Path, run.out.split())
+    files = [pathlib.Path(line) for line in run.out.split() if line.endswith(".deb")]
     return {file.name.split("_")[0]: file for file in files}
 
 
-made_packages = functools.cache(make_packages)
+@functools.cache
+def made_packages():
+    return make_packages(TERRAVOX_NO_BUILD="1")
+
+
+@functools.cache
+def made_packages_for_arm64():
+    """They are compiled, as they are in no build folder of the tests."""
+    return make_packages("--arm64")
 
 
 def files_of(package):
@@ -103,8 +111,8 @@ def files_of(package):
 @unittest.skipUnless(LONG, "with --long")
 class Packages(Case):
     def test_the_same_commit_makes_the_same_bytes(self):
-        again = make_packages()
-        other = make_packages(epoch="1000000000")
+        again = make_packages(TERRAVOX_NO_BUILD="1")
+        other = make_packages(TERRAVOX_NO_BUILD="1", SOURCE_DATE_EPOCH="1000000000")
         self.assertEqual(set(made_packages()), set(again))
         for name, file in made_packages().items():
             with self.subTest(name):
@@ -146,14 +154,21 @@ class Packages(Case):
 class Installed(Case):
     """In a fresh Debian. The order of the tests is that of their names."""
 
+    architecture = ""
+
+    @classmethod
+    def make(cls):
+        return made_packages()
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        if debian_root.missing():
-            raise unittest.SkipTest(debian_root.missing())
-        cls.root = debian_root.Root()
+        missing = debian_root.missing(cls.architecture)
+        if missing:
+            raise unittest.SkipTest(missing)
+        cls.root = debian_root.Root(cls.architecture)
         cls.before = cls.root.files()
-        cls.packages = made_packages()
+        cls.packages = cls.make()
         for file in cls.packages.values():
             shutil.copy(file, cls.root.folder / "tmp")
         shutil.copytree(survey(), cls.root.folder / "tmp" / "survey")
@@ -219,6 +234,24 @@ class Installed(Case):
     def test_6_nothing_stays_after_a_purge(self):
         self.assertDone(self.root.run("apt-get", "--yes", "purge", *self.packages))
         self.assertEqual(self.root.files() - self.before, set())
+
+
+@unittest.skipUnless(LONG, "with --long")
+class InstalledOnArm64(Installed):
+    """On 64-bit ARM, which may be emulated: the picture has the bytes of this machine's."""
+
+    architecture = "arm64"
+
+    @classmethod
+    def make(cls):
+        return made_packages_for_arm64()
+
+    def test_0_the_packages_are_for_that_processor(self):
+        for name, file in self.packages.items():
+            run = Run(["dpkg-deb", "--field", file, "Architecture"])
+            self.assertEqual(run.out.strip(), "all" if name == "terravox-data" else "arm64")
+            for path in files_of(file):
+                self.assertNotIn("x86_64", path)
 
 
 def newer(package, file):
