@@ -55,9 +55,14 @@ void rename_file(const std::filesystem::path& from, const std::filesystem::path&
 void check_writable(const std::filesystem::path& target) {
     std::error_code failed;
     std::error_code ignored;
-    if (target.filename().empty() || std::filesystem::is_directory(target, ignored))
+    const std::filesystem::path file = follow_links(target);
+    if (file.filename().empty() || std::filesystem::is_directory(file, ignored))
         throw UsageError("write " + target.string() + ": this is a folder; give a file name");
-    const auto folder = folder_of(target);
+    // A file would be renamed over it.
+    if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
+        throw UsageError("write " + target.string() +
+                         ": this is a device, a pipe or a socket; give a file name");
+    const auto folder = folder_of(file);
     std::filesystem::create_directories(folder, failed);
     if (!std::filesystem::is_directory(folder, ignored))
         throw Error("write " + target.string() + ": cannot make the folder " + folder.string() +
@@ -82,8 +87,8 @@ std::filesystem::path follow_links(const std::filesystem::path& name) {
     throw Error("write " + name.string() + ": too many symbolic links");
 }
 
-AtomicFile::AtomicFile(std::filesystem::path target)
-    : m_target(std::move(target)), m_temporary(temporary_name(m_target)) {
+AtomicFile::AtomicFile(const std::filesystem::path& target)
+    : m_target(follow_links(target)), m_temporary(temporary_name(m_target)) {
     check_writable(m_target);
 }
 

@@ -11,17 +11,18 @@ namespace terravox::util {
 ///
 /// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the
 /// file is renamed over the target. Without commit() the destructor removes the temporary file. The
-/// temporary name keeps the extension, for libraries that choose a format by it. Not thread-safe;
+/// temporary name keeps the extension, for libraries that choose a format by it. Where the target is
+/// a symbolic link, the file that it leads to is written. Not thread-safe;
 /// two processes may write the same target: the last commit replaces the file as a whole.
 class AtomicFile {
 public:
-    /// @throws Error when the folder of `target` does not exist and cannot be created, or is not
-    /// writable
-    explicit AtomicFile(std::filesystem::path target);
+    /// @throws Error as check_writable()
+    explicit AtomicFile(const std::filesystem::path& target);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
+    /// Behind links.
     [[nodiscard]] const std::filesystem::path& target() const noexcept { return m_target; }
     [[nodiscard]] const std::filesystem::path& temporary_path() const noexcept {
         return m_temporary;
@@ -46,12 +47,13 @@ inline void write_file_atomically(const std::filesystem::path& target, std::stri
     write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
-/// The file that a name leads to through symbolic links, be it there or not: for writers that
-/// rename, which would put their file in the place of the link.
+/// The file that a name leads to through symbolic links, be it there or not: a writer that renames
+/// would put its file in the place of the link.
 /// @throws Error for links that lead to themselves
 [[nodiscard]] std::filesystem::path follow_links(const std::filesystem::path& name);
 
-/// @throws Error when the folder of `target` is missing and cannot be created, or is not writable
+/// @throws Error when the folder of `target`, or of what it links to, is missing and cannot be
+/// created, or is not writable; UsageError when the target is a folder, a device, a pipe or a socket
 void check_writable(const std::filesystem::path& target);
 
 /// Renames a file, whose data are on the disk, to its final name, and waits until the folder has

@@ -127,7 +127,7 @@ Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out,
     if (found.problems > 0)
         throw util::Error("merge the parts of " + parts.front().string() + ": " +
                           found.first_problems.front());
-    util::AtomicFile joined(util::follow_links(out));
+    util::AtomicFile joined(out);
     std::ofstream file(joined.temporary_path(), std::ios::binary);
     std::vector<std::byte> room;
     constexpr std::uint64_t kBlock = 4 << 20;

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
 #include "common/voxel/archive/shard.hpp"
@@ -134,7 +133,7 @@ MergeReport merge(std::span<const std::filesystem::path> files, const std::files
     for (const ClosedShard& shard : shards)
         total += shard.end_of_records;
     const voxel::WorldInfo info = open_again(shards.front()).index->info();
-    voxel::ArchiveWriter writer(util::follow_links(out), info, 0);
+    voxel::ArchiveWriter writer(out, info, 0);
     voxel::archive::Unfinished unfinished(writer);
     std::set<std::string> damage;
     std::uint64_t done = 0;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "common/thread/in_order.hpp"
-#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/change.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
@@ -59,7 +58,7 @@ public:
                       const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
         // The writer holds the lock of its name. What another patch has put there before is read
         // only now, so that none of two patches is lost.
-        voxel::ArchiveWriter writer(util::follow_links(out), info(), 0);
+        voxel::ArchiveWriter writer(out, info(), 0);
         voxel::archive::Unfinished unfinished(writer);
         m_old.emplace(archive, ArchiveIndex::Of::kArchive);
         check_worlds(*m_old, m_changes);

@@ -41,8 +41,9 @@ std::filesystem::path part_of(std::filesystem::path file) {
 
 }  // namespace
 
-ArchiveWriter::ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep)
-    : m_file(std::move(file)), m_part(part_of(m_file)) {
+ArchiveWriter::ArchiveWriter(const std::filesystem::path& file, const WorldInfo& info,
+                             std::uint64_t keep)
+    : m_file(util::follow_links(file)), m_part(part_of(m_file)) {
     util::check_writable(m_file);
     try {
         open();

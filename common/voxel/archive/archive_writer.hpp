@@ -22,7 +22,7 @@ public:
     /// this offset; 0: start over
     /// @throws Error when the file cannot be written, another process writes it, or the records to
     /// keep are missing
-    ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep);
+    ArchiveWriter(const std::filesystem::path& file, const WorldInfo& info, std::uint64_t keep);
     ~ArchiveWriter();
     ArchiveWriter(const ArchiveWriter&) = delete;
     ArchiveWriter& operator=(const ArchiveWriter&) = delete;

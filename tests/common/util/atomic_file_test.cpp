@@ -1,5 +1,7 @@
 #include "common/util/atomic_file.hpp"
 
+#include <sys/stat.h>
+
 #include <fstream>
 #include <vector>
 
@@ -102,6 +104,9 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
     std::ofstream(folder.path() / "file") << "a file";
     fs::create_directory(folder.path() / "taken");
     fs::create_symlink("loop", folder.path() / "loop");
+    fs::create_symlink("/dev/null", folder.path() / "null");
+    fs::create_symlink("file/out.png", folder.path() / "into");
+    REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
     struct Case {
         const char* name;
         fs::path target;
@@ -113,6 +118,9 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
         {"no such place in /proc", "/proc/terravox/out.png", "/proc/terravox"},
         {"the target is a folder", "taken", "this is a folder"},
         {"the target ends with a slash", "new/", "this is a folder"},
+        {"the target is a pipe", "pipe", "a device, a pipe or a socket"},
+        {"the target is a link to a device", "null", "a device, a pipe or a socket"},
+        {"the target is a link into a folder that is a file", "into", "cannot make the folder"},
         {"a folder's name longer than file systems take", std::string(300, 'n') + "/out.png",
          "too long"},
         {"a file's name longer than file systems take", std::string(300, 'n') + ".png", "too long"},
@@ -145,6 +153,22 @@ TEST_CASE("links are followed to what they lead to, be it there or not",
     CHECK(follow_links(at / "none") == at / "none");
     CHECK(follow_links("none") == "none");
     CHECK_THROWS_WITH(follow_links(at / "loop"), contains("loop: too many symbolic links"));
+}
+
+TEST_CASE("what a link leads to is written, and the link stays", "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const fs::path& at = folder.path();
+    fs::create_directory(at / "disk");
+    std::ofstream(at / "disk" / "old") << "old";
+    for (const char* const name : {"old", "new"}) {
+        const fs::path link = at / (std::string("link to ") + name);
+        fs::create_symlink(fs::path("disk") / name, link);
+        write_file_atomically(link, bytes_of("text"));
+        CHECK(fs::is_symlink(link));
+        CHECK(text_of(at / "disk" / name) == "text");
+    }
+    CHECK(entries_in(at / "disk") == 2);
+    CHECK(entries_in(at) == 3);
 }
 
 TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
