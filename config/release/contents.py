@@ -26,6 +26,31 @@ def third_party(text):
     return found
 
 
+def short_name(row):
+    """@return the name in a row of "Compiled in", without what comes with it"""
+    return row[0].partition(", ")[0]
+
+
+def compiled_in(tables, programs):
+    """@return the rows of what is compiled into one of the programs"""
+    return [row for row in tables["Compiled in"] if programs & set(row[5].split(", "))]
+
+
+def compiled_into_wheels(tables):
+    """@return the rows of what is compiled in nowhere else"""
+    return [row for row in tables["In the wheel"] if row[2].startswith("compiled in")]
+
+
+def program_name(path):
+    """@return how THIRD_PARTY.md names a program, a module or a library, None for other files"""
+    found = re.search(
+        r"/(?:terravox-([a-z-]+(?:\.so)?)|(libterravox)\.so[0-9.]*|(_core)\.[^/]+\.so)$", path
+    )
+    if found is None:
+        return None
+    return found[1] or ("library" if found[2] else "python")
+
+
 def control_fields(text):
     """@return the fields of a paragraph of Debian's control files"""
     joined = re.sub(r"\n[ \t]+", " ", text)
@@ -53,6 +78,15 @@ def deb_files(path, ending):
             for entry in archive
             if entry.isreg() and entry.name.endswith(ending)
         }
+
+
+def programs_in(path):
+    """@return the programs, modules and libraries in a package or a wheel, as THIRD_PARTY.md names
+    them; of an image those are in its packages"""
+    if path.suffix == ".whl":
+        return {"python"}
+    names = deb_files(path, "") if path.suffix == ".deb" else ()
+    return {program for program in map(program_name, names) if program is not None}
 
 
 def bundled(text):

@@ -14,9 +14,6 @@ import urllib.parse
 import contents
 from spdx import Document
 
-# Those that nothing is linked with in a release.
-ONLY_FOR_TESTS = "tests"
-
 
 def purl(kind, name, version, **qualifiers):
     """Ref: "Package URL specification" (purl-spec), ECMA-427."""
@@ -28,7 +25,7 @@ class Release:
     def __init__(self, version, created, third_party):
         self.document = Document(f"terravox-{version}", created)
         self._version = version
-        self._rows = third_party
+        self._tables = third_party
         self._project = self.document.add("terravox", version, licence="Apache-2.0")
 
     def add(self, path):
@@ -45,27 +42,17 @@ class Release:
         elif path.name.endswith(".oci.tar"):
             self._add_image(key, path)
 
-    def _add_compiled(self, key, is_used):
-        """@param is_used of the programs that a row of THIRD_PARTY.md names"""
-        for name, licence, version, _, _, programs in self._rows["Compiled in"]:
-            if programs != ONLY_FOR_TESTS and is_used(set(programs.split(", "))):
-                part = self.document.add(name, version, licence=licence)
-                self.document.relate(key, "STATIC_LINK", part)
+    def _add_compiled(self, key, path):
+        programs = contents.programs_in(path)
+        for name, licence, version, *_ in contents.compiled_in(self._tables, programs):
+            part = self.document.add(name, version, licence=licence)
+            self.document.relate(key, "STATIC_LINK", part)
 
     def _add_deb(self, key, path):
         for name, version in contents.deb_depends(path):
             part = self.document.add(name, comment=f"version {version}" if version else "")
             self.document.relate(key, "DEPENDS_ON", part)
-        users = {
-            "terravox": lambda programs: not programs <= {"library", "python"},
-            "terravox-preview": lambda programs: bool(programs & {"preview", "raytracer"}),
-            "python3-terravox": lambda programs: "python" in programs,
-        }
-        package = path.name.partition("_")[0]
-        if re.match(r"libterravox\d", package):
-            self._add_compiled(key, lambda programs: "library" in programs)
-        elif package in users:
-            self._add_compiled(key, users[package])
+        self._add_compiled(key, path)
         for text in contents.deb_files(path, ("/licences.txt", "/licences-page.txt")).values():
             for name, version, licence in contents.bundled(text.decode()):
                 part = self.document.add(
@@ -74,11 +61,10 @@ class Release:
                 self.document.relate(key, "CONTAINS", part)
 
     def _add_wheel(self, key, path):
-        self._add_compiled(key, lambda programs: "python" in programs)
-        for name, licence, how in self._rows["In the wheel"]:
-            if how.startswith("compiled in"):
-                part = self.document.add(name, licence=licence)
-                self.document.relate(key, "STATIC_LINK", part)
+        self._add_compiled(key, path)
+        for name, licence, *_ in contents.compiled_into_wheels(self._tables):
+            part = self.document.add(name, licence=licence)
+            self.document.relate(key, "STATIC_LINK", part)
         for name, data in sorted(contents.wheel_libraries(path).items()):
             part = self.document.add(name, licence=self._licence_of(name), file=data)
             self.document.relate(key, "CONTAINS", part)
@@ -86,7 +72,7 @@ class Release:
     def _licence_of(self, library):
         """@param library libzip-0a1b2c3d.so.5.5, with a hash that auditwheel has put in"""
         stem = re.sub(r"(-[0-9a-f]{8})?\.so.*", "", library)
-        for name, _, licence, *_ in self._rows["Shared libraries"]:
+        for name, _, licence, *_ in self._tables["Shared libraries"]:
             if stem == name or stem.startswith(name + "-"):
                 return licence
         return ""
