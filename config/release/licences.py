@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes one file with the licences of all that is in the files of a release: THIRD_PARTY.md, the
-lists that packages bring, and what Debian says of the libraries in wheels. Run by `./terravox
-release`."""
+lists that packages bring, the texts of what is compiled in, and what Debian says of the libraries
+in wheels. Run by `./terravox release`."""
 
 import argparse
 import pathlib
@@ -10,6 +10,25 @@ import subprocess
 import sys
 
 import contents
+
+# Where the build has what Debian has no package of, in the folder of --deps.
+FETCHED = {
+    "LASzip": ("laszip/AUTHORS.txt", "laszip/COPYING.txt"),
+    "nanobind": (
+        "nanobind/nanobind-*.dist-info/licenses/LICENSE",
+        # Its licence is the comment that it begins with.
+        "nanobind/nanobind/ext/robin_map/include/tsl/robin_map.h",
+    ),
+}
+FIRST_COMMENT = re.compile(r"\A/\*.*?\*/", re.S)
+
+
+def copyright_file(package):
+    """@return Debian's file of copyrights"""
+    file = pathlib.Path("/usr/share/doc") / package / "copyright"
+    if not file.is_file():
+        sys.exit(f"write licences: {file} is missing; ./terravox deps installs {package}")
+    return file.read_text(encoding="utf-8")
 
 
 def copyright_of(library):
@@ -23,24 +42,51 @@ def copyright_of(library):
     if not packages:
         sys.exit(f"write licences: no Debian package of this machine has {name}")
     package = min(packages)
-    file = pathlib.Path("/usr/share/doc") / package / "copyright"
-    return package, file.read_text(encoding="utf-8")
+    return package, copyright_file(package)
 
 
-def parts(files):
-    """@return heading, text of each part but the first"""
-    found = {}
+def fetched_licence(name, folder):
+    """@param folder build/deps @return what the sources say that were fetched there"""
+    texts = []
+    for place in FETCHED[name]:
+        found = sorted(folder.glob(place))
+        if len(found) != 1:
+            sys.exit(
+                f"write licences: {folder / place} of {name}: {len(found)} files; allowed: one "
+                "(./terravox deps fetches it)"
+            )
+        text = found[0].read_text(encoding="utf-8")
+        if found[0].suffix == ".h":
+            text = FIRST_COMMENT.search(text)[0]
+        texts.append(text.strip("\n"))
+    return "\n\n".join(texts)
+
+
+def compiled_in(tables, files, folder):
+    """@return heading, text of each part that is compiled into one of the files"""
+    programs = set().union(*map(contents.programs_in, files))
+    rows = [(row[0], row[3]) for row in contents.compiled_in(tables, programs)]
+    if any(file.suffix == ".whl" for file in files):
+        rows += [(row[0], row[3]) for row in contents.compiled_into_wheels(tables)]
+    for name, package in rows:
+        if package:
+            yield f"{name} (Debian's copyright file), compiled in", copyright_file(package)
+        else:
+            text = fetched_licence(name.partition(", ")[0], folder)
+            yield f"{name} (its sources), compiled in", text
+
+
+def brought(files):
+    """@return heading, text of each part that packages and wheels bring as files"""
     for file in files:
         if file.suffix == ".deb":
-            for name, text in contents.deb_files(
-                file, ("/licences.txt", "/licences-page.txt")
-            ).items():
-                found[name.removeprefix(".")] = text.decode()
+            endings = ("/licences.txt", "/licences-page.txt")
+            for name, text in contents.deb_files(file, endings).items():
+                yield name.removeprefix("."), text.decode()
         elif file.suffix == ".whl":
             for library in contents.wheel_libraries(file):
                 package, text = copyright_of(library)
-                found[f"{package} (Debian's copyright file), in wheels"] = text
-    return sorted(found.items())
+                yield f"{package} (Debian's copyright file), in wheels", text
 
 
 def main():
@@ -48,9 +94,14 @@ def main():
     parser.add_argument("files", type=pathlib.Path, nargs="+", help="of the release")
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
     parser.add_argument("--third-party", type=pathlib.Path, required=True, help="THIRD_PARTY.md")
+    parser.add_argument(
+        "--deps", type=pathlib.Path, required=True, help="sources that were fetched: build/deps"
+    )
     args = parser.parse_args()
     texts = [args.third_party.read_text(encoding="utf-8")]
-    for heading, text in parts(args.files):
+    tables = contents.third_party(texts[0])
+    parts = dict(compiled_in(tables, args.files, args.deps)) | dict(brought(args.files))
+    for heading, text in sorted(parts.items()):
         texts.append(f"\n{'=' * 78}\n{heading}\n{'=' * 78}\n\n{text.rstrip()}\n")
     args.output.write_text("".join(texts), encoding="utf-8")
 

@@ -65,7 +65,8 @@ describe_release() {
     local files
     files=("$1"/*)
     python3 -B "$RELEASE_TOOLS/licences.py" "${files[@]}" \
-        -o "$1/licences-third-party.txt" --third-party "$ROOT/THIRD_PARTY.md"
+        -o "$1/licences-third-party.txt" --third-party "$ROOT/THIRD_PARTY.md" \
+        --deps "$ROOT/build/deps"
     python3 -B "$RELEASE_TOOLS/sbom.py" "${files[@]}" \
         -o "$1/terravox-$(version_number).spdx.json" --version "$(version_number)" \
         --time "$SOURCE_DATE_EPOCH" --third-party "$ROOT/THIRD_PARTY.md"
