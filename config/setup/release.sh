@@ -32,9 +32,19 @@ check_release() {
     return 1
 }
 
+# is_release_part WORD
+is_release_part() {
+    local part
+    for part in "${RELEASE_PARTS[@]}"; do
+        [[ $1 != "$part" ]] || return 0
+    done
+    return 1
+}
+
 # read_release_arguments ARGUMENT...: into FOLDER, PARTS, DRAFT
 read_release_arguments() {
     local part
+    local -A seen=()
     FOLDER='' DRAFT=0 PARTS=("${RELEASE_PARTS[@]}")
     while (($# > 0)); do
         case $1 in
@@ -55,8 +65,10 @@ read_release_arguments() {
     [[ -n $FOLDER ]] || usage_error "release: -o FOLDER is missing"
     ((${#PARTS[@]} > 0)) || usage_error "release: --only names no part"
     for part in "${PARTS[@]}"; do
-        [[ " ${RELEASE_PARTS[*]} " == *" $part "* ]] ||
+        is_release_part "$part" ||
             usage_error "release: --only '$part'; allowed: ${RELEASE_PARTS[*]}"
+        [[ -z ${seen[$part]:-} ]] || usage_error "release: --only names '$part' twice"
+        seen[$part]=1
     done
 }
 
