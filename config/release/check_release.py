@@ -10,13 +10,17 @@ import subprocess
 import sys
 
 VERSION = r"[0-9]+\.[0-9]+\.[0-9]+"
-# Where else than in CMakeLists.txt the version is written, and how it is found there. Everything
-# else reads it from CMakeLists.txt.
-PLACES = (
-    ("config/cluster/kubernetes/frames.yaml", rf"image: terravox:({VERSION})"),
-    ("config/cluster/kubernetes/pool.yaml", rf"image: terravox:({VERSION})"),
-    ("docs/guide/install.md", rf"terravox[a-z-]*_({VERSION})_"),
+# How files of a release and the image are named, wherever that is written.
+NAMES = (
+    # terravox-data_0.1.0_all.deb, terravox-0.1.0.spdx.json, terravox:0.1.0
+    re.compile(rf"\bterravox[a-z-]*[_:-]v?({VERSION})"),
+    # In a manifest of Kubernetes; a tag that is no version, and none, would be the newest image.
+    re.compile(r"(?m)^[ -]*image: *[\"']?(?:[^\s\"']*/)?terravox(?::([\w.-]*)|(?=[\s\"'@]|$))"),
 )
+# The library and its package have the first two numbers: libterravox0.1, libterravox.so.0.1
+LIBRARY = re.compile(r"\blibterravox(?:\.so\.)?([0-9]+\.[0-9]+)\b")
+# The changelog names what earlier versions were, and tests make versions up.
+WITHOUT = ("CHANGELOG.md", "tests/")
 MANIFESTS = ("grabber", "voxelserver/page")
 
 
@@ -33,11 +37,34 @@ def project_version(root):
     return found[1]
 
 
-def other_versions(root):
+def tracked(root):
+    command = ["git", "-C", root, "ls-files", "-z"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return [name for name in done.stdout.split("\0") if name and (root / name).is_file()]
+
+
+def versions_in(text):
+    """@return the versions that a text names, by what each has to be: the whole version, or the
+    first two numbers"""
+    whole = {found for pattern in NAMES for found in pattern.findall(text)}
+    return whole, set(LIBRARY.findall(text))
+
+
+def wrong_names(root, version):
+    minor = version.rpartition(".")[0]
+    for name in tracked(root):
+        if name.startswith(WITHOUT):
+            continue
+        try:
+            whole, library = versions_in(text_of(root, name))
+        except UnicodeDecodeError:
+            continue
+        for found in sorted((whole - {version}) | (library - {minor})):
+            yield f"{name} has version {found or 'none'}; CMakeLists.txt has {version}"
+
+
+def manifest_versions(root):
     """@return place, version of all that have to agree"""
-    for name, pattern in PLACES:
-        for version in re.findall(pattern, text_of(root, name)) or ["none"]:
-            yield name, version
     for folder in MANIFESTS:
         name = f"{folder}/package.json"
         yield name, json.loads(text_of(root, name))["version"]
@@ -48,7 +75,8 @@ def other_versions(root):
 
 
 def wrong_versions(root, version):
-    for place, found in other_versions(root):
+    yield from wrong_names(root, version)
+    for place, found in manifest_versions(root):
         if found != version:
             yield f"{place} has version {found}; CMakeLists.txt has {version}"
     project = text_of(root, "raytracer/python/pyproject.toml")

@@ -22,6 +22,7 @@ READ = (
     "voxelserver/page/package.json",
     "voxelserver/page/package-lock.json",
 )
+MINOR = version().rpartition(".")[0]
 GIT = ("git", "-c", "user.name=T", "-c", "user.email=t@example.org", "-c", "commit.gpgsign=false")
 
 
@@ -51,6 +52,15 @@ class Check(Case):
         self.assertNotEqual(old, new, (name, pattern))
         file.write_text(new, encoding="utf-8")
 
+    def write(self, name, text):
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        self.commit()
+
+    def other(self, name, found):
+        return f"{name} has version {found}; CMakeLists.txt has {version()}"
+
     def problems(self):
         run = tool("check_release.py", self.folder)
         self.assertDone(run)
@@ -76,6 +86,49 @@ class Check(Case):
                 self.assertEqual(len(found), 1, found)
                 self.assertIn(f"{name} has version 7.8.9", found[0])
                 self.git("revert", "--no-edit", "HEAD")
+
+    def test_each_name_with_another_version_is_found_wherever_it_is(self):
+        for name, text, found in (
+            ("docs/new.md", "See `terravox-data_7.8.9_all.deb`.", "7.8.9"),
+            ("docs/new.md", "terravox-7.8.9.spdx.json", "7.8.9"),
+            ("docs/new.md", "pip install terravox-7.8.9-cp311-cp311-linux_x86_64.whl", "7.8.9"),
+            ("docs/new.md", "https://example.org/v/terravox-v7.8.9", "7.8.9"),
+            ("docs/new.md", "the package libterravox7.8", "7.8"),
+            ("docs/new.md", "linked with libterravox.so.7.8.9", "7.8"),
+            ("config/new/pod.yaml", "    - image: registry.example/terravox:7.8.9", "7.8.9"),
+            ("config/new/pod.yaml", "  image: terravox:latest", "latest"),
+            ("config/new/pod.yaml", f"  image: terravox:{MINOR}", MINOR),
+            ("config/new/pod.yaml", '  image: "registry.example/terravox"', "none"),
+            ("config/new/pod.yaml", "  image: terravox", "none"),
+        ):
+            with self.subTest(text):
+                self.write(name, f"first line\n{text}\n")
+                self.assertEqual(self.problems(), [self.other(name, found)])
+                self.git("revert", "--no-edit", "HEAD")
+
+    def test_what_names_no_version_of_this_project_is_no_problem(self):
+        name = version()
+        for text in (
+            f"terravox_{name}_amd64.deb, terravox:{name}",
+            f"libterravox{MINOR}, libterravox.so.{MINOR}, libterravox.so.{name}",
+            "terravox_VERSION_amd64.deb, `terravox:VERSION`, libterravox.so, libterravox-dev",
+            "terravox:origin, terravox-coordinator:7879, image: terravox-gui:3, nginx:1.2.3",
+            "a picture of terravox, 7.8.9 of another program",
+        ):
+            with self.subTest(text):
+                self.write("docs/new.md", text)
+                self.assertEqual(self.problems(), [])
+
+    def test_history_and_made_up_versions_are_left_out(self):
+        self.write("tests/e2e/new_test.py", 'FILE = "terravox_7.8.9_all.deb"\n')
+        self.replace("CHANGELOG.md", r"\Z", "\n## 0.0.1, 2025-01-01\n\nAs terravox:0.0.1.\n", 1)
+        self.commit()
+        self.assertEqual(self.problems(), [])
+
+    def test_files_that_are_no_text_are_left_out(self):
+        (self.folder / "picture.png").write_bytes(b"\x89PNG\xff terravox:7.8.9")
+        self.commit()
+        self.assertEqual(self.problems(), [])
 
     def test_a_new_version_is_missed_everywhere_else(self):
         self.replace("CMakeLists.txt", rf"VERSION {re.escape(version())}", "VERSION 7.8.9")
