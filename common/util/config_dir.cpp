@@ -23,12 +23,17 @@ std::filesystem::path config_dir() {
                          "' holds no materials.toml");
     }
     const fs::path program = own_file();
+    std::vector<fs::path> places{"config", "share/terravox/config"};
+    // A library that is installed with its version, libterravox.so.0.1.0, has data of its own.
+    if (const fs::path name = program.filename(); name.string().find(".so.") != std::string::npos)
+        places.insert(places.begin() + 1, "share/terravox" / name / "config");
     std::string tried;
     fs::path folder = program.parent_path();
     // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one
     // below its prefix.
     for (int up = 0; up < 5 && !folder.empty(); ++up, folder = folder.parent_path())
-        for (const fs::path& candidate : {folder / "config", folder / "share/terravox/config"}) {
+        for (const fs::path& place : places) {
+            const fs::path candidate = folder / place;
             if (holds_config(candidate))
                 return candidate;
             tried += (tried.empty() ? "" : ", ") + candidate.string();

@@ -5,9 +5,9 @@
 
 namespace terravox::util {
 
-/// The folder of the data files that ship with the programs (class tables, materials, scenes):
-/// $TERRAVOX_CONFIG when set, else `config` of the source tree that the program was built in or
-/// `share/terravox/config` next to an installed program.
+/// The folder of the data files (class tables, materials, scenes): $TERRAVOX_CONFIG when set, else
+/// `config` of the source tree that the program was built in, or `share/terravox/config` next to an
+/// installed one; of a library with its version in its name `share/terravox/<its name>/config`.
 /// @throws Error listing every place that was tried when there is none
 [[nodiscard]] std::filesystem::path config_dir();
 

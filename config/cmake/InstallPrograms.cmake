@@ -1,7 +1,7 @@
 # cmake --install BUILD --prefix P [--component C]: programs and what they read (docs/adr/0030).
 # Everything is found relative to the programs, so that P can be moved. The components, in this
 # order, since the manual is made of the programs that are there:
-#   data      share/terravox/config     data files, of the library and the Python package, too
+#   data      share/terravox/config     data files, of the Python package, too
 #             share/doc/terravox        licences
 #   preview   lib/terravox/terravox-preview, with libraries that a server has no use for
 #   programs  bin/terravox              the commands; the only program in the PATH
@@ -10,7 +10,8 @@
 #             share/doc/terravox        changes, licences of the page
 #             share/man, and for completion share/bash-completion, share/fish, share/zsh
 # Those of the library (library, development) and of the Python package (python) stand in their
-# folders.
+# folders. The library has data of its own, in a folder of its name: versions of it that are
+# installed next to each other read what belongs to them.
 include_guard(GLOBAL)
 
 set(programs
@@ -34,12 +35,17 @@ install(PROGRAMS config/setup/installed.sh COMPONENT programs
 install(FILES config/setup/commands.sh config/setup/commands.txt config/setup/say.sh
   COMPONENT programs DESTINATION share/terravox/setup)
 
-install(DIRECTORY config/areas config/blocks config/classes config/cluster config/nginx
-    config/palettes config/scenes config/sources config/systemd config/tints config/views
+# What worlds and pictures are made with, and what programs and services read besides.
+set(folders_of_worlds config/blocks config/classes config/palettes config/scenes config/sources
+  config/tints config/views)
+set(files_of_worlds config/materials-clay.toml config/materials.toml config/voxelize.toml)
+install(DIRECTORY ${folders_of_worlds} config/areas config/cluster config/nginx config/systemd
   COMPONENT data DESTINATION share/terravox/config)
-install(FILES config/converters.toml config/licences.toml config/materials-clay.toml
-    config/materials.toml config/voxelize.toml config/worker.toml
+install(FILES ${files_of_worlds} config/converters.toml config/licences.toml config/worker.toml
   COMPONENT data DESTINATION share/terravox/config)
+set(data_of_library "share/terravox/libterravox.so.${PROJECT_VERSION}/config")
+install(DIRECTORY ${folders_of_worlds} COMPONENT library DESTINATION "${data_of_library}")
+install(FILES ${files_of_worlds} COMPONENT library DESTINATION "${data_of_library}")
 install(FILES LICENSE THIRD_PARTY.md
   COMPONENT data DESTINATION share/doc/terravox)
 install(FILES CHANGELOG.md

@@ -27,7 +27,7 @@ class Library(Case):
     def setUpClass(cls):
         super().setUpClass()
         made = temporary_folder() / "made"
-        install(made, "data", "library", "development")
+        install(made, "library", "development")
         cls.prefix = temporary_folder() / "a prefix"
         made.rename(cls.prefix)
         cls.library = next(cls.prefix.rglob("libterravox.so"))

@@ -8,7 +8,17 @@ import sys
 from support import ROOT
 
 sys.path.insert(0, str(ROOT / "config" / "release"))
-from contents import bundled, compiled_in, program_name, short_name, third_party  # noqa: F401
+from contents import (  # noqa: F401
+    bundled,
+    compiled_in,
+    compiled_into_wheels,
+    control_fields,
+    deb_files,
+    program_name,
+    short_name,
+    third_party,
+    wheel_libraries,
+)
 
 # Sanitizers and the loader: no third party's choice.
 NOT_LISTED = re.compile(r"ld-linux|lib(asan|tsan|ubsan)$")
@@ -26,6 +36,9 @@ MARKS = {
     "Python": b"PyInit_",
     "Catch2": b"N5Catch",
 }
+
+# The same for what is compiled into wheels alone.
+WHEEL_MARKS = {"GDAL": b"GDAL_DATA", "PROJ": b"PROJ_NETWORK", "curl": b"libcurl/"}
 
 # What the namespaces in programs belong to, by the names in THIRD_PARTY.md. LASzip has none: these
 # are its classes. One is missing, Endian: the linker takes the start-up code that sets its one

@@ -5,16 +5,21 @@ With --long a draft of Debian packages and the source archive is made, and the l
 """
 
 import pathlib
+import re
 import subprocess
 import sys
 import tarfile
 import unittest
 
+from installed import install
+from linked import control_fields
 from releasing import TIME, version
 from support import ROOT, Case, Run, temporary_folder
 
 LONG = "--long" in sys.argv
 BUILD_S = 9000
+DEBIAN = ROOT / "config" / "debian"
+LIBRARY = "libterravox@SOVERSION@"
 
 
 class Usage(Case):
@@ -33,6 +38,48 @@ class Usage(Case):
         self.assertRefused(self.release("--check", "x"), 2, "'x'")
         self.assertRefused(self.release("--fast"), 2, "'--fast'")
         self.assertDone(self.release("--help"))
+
+
+def control():
+    """@return the fields of each Debian package by its name"""
+    text = (DEBIAN / "control").read_text(encoding="utf-8")
+    fields = map(control_fields, text.split("\n\n")[1:])
+    return {each["Package"]: each for each in fields}
+
+
+class Dependencies(Case):
+    """ADR 30: what has one name follows one version; libraries of several versions can be
+    installed next to each other."""
+
+    def test_packages_of_one_name_want_each_other_in_their_own_version(self):
+        wanted = {
+            "terravox": {"terravox-data"},
+            "terravox-preview": {"terravox"},
+            "terravox-data": set(),
+            LIBRARY: set(),
+            "libterravox-dev": {LIBRARY},
+            "python3-terravox": {"terravox-data"},
+        }
+        self.assertEqual(set(control()), set(wanted))
+        for name, fields in control().items():
+            with self.subTest(name):
+                found = re.findall(r"(\S*terravox\S*)( \(.*?\))?", fields.get("Depends", ""))
+                exact = {(other, " (= ${binary:Version})") for other in wanted[name]}
+                self.assertEqual(set(found), exact)
+
+    def test_a_library_keeps_no_other_version_from_being_installed(self):
+        fields = control()[LIBRARY]
+        for field in ("Depends", "Pre-Depends", "Conflicts", "Breaks", "Replaces", "Provides"):
+            self.assertNotIn("terravox", fields.get(field, ""), field)
+
+    def test_the_files_of_a_library_have_its_version_in_their_names(self):
+        prefix = temporary_folder()
+        install(prefix, "library")
+        files = [str(each.relative_to(prefix)) for each in prefix.rglob("*") if not each.is_dir()]
+        minor = version().rpartition(".")[0]
+        self.assertIn(f"share/terravox/libterravox.so.{version()}/config/materials.toml", files)
+        for name in files:
+            self.assertRegex(name, rf"libterravox\.so\.{re.escape(minor)}")
 
 
 def source_archive():
