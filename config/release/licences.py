@@ -11,16 +11,23 @@ import sys
 
 import contents
 
-# Where the build has what Debian has no package of, in the folder of --deps.
+# Where the build has what Debian has no package of: files in the folder of --deps, and the part of
+# each that is the licence. What others have written has its licence in a comment of the sources.
+ALL = r".*"
 FETCHED = {
-    "LASzip": ("laszip/AUTHORS.txt", "laszip/COPYING.txt"),
+    "LASzip": (
+        ("laszip/AUTHORS.txt", ALL),
+        ("laszip/COPYING.txt", ALL),
+        (
+            "laszip/src/arithmeticdecoder.cpp",
+            r"// Copyright \(c\) \d+ by Amir Said.*?SUCH DAMAGE\.",
+        ),
+    ),
     "nanobind": (
-        "nanobind/nanobind-*.dist-info/licenses/LICENSE",
-        # Its licence is the comment that it begins with.
-        "nanobind/nanobind/ext/robin_map/include/tsl/robin_map.h",
+        ("nanobind/nanobind-*.dist-info/licenses/LICENSE", ALL),
+        ("nanobind/nanobind/ext/robin_map/include/tsl/robin_map.h", r"\A/\*.*?\*/"),
     ),
 }
-FIRST_COMMENT = re.compile(r"\A/\*.*?\*/", re.S)
 
 
 def copyright_file(package):
@@ -48,17 +55,17 @@ def copyright_of(library):
 def fetched_licence(name, folder):
     """@param folder build/deps @return what the sources say that were fetched there"""
     texts = []
-    for place in FETCHED[name]:
+    for place, part in FETCHED[name]:
         found = sorted(folder.glob(place))
         if len(found) != 1:
             sys.exit(
                 f"write licences: {folder / place} of {name}: {len(found)} files; allowed: one "
                 "(./terravox deps fetches it)"
             )
-        text = found[0].read_text(encoding="utf-8")
-        if found[0].suffix == ".h":
-            text = FIRST_COMMENT.search(text)[0]
-        texts.append(text.strip("\n"))
+        licence = re.search(part, found[0].read_text(encoding="utf-8"), re.S)
+        if licence is None:
+            sys.exit(f"write licences: {found[0]} of {name} has no licence where it was")
+        texts.append(licence[0].strip("\n"))
     return "\n\n".join(texts)
 
 

@@ -12,13 +12,24 @@ import tarfile
 import unittest
 
 from installed import install
-from linked import control_fields
-from releasing import TIME, version
+from linked import (
+    MARKS,
+    compiled_in,
+    control_fields,
+    deb_files,
+    marked,
+    program_name,
+    short_name,
+    tables,
+)
+from releasing import TIME, fetched_licence, version
 from support import ROOT, Case, Run, temporary_folder
 
 LONG = "--long" in sys.argv
 BUILD_S = 9000
 DEBIAN = ROOT / "config" / "debian"
+# From the first words of the licences BSD and MIT to their last.
+CONDITIONS = r"(?s)Redistribution and use.*?SUCH DAMAGE|Permission is hereby.*?IN THE\W+SOFTWARE"
 LIBRARY = "libterravox@SOVERSION@"
 
 
@@ -82,6 +93,68 @@ class Dependencies(Case):
             self.assertRegex(name, rf"libterravox\.so\.{re.escape(minor)}")
 
 
+def plain(text):
+    """@return its words, without what is only form: case, line breaks, signs of comments"""
+    return " ".join(re.findall(r"\w+", text.lower()))
+
+
+def debian_licence(package):
+    """@return the holders of a Debian package's sources, their conditions"""
+    file = pathlib.Path("/usr/share/doc") / package / "copyright"
+    text = file.read_text(encoding="utf-8")
+    first = r"(?ms)^Files: +\*$.*?^Copyright:(.*?)^License: +(.*?)$"
+    holders, licence = re.search(first, text).groups()
+    conditions = re.search(rf"(?m)^License: +{re.escape(licence)}\n((?: .*\n?)+)", text)[1]
+    # An exception that a licence adds is no condition.
+    return holders.strip().splitlines(), conditions.partition("--- Optional exception")[0]
+
+
+class Copyrights(Case):
+    """config/debian/copyright, which is in each package, has what the licences of others want."""
+
+    def setUp(self):
+        super().setUp()
+        self.text = (DEBIAN / "copyright").read_text(encoding="utf-8")
+        programs = {program for row in tables()["Compiled in"] for program in row[5].split(", ")}
+        # Python's package has its own, and the Python package depends on it.
+        rows = compiled_in(tables(), programs - {"tests"})
+        self.rows = [row for row in rows if short_name(row) != "Python"]
+
+    def test_everything_that_is_compiled_in_is_named(self):
+        self.assertGreater(len(self.rows), 5)
+        for row in self.rows:
+            self.assertRegex(self.text, rf"(?m)^ \d{{4}}.*\({re.escape(short_name(row))}\)$")
+
+    def test_holders_and_conditions_are_those_that_debian_names(self):
+        for name, _, _, package, *_ in self.rows:
+            if package:
+                with self.subTest(name):
+                    holders, conditions = debian_licence(package)
+                    for holder in holders:
+                        self.assertThere(re.sub(r"^[\d ,-]+|<.*>", "", holder.strip()))
+                    self.assertThere(conditions)
+
+    def test_holders_and_conditions_are_those_in_the_sources_that_are_fetched(self):
+        for name, count in (("LASzip", 1), ("nanobind", 2)):
+            text = fetched_licence(name, ROOT / "build" / "deps")
+            holders = re.findall(r"Copyright \(c\) \d+ (?:by )?(\w+ [\w-]+)", text)
+            conditions = re.findall(CONDITIONS, text)
+            with self.subTest(name):
+                self.assertEqual((len(holders), len(conditions)), (count, count))
+                for words in holders + conditions:
+                    self.assertThere(words)
+
+    def test_each_licence_that_is_named_is_there(self):
+        parts = self.text.split("\n\n")
+        there = {part.splitlines()[0] for part in parts if part.startswith("License: ")}
+        there = {line.removeprefix("License: ") for line in there}
+        named = [control_fields(part)["License"] for part in parts if part.startswith("Files: ")]
+        self.assertEqual({each for line in named for each in line.split(" and ")}, there)
+
+    def assertThere(self, words):
+        self.assertTrue(plain(words) in plain(self.text), words)
+
+
 def source_archive():
     run = Run(
         [ROOT / "terravox", "package", "sdist", "-o", temporary_folder()],
@@ -140,6 +213,29 @@ class Draft(Case):
         )
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertEqual(done.stdout.count(": OK"), len(names) - 1)
+
+    def test_packages_have_what_the_table_says_and_its_licences(self):
+        folder = temporary_folder() / "packages"
+        run = Run(
+            [ROOT / "terravox", "package", "deb", "-o", folder],
+            environment={"TERRAVOX_NO_BUILD": "1"},
+            timeout_s=7200,
+        )
+        self.assertDone(run)
+        seen = set()
+        for deb in folder.glob("*.deb"):
+            files = deb_files(deb, "")
+            programs = {program_name(name): data for name, data in files.items()}
+            programs.pop(None, None)
+            seen |= set(programs)
+            for name, data in programs.items():
+                with self.subTest(f"{deb.name}: {name}"):
+                    listed = {short_name(row) for row in compiled_in(tables(), {name})}
+                    self.assertEqual(marked(data), listed & set(MARKS))
+            package = deb.name.partition("_")[0]
+            text = files[f"./usr/share/doc/{package}/copyright"].decode()
+            self.assertTrue(text.startswith((DEBIAN / "copyright").read_text(encoding="utf-8")))
+        self.assertLessEqual({"raytracer", "worlds.so", "library", "python"}, seen)
 
 
 # What a program needs that reads and writes points, without a server's page.

@@ -7,6 +7,8 @@ from support import ROOT, Run
 
 TOOLS = ROOT / "config" / "release"
 TIME = "1700000000"
+sys.path.insert(0, str(TOOLS))
+from licences import fetched_licence  # noqa: E402, F401
 
 
 def tool(name, *arguments):
