@@ -91,7 +91,7 @@ class Check(Case):
         for name, text, found in (
             ("docs/new.md", "See `terravox-data_7.8.9_all.deb`.", "7.8.9"),
             ("docs/new.md", "terravox-7.8.9.spdx.json", "7.8.9"),
-            ("docs/new.md", "pip install terravox-7.8.9-cp311-cp311-linux_x86_64.whl", "7.8.9"),
+            ("docs/new.md", "the wheel terravox-7.8.9-cp311-cp311-linux_x86_64.whl", "7.8.9"),
             ("docs/new.md", "https://example.org/v/terravox-v7.8.9", "7.8.9"),
             ("docs/new.md", "the package libterravox7.8", "7.8"),
             ("docs/new.md", "linked with libterravox.so.7.8.9", "7.8"),
