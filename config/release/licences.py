@@ -96,6 +96,16 @@ def brought(files):
                 yield f"{package} (Debian's copyright file), in wheels", text
 
 
+def text_of(files, third_party, deps):
+    """@param third_party THIRD_PARTY.md @param deps sources that were fetched: build/deps"""
+    texts = [third_party.read_text(encoding="utf-8")]
+    tables = contents.third_party(texts[0])
+    parts = dict(compiled_in(tables, files, deps)) | dict(brought(files))
+    for heading, text in sorted(parts.items()):
+        texts.append(f"\n{'=' * 78}\n{heading}\n{'=' * 78}\n\n{text.rstrip()}\n")
+    return "".join(texts)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=pathlib.Path, nargs="+", help="of the release")
@@ -105,12 +115,8 @@ def main():
         "--deps", type=pathlib.Path, required=True, help="sources that were fetched: build/deps"
     )
     args = parser.parse_args()
-    texts = [args.third_party.read_text(encoding="utf-8")]
-    tables = contents.third_party(texts[0])
-    parts = dict(compiled_in(tables, args.files, args.deps)) | dict(brought(args.files))
-    for heading, text in sorted(parts.items()):
-        texts.append(f"\n{'=' * 78}\n{heading}\n{'=' * 78}\n\n{text.rstrip()}\n")
-    args.output.write_text("".join(texts), encoding="utf-8")
+    text = text_of(args.files, args.third_party, args.deps)
+    args.output.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -88,7 +88,10 @@ build_wheel() {
         --config-settings "cmake.define.PROJ_DIR=$GEO_DIR/lib/cmake/proj" \
         --config-settings "cmake.define.TERRAVOX_PROJ_DATABASE=$GEO_DIR/share/proj/proj.db" \
         --config-settings "build-dir=$ROOT/build/wheel" &&
-        in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$folder" "$raw"/*.whl
+        in_wheel_tools "$python" -m auditwheel repair --strip --wheel-dir "$raw/whole" \
+            "$raw"/*.whl &&
+        python3 -B "$ROOT/config/release/wheel_licences.py" "$raw"/whole/*.whl -o "$folder" \
+            --third-party "$ROOT/THIRD_PARTY.md" --deps "$ROOT/build/deps"
     status=$?
     rm -rf "$raw"
     return "$status"

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The lists that come with a release: what is in it, and under which licences."""
 
+import base64
 import hashlib
 import json
 import pathlib
@@ -13,6 +14,7 @@ from support import ROOT, Case, temporary_folder
 
 DEPS = ("--deps", ROOT / "build" / "deps")
 LASZIP = "LASzip, with FastAC (BSD-2-Clause)"
+RECORD = "terravox-1.2.3.dist-info/RECORD"
 # Between the parts of the file with licences.
 RULE = "=" * 78
 
@@ -54,6 +56,7 @@ def make_wheel(folder):
     file = folder / "terravox-1.2.3-cp311-cp311-linux_x86_64.whl"
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr(f"terravox.libs/{stem}-0a1b2c3d.so{rest}", "library")
+        archive.writestr(RECORD, f"{RECORD},,\n")
     return file
 
 
@@ -163,6 +166,30 @@ class Lists(Case):
                 )
         for holder in ("Wenzel Jakob", "Amir Said", "Martin Isenburg"):
             self.assertIn(holder, text)
+
+    def test_a_wheel_gets_those_of_what_is_in_it(self):
+        wheel = make_wheel(temporary_folder())
+        copies = []
+        for _ in range(2):
+            folder = temporary_folder()
+            words = (wheel, "-o", folder, *self.third_party, *DEPS)
+            self.assertDone(tool("wheel_licences.py", *words))
+            copies.append(folder / wheel.name)
+        self.assertEqual(copies[0].read_bytes(), copies[1].read_bytes())
+        name = "terravox/licences/third-party.txt"
+        with zipfile.ZipFile(copies[0]) as archive, zipfile.ZipFile(wheel) as before:
+            self.assertIsNone(archive.testzip())
+            names = archive.namelist()
+            self.assertEqual(set(names), {*before.namelist(), name})
+            text = archive.read(name)
+            words = text.decode()
+            line, last = archive.read(RECORD).decode().splitlines()
+        for holder in ("libzstd1 (Debian's", "Martin Isenburg", "Frank Warmerdam", "Planchon"):
+            self.assertTrue(holder in words, holder)
+        digest = base64.urlsafe_b64encode(hashlib.sha256(text).digest()).decode().rstrip("=")
+        self.assertEqual(line, f"{name},sha256={digest},{len(text)}")
+        self.assertEqual(last, f"{RECORD},,")
+        self.assertEqual(names[-1], RECORD)
 
     def test_only_licences_of_what_is_in_the_files_are_there(self):
         text = self.licences(*make_debs(temporary_folder())[2:])

@@ -79,6 +79,9 @@ class Wheel(Case):
                 self.assertTrue(name in inside or SYSTEM.fullmatch(name), f"{path}: {name}")
         self.assertTrue((folder / "terravox" / "proj" / "proj.db").is_file())
         self.assertTrue((folder / "terravox" / "config" / "materials.toml").is_file())
+        text = (folder / "terravox" / "licences" / "third-party.txt").read_text(encoding="utf-8")
+        for words in ("Martin Isenburg", "Frank Warmerdam", "libzstd1 (Debian's"):
+            self.assertIn(words, text)
 
     def test_what_is_compiled_in_is_listed(self):
         listed = {short_name(row) for row in compiled_in(tables(), {"python"})}
@@ -99,8 +102,7 @@ class Wheel(Case):
         for wheel in self.wheels:
             with self.subTest(wheel.name):
                 stems = {
-                    re.sub(r"(-[0-9a-f]{8})?\.so.*", "", name)
-                    for name in wheel_libraries(wheel)
+                    re.sub(r"(-[0-9a-f]{8})?\.so.*", "", name) for name in wheel_libraries(wheel)
                 }
                 self.assertEqual({owners.get(stem, stem) for stem in stems}, listed)
 
