@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "tests/catch.hpp"
@@ -148,6 +149,52 @@ TEST_CASE("library: rays meet the voxel that is there, on any number of threads"
     for (std::size_t i = 0; i < hits.distance_m.size(); ++i)
         wrong += (occlusion.occluded[i] == 1) == std::isfinite(hits.distance_m[i]) ? 0 : 1;
     CHECK(wrong == 0);
+}
+
+TEST_CASE("library: a ray among very many has the hit that it has among few", "[library]") {
+    const World world = hills();
+    const ManyRays some;
+    std::vector<double> origins;
+    std::vector<double> directions;
+    const std::size_t times = 35;
+    for (std::size_t i = 0; i < times; ++i) {
+        origins.insert(origins.end(), some.origins.begin(), some.origins.end());
+        directions.insert(directions.end(), some.directions.begin(), some.directions.end());
+    }
+    const RayHits all = world.cast(origins, directions);
+    const Occlusion occlusion = world.occluded(origins, directions);
+    const std::size_t few = 500;
+    for (std::size_t first = 0; first < some.origins.size() / 3; first += few) {
+        const auto part = [&](const std::vector<double>& of) {
+            return std::span(of).subspan(3 * first, 3 * few);
+        };
+        const RayHits hits = world.cast(part(some.origins), part(some.directions));
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < times * few; ++i) {
+            const std::size_t mine = i % few;
+            const std::size_t other = i / few * (some.origins.size() / 3) + first + mine;
+            wrong += all.distance_m[other] == hits.distance_m[mine] &&
+                             all.voxel[other] == hits.voxel[mine] &&
+                             all.face[other] == hits.face[mine] &&
+                             all.material[other] == hits.material[mine] &&
+                             (occlusion.occluded[other] == 1) == (hits.material[mine] != 0)
+                         ? 0
+                         : 1;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("library: one wrong ray among many is named", "[library]") {
+    const World world = hills();
+    ManyRays rays;
+    rays.directions[3 * 3210] = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_WITH(world.cast(rays.origins, rays.directions), test::contains("ray 3210 "));
+    std::fill_n(&rays.directions[3 * 3210], 3, 0.0);
+    CHECK_THROWS_WITH(world.cast(rays.origins, rays.directions), test::contains("ray 3210 "));
+    rays.directions[3 * 3210] = 1e-320;
+    rays.origins[3 * 3210] = -1e300;
+    CHECK(world.cast(rays.origins, rays.directions).distance_m.size() == 4000);
 }
 
 TEST_CASE("library: a range ends rays, and distances are metres", "[library]") {
