@@ -56,13 +56,21 @@ std::string missing_for_serving(const Context& context, const std::vector<std::s
     return {};
 }
 
+std::filesystem::path python_package(const Context& context) {
+    return context.programs.parent_path() / "python";
+}
+
+std::string package_python() {
+    return TERRAVOX_PACKAGE_PYTHON;
+}
+
 nlohmann::json run_serve_script(const Context& context, const std::string& name,
                                 const std::vector<std::string>& arguments) {
     return run_script(context, "serve/" + name, arguments);
 }
 
 nlohmann::json run_script(const Context& context, const std::string& name,
-                          const std::vector<std::string>& arguments) {
+                          const std::vector<std::string>& arguments, const std::string& python) {
     const auto program = [&](const char* file) { return (context.programs / file).string(); };
     std::vector<std::string> command = {
         "env",
@@ -73,10 +81,12 @@ nlohmann::json run_script(const Context& context, const std::string& name,
         "TERRAVOX_CONVERT=" + program("terravox-convert"),
         "TERRAVOX_PUBLISH=" + program("terravox-publish"),
         "TERRAVOX_VALUES=" + program("picture_values"),
+        "TERRAVOX_LIBRARY_RATES=" + program("library_rates"),
+        "TERRAVOX_PYTHON_PACKAGE=" + python_package(context).string(),
         "TERRAVOX_NODE=" TERRAVOX_NODE,
         "TERRAVOX_BENCH_DATA=" + context.data.string(),
         "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
-        "python3",
+        python,
         "-B",
         std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/" + name + ".py"};
     command.insert(command.end(), arguments.begin(), arguments.end());

@@ -1,60 +1,86 @@
-// How fast the C++ library casts rays and reads surfaces, for tests/bench/library/python_rates.py:
-//   library_rates ARCHIVE RAYS THREADS     prints seconds of cast and of surface, a line each
-// The rays are those of python_rates.py: a linear congruential generator makes them.
+// The C++ library's side of tests/bench/library/python_rates.py:
+//   library_rates ARCHIVE RAYS
+// RAYS is a file of doubles as the machine has them: three for each ray's origin, and then three
+// for each ray's direction. Commands are lines of standard input, "cast THREADS" and "surface
+// THREADS"; each is answered with a line, the seconds that passed and the processor time that it
+// took.
 #include <terravox/terravox.hpp>
+
+#include <sys/resource.h>
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace {
 
-/// Numbers in [0, 1). Ref: Knuth's MMIX, "The Art of Computer Programming", volume 2.
-class Random {
-public:
-    double next() {
-        m_state = m_state * 6364136223846793005ULL + 1442695040888963407ULL;
-        return static_cast<double>(m_state >> 11) / 9007199254740992.0;
-    }
+std::vector<double> doubles_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary | std::ios::ate);
+    std::vector<double> out(file ? static_cast<std::size_t>(file.tellg()) / sizeof(double) : 0);
+    file.seekg(0);
+    file.read(reinterpret_cast<char*>(out.data()),
+              static_cast<std::streamsize>(out.size() * sizeof(double)));
+    if (!file || out.empty() || out.size() % 6 != 0)
+        throw std::runtime_error("read rays from " + path + ": " + std::to_string(out.size()) +
+                                 " numbers; allowed: six for each ray");
+    return out;
+}
 
-private:
-    std::uint64_t m_state = 1;
-};
+/// User and system time of this process, seconds.
+double processor_s() {
+    rusage use{};
+    ::getrusage(RUSAGE_SELF, &use);
+    const auto seconds = [](const timeval& time) {
+        return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+    };
+    return seconds(use.ru_utime) + seconds(use.ru_stime);
+}
 
 template <class Work>
-double seconds_of(const Work& work) {
+void answer(const Work& work) {
+    const double processor_before = processor_s();
     const auto start = std::chrono::steady_clock::now();
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    std::cout << passed.count() << ' ' << processor_s() - processor_before << std::endl;
+}
+
+void serve(const terravox::World& world, std::span<const double> rays) {
+    const std::span<const double> origins = rays.first(rays.size() / 2);
+    const std::span<const double> directions = rays.last(rays.size() / 2);
+    terravox::CastOptions options;
+    for (std::string what; std::cin >> what >> options.threads;) {
+        if (what == "cast")
+            answer([&] { (void)world.cast(origins, directions, options); });
+        else if (what == "surface")
+            answer([&] { (void)world.surface(std::nullopt, 0, options.threads); });
+        else
+            throw std::runtime_error("command '" + what + "'; allowed: cast, surface");
+    }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: library_rates ARCHIVE RAYS THREADS\n");
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: library_rates ARCHIVE RAYS\n");
         return 2;
     }
-    const auto world = terravox::World::open({argv[1]});
-    const auto count = std::strtoull(argv[2], nullptr, 10);
-    const int threads = std::atoi(argv[3]);
-    const auto& bounds = world.info().bounds;
-    Random random;
-    std::vector<double> origins;
-    std::vector<double> directions;
-    for (std::size_t i = 0; i < count; ++i) {
-        origins.push_back(bounds.west + (bounds.east - bounds.west) * random.next());
-        origins.push_back(bounds.south + (bounds.north - bounds.south) * random.next());
-        origins.push_back(bounds.top + 10);
-        directions.push_back(2 * random.next() - 1);
-        directions.push_back(2 * random.next() - 1);
-        directions.push_back(-0.1 - random.next());
+    try {
+        const auto world = terravox::World::open({argv[1]});
+        const std::vector<double> rays = doubles_of(argv[2]);
+        (void)world.surface();  // boxes are in memory from here on
+        serve(world, rays);
+        return 0;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "library_rates: %s\n", error.what());
+        return 1;
     }
-    terravox::CastOptions options;
-    options.threads = threads;
-    (void)world.surface();  // boxes are in memory from here on
-    std::printf("%.6f\n", seconds_of([&] { (void)world.cast(origins, directions, options); }));
-    std::printf("%.6f\n", seconds_of([&] { (void)world.surface(std::nullopt, 0, threads); }));
-    return 0;
 }

@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """How fast the Python package casts rays and reads surfaces, next to the C++ library.
 
-python_rates.py ARCHIVE [--rays N] [--rounds N] [--build FOLDER]
-
-Both are measured in turns, and the best round of each counts. Needs a build with the Python
-package.
+`terravox bench library/python` runs it; its last line is JSON.
+Python, C++ and two processes of C++ at the same time, which is the most that a second thread can
+bring on this machine, are measured in turns. The best round of each counts.
 """
 
 import argparse
@@ -15,78 +14,142 @@ import time
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-MULTIPLIER = 6364136223846793005
-INCREMENT = 1442695040888963407
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "serve"))
+
+from serving import (  # noqa: E402
+    binary,
+    print_figures,
+    synthetic_survey,
+    temporary_folder,
+)
 
 
-def numbers(count):
-    """The same numbers as those of library_rates.cpp."""
-    out = np.empty(count)
-    state = 1
-    for i in range(count):
-        state = (state * MULTIPLIER + INCREMENT) & 0xFFFF_FFFF_FFFF_FFFF
-        out[i] = (state >> 11) / 2**53
+def archive_of_survey(folder):
+    out = folder / "survey.tvx"
+    survey = synthetic_survey(square_m=1000, density=6)
+    subprocess.run([binary("CONVERT"), survey, out, "-q"], check=True, stdout=subprocess.DEVNULL)
     return out
 
 
-def rays(world, count):
+def random_rays(world, count):
+    """@return origins above all of a world, and directions downwards"""
+    random = np.random.default_rng(1)
     west, south, east, north = world.bounds
-    five = numbers(5 * count).reshape(count, 5)
-    origins = np.stack(
-        [
-            west + (east - west) * five[:, 0],
-            south + (north - south) * five[:, 1],
-            np.full(count, world.heights[1] + 10),
-        ],
-        axis=1,
-    )
-    directions = np.stack([2 * five[:, 2] - 1, 2 * five[:, 3] - 1, -0.1 - five[:, 4]], axis=1)
+    low = (west, south, world.heights[1] + 10)
+    high = (east, north, world.heights[1] + 10)
+    origins = random.uniform(low, high, (count, 3))
+    directions = random.uniform((-1, -1, -1.1), (1, 1, -0.1), (count, 3))
     return origins, directions
 
 
+class Library:
+    """A process of library_rates."""
+
+    def __init__(self, archive, rays):
+        self.process = subprocess.Popen(
+            [binary("LIBRARY_RATES"), archive, rays],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.measure("surface", 1)  # it is open when this is answered
+
+    def start(self, what, threads):
+        self.process.stdin.write(f"{what} {threads}\n")
+        self.process.stdin.flush()
+
+    def seconds(self):
+        """@return the seconds that passed, and those of processors"""
+        line = self.process.stdout.readline()
+        if not line:
+            sys.exit(f"library_rates: exit code {self.process.wait()}")
+        return tuple(float(number) for number in line.split())
+
+    def measure(self, what, threads):
+        self.start(what, threads)
+        return self.seconds()
+
+    def close(self):
+        self.process.stdin.close()
+        if self.process.wait() != 0:
+            sys.exit(f"library_rates: exit code {self.process.returncode}")
+
+
 def seconds_of(call):
+    """@return the seconds that passed, and those of processors"""
+    processor = time.process_time()
     start = time.perf_counter()
     call()
-    return time.perf_counter() - start
+    return time.perf_counter() - start, time.process_time() - processor
+
+
+class Best:
+    """The shortest of all rounds, and the least processor time, by what was measured."""
+
+    def __init__(self):
+        self.passed = {}
+        self.processor = {}
+
+    def add(self, name, seconds):
+        for best, value in zip((self.passed, self.processor), seconds, strict=True):
+            best[name] = min(value, best.get(name, value))
+
+
+def measure_round(best, world, rays, libraries):
+    for threads in (1, 2):
+        library = libraries[0]
+        best.add(f"library_cast_{threads}", library.measure("cast", threads))
+        best.add(f"cast_{threads}", seconds_of(lambda t=threads: world.cast(*rays, threads=t)))
+        best.add(f"library_surface_{threads}", library.measure("surface", threads))
+        best.add(f"surface_{threads}", seconds_of(lambda t=threads: world.surface(threads=t)))
+    for library in libraries:
+        library.start("cast", 1)
+    both = [library.seconds() for library in libraries]
+    best.add("two_processes", tuple(max(values) for values in zip(*both, strict=True)))
+
+
+def figures_of(best, rays):
+    passed = best.passed
+    out = {
+        "opening_ms": 1000 * passed["opening"],
+        "speedup": passed["cast_1"] / passed["cast_2"],
+        "speedup_processor": 2 * best.processor["cast_1"] / best.processor["cast_2"],
+        "speedup_library": passed["library_cast_1"] / passed["library_cast_2"],
+        "speedup_processes": 2 * passed["library_cast_1"] / passed["two_processes"],
+    }
+    for threads in (1, 2):
+        cast = passed[f"cast_{threads}"]
+        surface = passed[f"surface_{threads}"]
+        out[f"cast_{threads}_mrays"] = rays / cast / 1e6
+        out[f"cast_{threads}_of_library"] = passed[f"library_cast_{threads}"] / cast
+        out[f"surface_{threads}_ms"] = 1000 * surface
+        out[f"surface_{threads}_of_library"] = passed[f"library_surface_{threads}"] / surface
+    return out
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("archive", type=pathlib.Path)
+    parser.add_argument("--archive", type=pathlib.Path, help="instead of a synthetic survey")
     parser.add_argument("--rays", type=int, default=1_000_000)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build" / "release")
+    parser.add_argument("--rounds", type=int, default=7)
     args = parser.parse_args()
-    sys.path.insert(0, str(args.build / "python"))
-    import terravox  # noqa: PLC0415 - it is in the folder that was given
+    sys.path.insert(0, binary("PYTHON_PACKAGE"))
+    import terravox  # noqa: PLC0415 - it is in the folder that was named
 
-    opening = []
+    folder = temporary_folder()
+    archive = args.archive or archive_of_survey(folder)
+    best = Best()
     for _ in range(args.rounds):
-        world = terravox.open(args.archive)
-        opening.append(seconds_of(world.surface))
-    origins, directions = rays(world, args.rays)
-    program = args.build / "bin" / "library_rates"
-    print(f"surface of an archive just opened: {1000 * min(opening):.1f} ms")
-    for threads in (1, 2):
-        best = {}
-        for _ in range(args.rounds):
-            command = [program, args.archive, str(args.rays), str(threads)]
-            run = subprocess.run(command, capture_output=True, text=True, check=True)
-            cast, surface = (float(line) for line in run.stdout.split())
-            mine = (
-                seconds_of(lambda t=threads: world.cast(origins, directions, threads=t)),
-                seconds_of(lambda t=threads: world.surface(threads=t)),
-            )
-            for name, value in zip(
-                ("cast C++", "surface C++", "cast", "surface"), (cast, surface, *mine), strict=True
-            ):
-                best[name] = min(value, best.get(name, value))
-        print(
-            f"{threads} threads: cast {args.rays / best['cast'] / 1e6:.2f} million rays a second, "
-            f"{best['cast C++'] / best['cast']:.2f} of C++; surface {1000 * best['surface']:.1f} "
-            f"ms, {best['surface C++'] / best['surface']:.2f} of C++"
-        )
+        world = terravox.open(archive)
+        best.add("opening", seconds_of(world.surface))
+    rays = random_rays(world, args.rays)
+    np.concatenate(rays).tofile(folder / "rays")
+    libraries = [Library(archive, folder / "rays") for _ in range(2)]
+    for _ in range(args.rounds):
+        measure_round(best, world, rays, libraries)
+    for library in libraries:
+        library.close()
+    print_figures(figures_of(best, args.rays))
 
 
 if __name__ == "__main__":
