@@ -44,7 +44,8 @@ void Calls::finish() {
     if (m_process != ::getpid()) {
         // They are another process's: what is left of them here can be neither joined nor
         // destroyed.
-        new std::vector<LeftThread>(std::move(m_left));
+        if (!m_left.empty())
+            m_others = new std::vector<LeftThread>(std::move(m_left));
         return;
     }
     for (std::stop_source& stop : m_running)

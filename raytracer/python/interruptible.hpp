@@ -58,6 +58,7 @@ private:
     std::condition_variable m_idle;
     std::list<std::stop_source> m_running;
     std::vector<LeftThread> m_left;
+    std::vector<LeftThread>* m_others = nullptr;  ///< of the process that forked; never destroyed
     bool m_closed = false;
     pid_t m_process = 0;  ///< that the threads are in
 };
