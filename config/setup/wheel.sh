@@ -6,8 +6,10 @@ WHEEL_REQUIREMENTS=$ROOT/config/setup/python/wheel.txt
 # GDAL, PROJ and curl with what Terravox needs of them, to be linked into the package: those of
 # Debian are shared libraries with a hundred others behind them.
 GEO_DIR=$ROOT/build/deps/geo
-# -fPIC among the flags: GDAL leaves CMake's property for it to builds of shared libraries.
-GEO_FLAGS="-O2 -fPIC -ffunction-sections -fdata-sections -fvisibility=hidden"
+# -fPIC among the flags: GDAL leaves CMake's property for it to builds of shared libraries. Small
+# code, since they are a third of the wheel, and read what is prepared once.
+GEO_FLAGS="-fPIC -ffunction-sections -fdata-sections -fvisibility=hidden"
+GEO_OPTIMIZED="-Os -DNDEBUG"
 GDAL_DRIVERS=(AAIGRID DTED JP2OPENJPEG JPEG PNG RAW SRTMHGT USGSDEM XYZ)
 
 # fetch_debian_sources FOLDER PACKAGE...: the sources of this system's packages, which apt verifies,
@@ -34,6 +36,7 @@ build_geo_part() {
     shift 2
     cmake -S "$sources" -B "$GEO_DIR/build/$name" -G Ninja -DCMAKE_BUILD_TYPE=Release \
         -DCMAKE_C_FLAGS="$GEO_FLAGS" -DCMAKE_CXX_FLAGS="$GEO_FLAGS" \
+        -DCMAKE_C_FLAGS_RELEASE="$GEO_OPTIMIZED" -DCMAKE_CXX_FLAGS_RELEASE="$GEO_OPTIMIZED" \
         -DBUILD_SHARED_LIBS=OFF -DBUILD_APPS=OFF -DBUILD_TESTING=OFF \
         -DCMAKE_INSTALL_PREFIX="$GEO_DIR" -DCMAKE_INSTALL_LIBDIR=lib "$@" || return
     cmake --build "$GEO_DIR/build/$name" --target install
