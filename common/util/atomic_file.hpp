@@ -11,9 +11,9 @@ namespace terravox::util {
 ///
 /// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the
 /// file is renamed over the target. Without commit() the destructor removes the temporary file. The
-/// temporary name keeps the extension, for libraries that choose a format by it. Where the target is
-/// a symbolic link, the file that it leads to is written. Not thread-safe;
-/// two processes may write the same target: the last commit replaces the file as a whole.
+/// temporary name keeps the extension, for libraries that choose a format by it. Where the target
+/// is a symbolic link, the file that it leads to is written. Not thread-safe; two processes may
+/// write the same target: the last commit replaces the file as a whole.
 class AtomicFile {
 public:
     /// @throws Error as check_writable()
@@ -53,7 +53,8 @@ inline void write_file_atomically(const std::filesystem::path& target, std::stri
 [[nodiscard]] std::filesystem::path follow_links(const std::filesystem::path& name);
 
 /// @throws Error when the folder of `target`, or of what it links to, is missing and cannot be
-/// created, or is not writable; UsageError when the target is a folder, a device, a pipe or a socket
+/// created, or is not writable; UsageError when the target is a folder, a device, a pipe or a
+/// socket
 void check_writable(const std::filesystem::path& target);
 
 /// Renames a file, whose data are on the disk, to its final name, and waits until the folder has

@@ -2,9 +2,8 @@
 # shellcheck shell=bash
 
 DEBIAN_DIR=$ROOT/config/debian
-# Whose results are packed, and for which architecture: `./terravox package --arm64` sets both.
+# Whose results are packed: `./terravox package deb --arm64` sets it to arm64.
 PACKAGE_PRESET=release
-PACKAGE_ARCHITECTURE=''
 
 # Who answers for a package: DEBFULLNAME and DEBEMAIL, as Debian's tools read them, else the author
 # of the last commit.
@@ -34,7 +33,8 @@ install_components() {
     shift
     for component in "$@"; do
         quietly "$LOGS/package-install.log" env "DESTDIR=$folder" \
-            cmake --install "$ROOT/build/$PACKAGE_PRESET" --prefix /usr --component "$component" --strip
+            cmake --install "$ROOT/build/$PACKAGE_PRESET" --prefix /usr \
+            --component "$component" --strip
     done
 }
 
@@ -111,7 +111,10 @@ library_dependencies() {
         '(' -name '*.so' -o -name '*.so.*' -o -perm -u+x ')')
     ((${#objects[@]} > 0)) || return 0
     # It warns that the programs are not installed.
-    (cd "$1" && dpkg-shlibdeps "${options[@]}" -O "${objects[@]}" 2>>"$LOGS/package-shlibdeps.log") |
+    (
+        cd "$1" &&
+            dpkg-shlibdeps "${options[@]}" -O "${objects[@]}" 2>>"$LOGS/package-shlibdeps.log"
+    ) |
         grep '^shlibs:Depends=.' ||
         die "make a package: dpkg-shlibdeps found no libraries of $2;" \
             "see $LOGS/package-shlibdeps.log"
@@ -184,7 +187,7 @@ make_debs() {
     # In a shell of its own, whose end removes the folder however it comes.
     (
         umask 022
-        [[ -z $PACKAGE_ARCHITECTURE ]] || export DEB_HOST_ARCH=$PACKAGE_ARCHITECTURE
+        [[ $PACKAGE_PRESET != arm64 ]] || export DEB_HOST_ARCH=arm64
         stages=$(mktemp -d)
         trap 'rm -rf "$stages"' EXIT
         write_sources "$stages"

@@ -41,7 +41,7 @@ build_packaged() {
     fi
 }
 
-# read_package_arguments KIND ARGUMENT...: into FOLDER, PACKAGE_PRESET, PACKAGE_ARCHITECTURE
+# read_package_arguments KIND ARGUMENT...: into FOLDER, PACKAGE_PRESET
 read_package_arguments() {
     local kind=$1
     shift
@@ -53,7 +53,7 @@ read_package_arguments() {
                 ;;
             --arm64)
                 [[ $kind == deb ]] || usage_error "package $kind: --arm64 is of deb alone"
-                PACKAGE_PRESET=arm64 PACKAGE_ARCHITECTURE=arm64
+                PACKAGE_PRESET=arm64
                 ;;
             *) usage_error "package $kind: unknown argument '$1'" ;;
         esac

@@ -19,7 +19,7 @@ struct VoxelGrid {
     /// Numbers of terravox::materials(); 0: air. Voxels behind others on all sides are rock: worlds
     /// keep materials where they can be seen.
     std::vector<std::uint8_t> materials;
-    std::size_t holes = 0;                ///< boxes that could not be read, which are air here
+    std::size_t holes = 0;  ///< boxes that could not be read, which are air here
 };
 
 /// Values on a grid of square cells, seen from above.
