@@ -89,7 +89,7 @@ std::filesystem::path follow_links(const std::filesystem::path& name) {
 
 AtomicFile::AtomicFile(const std::filesystem::path& target)
     : m_target(follow_links(target)), m_temporary(temporary_name(m_target)) {
-    check_writable(m_target);
+    check_writable(target);
 }
 
 AtomicFile::~AtomicFile() {

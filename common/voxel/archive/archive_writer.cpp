@@ -44,7 +44,7 @@ std::filesystem::path part_of(std::filesystem::path file) {
 ArchiveWriter::ArchiveWriter(const std::filesystem::path& file, const WorldInfo& info,
                              std::uint64_t keep)
     : m_file(util::follow_links(file)), m_part(part_of(m_file)) {
-    util::check_writable(m_file);
+    util::check_writable(file);
     try {
         open();
         if (keep == 0 && ::ftruncate(m_fd, 0) != 0)
