@@ -60,7 +60,7 @@ private:
         const auto [west, east] = std::minmax_element(starts.begin(), starts.end(), by_x);
         const auto [north, south] = std::minmax_element(starts.begin(), starts.end(), by_z);
         const float side = std::max(east->x - west->x, south->z - north->z);
-        return {west->x, north->z, side > 0 ? kLastCell / side : 0};
+        return {west->x, north->z, side > 0 ? (kLastCell + 1) / side : 0};
     }
 
     /// The bits of a number of six bits, with a zero before each.

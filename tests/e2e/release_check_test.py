@@ -89,12 +89,12 @@ class Check(Case):
 
     def test_each_name_with_another_version_is_found_wherever_it_is(self):
         for name, text, found in (
-            ("docs/new.md", "See `terravox-data_7.8.9_all.deb`.", "7.8.9"),
-            ("docs/new.md", "terravox-7.8.9.spdx.json", "7.8.9"),
-            ("docs/new.md", "the wheel terravox-7.8.9-cp311-cp311-linux_x86_64.whl", "7.8.9"),
-            ("docs/new.md", "https://example.org/v/terravox-v7.8.9", "7.8.9"),
-            ("docs/new.md", "the package libterravox7.8", "7.8"),
-            ("docs/new.md", "linked with libterravox.so.7.8.9", "7.8"),
+            ("notes/new.md", "See `terravox-data_7.8.9_all.deb`.", "7.8.9"),
+            ("notes/new.md", "terravox-7.8.9.spdx.json", "7.8.9"),
+            ("notes/new.md", "the wheel terravox-7.8.9-cp311-cp311-linux_x86_64.whl", "7.8.9"),
+            ("notes/new.md", "https://example.org/v/terravox-v7.8.9", "7.8.9"),
+            ("notes/new.md", "the package libterravox7.8", "7.8"),
+            ("notes/new.md", "linked with libterravox.so.7.8.9", "7.8"),
             ("config/new/pod.yaml", "    - image: registry.example/terravox:7.8.9", "7.8.9"),
             ("config/new/pod.yaml", "  image: terravox:latest", "latest"),
             ("config/new/pod.yaml", f"  image: terravox:{MINOR}", MINOR),
@@ -116,7 +116,7 @@ class Check(Case):
             "a picture of terravox, 7.8.9 of another program",
         ):
             with self.subTest(text):
-                self.write("docs/new.md", text)
+                self.write("notes/new.md", text)
                 self.assertEqual(self.problems(), [])
 
     def test_history_and_made_up_versions_are_left_out(self):

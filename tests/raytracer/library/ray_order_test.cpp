@@ -49,7 +49,7 @@ TEST_CASE("ray order: each ray once, octants together, neighbours next to each o
     CHECK(std::is_sorted(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return starts[a].octant < starts[b].octant;
     }));
-    CHECK(way_through(starts, order) < way_through(starts, as_they_come(starts.size())) / 20);
+    CHECK(way_through(starts, order) < way_through(starts, as_they_come(starts.size())) / 15);
 }
 
 TEST_CASE("ray order: rays of one cell keep their order", "[library][order]") {
