@@ -306,6 +306,11 @@ class Errors(unittest.TestCase):
 class Interruptions(unittest.TestCase):
     """A call that would take long ends soon after Ctrl-C, and the world goes on."""
 
+    def setUp(self):
+        # A shell starts programs in the background so that they ignore Ctrl-C.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
+
     def interrupted_after_s(self, call):
         main = threading.main_thread().ident
         pressed = []
