@@ -38,7 +38,7 @@ MARKS = {
 }
 
 # The same for what is compiled into wheels alone.
-WHEEL_MARKS = {"GDAL": b"GDAL_DATA", "PROJ": b"PROJ_NETWORK", "curl": b"libcurl/"}
+WHEEL_MARKS = {"GDAL": b"GDAL_DATA", "PROJ": b"PROJ_NETWORK", "curl": b"Operation timed out after"}
 
 # What the namespaces in programs belong to, by the names in THIRD_PARTY.md. LASzip has none: these
 # are its classes. One is missing, Endian: the linker takes the start-up code that sets its one
