@@ -45,7 +45,9 @@ def main():
     )
     args = parser.parse_args()
     text = licences.text_of([args.wheel], args.third_party, args.deps)
-    add_file(args.wheel, args.output / args.wheel.name, PLACE, text.encode())
+    part = args.output / f".{args.wheel.name}.part"
+    add_file(args.wheel, part, PLACE, text.encode())
+    part.rename(args.output / args.wheel.name)
 
 
 if __name__ == "__main__":

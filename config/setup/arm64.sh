@@ -37,6 +37,7 @@ arm64_apt() {
 # The packages are unpacked, never installed: no script of theirs runs.
 install_arm64_root() {
     local key part folder packages
+    # They are fetched again when other packages are wanted, or more is done with them.
     key=$({ arm64_packages && declare -f unpack_arm64_packages record_arm64_package; } | sha256sum)
     [[ -f $ARM64_ROOT/.packages && $(<"$ARM64_ROOT/.packages") == "$key" ]] && return
     say "Fetching libraries for 64-bit ARM"

@@ -102,6 +102,8 @@ def from_voxels(
         their materials
     :raises ValueError: for arrays of other shapes, or values that are out of range
     """
+    if max(np.shape(materials), default=0) > _FARTHEST:
+        raise ValueError(f"materials of shape {np.shape(materials)}; allowed: sides to {_FARTHEST}")
     # Its own, which nobody changes: boxes are made of it whenever they are needed.
     own = np.array(materials, dtype=_checked_type("materials", materials), order="C")
     if own.ndim != 3 or own.size == 0:

@@ -160,6 +160,7 @@ class Voxels(unittest.TestCase):
         for wrong, words in (
             ({"materials": materials[0]}, "layers x rows x columns"),
             ({"materials": materials[:0]}, "layers x rows x columns"),
+            ({"materials": np.broadcast_to(np.uint8(4), (1, 1, 2**32 + 1))}, "sides to"),
             ({"materials": materials * 1.0}, "whole numbers"),
             ({"materials": materials.astype(int) * 300}, "0 to 255"),
             ({"materials": materials * 0 + 250}, "material 250"),
