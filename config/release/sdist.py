@@ -26,8 +26,10 @@ SOURCES = (
     "raytracer",
     "voxelserver",
 )
-# Has no part in a wheel, and needs Node.js: its list for CMake says what there is instead.
+# Has no part in a wheel, and needs Node.js: its list for CMake says what there is instead. Others
+# include its headers.
 PAGE = "voxelserver/page"
+OF_PAGE = (".hpp", "/CMakeLists.txt")
 LASZIP = "build/deps/laszip"
 PROJECT = "raytracer/python/pyproject.toml"
 # What pyproject.toml says of the places of others, there and at the top.
@@ -47,7 +49,7 @@ def tracked(root):
 
 def is_packed(name):
     if name.startswith(f"{PAGE}/"):
-        return name == f"{PAGE}/CMakeLists.txt"
+        return name.endswith(OF_PAGE)
     return name not in ("", PROJECT)
 
 

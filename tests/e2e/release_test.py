@@ -179,6 +179,7 @@ class Sources(Case):
             "config/materials.toml",
             "raytracer/python/terravox/__init__.py",
             "voxelserver/page/CMakeLists.txt",
+            "voxelserver/page/appearance.hpp",
         ):
             self.assertIn(f"{top}/{name}", names)
         self.assertEqual([name for name in names if "tests/" in name or "grabber/" in name], [])
