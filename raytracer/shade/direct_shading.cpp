@@ -43,6 +43,7 @@ void DirectShading::shade_opaque(const Interaction& m) const {
     else
         send_ambient(m, sky);
     send_sun(m, matt);
+    send_lamp(m, matt);
 }
 
 void DirectShading::send_ambient(const Interaction& m, voxel::Colour light) const {

@@ -4,11 +4,22 @@
 #include <numbers>
 
 #include "raytracer/shade/optics.hpp"
+#include "raytracer/walk/lamp_query.hpp"
 
 namespace terravox::shade {
 namespace {
 
 constexpr double kInversePi = std::numbers::inv_pi;
+
+/// Whether the ray has met a lamp whose light was sampled at the ray's origin.
+bool was_sampled(const walk::TracedRay& ray) noexcept {
+    if (!(ray.lamps_reach > 0) || ray.hit.attr.material != voxel::Material::kLamp)
+        return false;
+    const walk::LampVoxel lamp{ray.hit.voxel, ray.hit.level, ray.hit.attr};
+    const core::Vec3 to = lamp.middle() - ray.ray.origin;
+    const auto reach = static_cast<double>(ray.lamps_reach);
+    return core::dot(to, to) <= reach * reach;
+}
 
 }  // namespace
 
@@ -35,7 +46,8 @@ void PathShading::miss(const walk::TracedRay& ray, voxel::Colour weight, SampleS
 void PathShading::shade_opaque(const Interaction& m) const {
     const auto& q = m_view.scene.quality;
     const Surface& s = m.surface;
-    add(m.ray, m.weight * s.emission, m.sum);
+    if (!was_sampled(m.ray))
+        add(m.ray, m.weight * s.emission, m.sum);
     if (s.polish > 0 && q.reflections) {
         const double mirrored = static_cast<double>(s.polish) *
                                 fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index);
@@ -47,6 +59,7 @@ void PathShading::shade_opaque(const Interaction& m) const {
     }
     const voxel::Colour matt = m.weight * s.albedo;
     send_sun(m, matt);
+    send_lamp(m, matt);
     if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir)
         send_sky(m, matt);
     if (static_cast<int>(m.ray.depth) < q.bounces)
@@ -96,6 +109,8 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
         cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
     walk::TracedRay out = sent(m, direction, walk::RayKind::kBounce, weight, kDirection);
     out.sun_counted = m.ray.medium != voxel::Material::kAir;
+    if (m.ray.lamp.looked)
+        out.lamps_reach = static_cast<float>(walk::LampQuery::reach_of(m.ray.hit.level));
     out.density = static_cast<float>(core::dot(direction, m.surface.normal) * kInversePi);
     m.next.push_back(out);
 }

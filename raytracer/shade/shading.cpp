@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raytracer/shade/cube_light.hpp"
 #include "raytracer/shade/direct_shading.hpp"
 #include "raytracer/shade/optics.hpp"
 #include "raytracer/shade/path_shading.hpp"
@@ -233,6 +234,35 @@ void Shading::send_sun(const Interaction& m, voxel::Colour weight) const {
     m.next.push_back(out);
 }
 
+bool Shading::needs_lamp(const walk::TracedRay& ray) const noexcept {
+    return m_view.lamps && !ray.lamp.looked && allows_surroundings(ray) &&
+           ray.medium == voxel::Material::kAir && !is_transparent(m_view, ray.hit.attr.material);
+}
+
+double Shading::lamp_number(const walk::TracedRay& ray, const SampleSum& sum) const noexcept {
+    return sum.numbers.number(number_of(ray, kLampChoice));
+}
+
+void Shading::send_lamp(const Interaction& m, voxel::Colour weight) const {
+    constexpr double kInFront = 1 - 1e-6;
+    const walk::LampChoice& chosen = m.ray.lamp;
+    if (!(chosen.probability > 0))
+        return;
+    const core::Vec3 to = chosen.lamp.middle() - m.surface.point;
+    const double edge = chosen.lamp.edge();
+    const auto at = m.sum.numbers.pair(number_of(m.ray, kLampPoint));
+    const TowardsCube found = towards_cube(to, edge, m.surface.normal, at);
+    if (!(found.share > 0))
+        return;
+    const voxel::Colour light =
+        weight * lamp_light(m_view, chosen.lamp.attr) *
+        static_cast<float>(found.share / static_cast<double>(chosen.probability));
+    walk::TracedRay out = sent(m, found.direction, walk::RayKind::kLamp, light, kLampPoint);
+    out.direct = m.ray.depth == 0;
+    out.t_max = found.distance * kInFront;
+    m.next.push_back(out);
+}
+
 void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
     const Surface& s = m.surface;
     const core::Vec3 facet = s.roughness > 0
@@ -295,6 +325,7 @@ void Shading::continue_through(const walk::TracedRay& ray,
     out.stream = static_cast<std::uint32_t>(core::hash64(ray.stream, 0x10000));
     out.end = walk::WalkEnd::kWaits;
     out.around = {};
+    out.lamp = {};
     next.push_back(out);
 }
 

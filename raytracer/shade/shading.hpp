@@ -38,6 +38,14 @@ public:
                                                   std::uint32_t sample) const noexcept = 0;
     /// Whether shade() will need the voxels around the ray's hit (TracedRay::around).
     [[nodiscard]] virtual bool needs_surroundings(const walk::TracedRay& ray) const noexcept = 0;
+    /// Whether shade() will need a lamp near the ray's hit (TracedRay::lamp), which is not chosen
+    /// yet.
+    [[nodiscard]] virtual bool needs_lamp(const walk::TracedRay&) const noexcept { return false; }
+    /// The random number by which it is chosen, [0, 1).
+    [[nodiscard]] virtual double lamp_number(const walk::TracedRay&,
+                                             const SampleSum&) const noexcept {
+        return 0;
+    }
     /// Adds to the sum what the ray has found, and to `next` the rays that must be traced as a
     /// result.
     virtual void shade(const walk::TracedRay& ray, SampleSum& sum,
@@ -51,6 +59,9 @@ public:
 
     [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
                                           std::uint32_t sample) const noexcept override;
+    [[nodiscard]] bool needs_lamp(const walk::TracedRay& ray) const noexcept final;
+    [[nodiscard]] double lamp_number(const walk::TracedRay& ray,
+                                     const SampleSum& sum) const noexcept final;
     void shade(const walk::TracedRay& ray, SampleSum& sum,
                std::vector<walk::TracedRay>& next) const final;
 
@@ -71,7 +82,9 @@ protected:
         kEnd,
         kSkyPoint,
         kOpacity,
-        kAmbientRays
+        kAmbientRays,  // as many as there are ambient rays
+        kLampChoice = 0x8000,
+        kLampPoint
     };
 
     /// Shades an opaque face.
@@ -89,6 +102,9 @@ protected:
     /// Sends a ray towards a point of the sun, with the light that it brings to a matt surface if
     /// unblocked.
     void send_sun(const Interaction& m, voxel::Colour weight) const;
+    /// Sends a ray towards a point of the lamp that was chosen, with the light that it brings to a
+    /// matt surface if unblocked.
+    void send_lamp(const Interaction& m, voxel::Colour weight) const;
     /// Sends the ray that a smooth coat reflects.
     void send_mirror(const Interaction& m, voxel::Colour weight) const;
     /// A ray from the surface, back into the medium that the ray came through.

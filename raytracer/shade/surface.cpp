@@ -107,6 +107,10 @@ Medium medium_of(const View& view, voxel::Material material) noexcept {
     return {appearance.absorption_per_m, appearance.glow, static_cast<double>(appearance.index)};
 }
 
+voxel::Colour lamp_light(const View& view, const voxel::VoxelAttr& attr) noexcept {
+    return view.materials->appearance(attr.material).emission * hue_of(attr);
+}
+
 bool is_transparent(const View& view, voxel::Material material) noexcept {
     const material::Kind kind = view.materials->appearance(material).kind;
     return kind == material::Kind::kWater || kind == material::Kind::kGlass;

@@ -29,6 +29,9 @@ struct Medium {
 };
 [[nodiscard]] Medium medium_of(const View& view, voxel::Material material) noexcept;
 
+/// Light that a lamp emits.
+[[nodiscard]] voxel::Colour lamp_light(const View& view, const voxel::VoxelAttr& attr) noexcept;
+
 /// Whether light passes through it: water, ice, glass.
 [[nodiscard]] bool is_transparent(const View& view, voxel::Material material) noexcept;
 /// Whether rays may pass between its leaves.

@@ -27,6 +27,7 @@ struct View {
     tiles::SquareGrid squares;
     core::Vec3 origin;       ///< of the positions in the picture's layers: Camera::picture_origin
     bool night = false;      ///< windows are lit
+    bool lamps = false;      ///< lamps are sampled; else their light is met by chance
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
     solar::Energy energy = {};       ///< of an analysis of energy

@@ -100,6 +100,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]),
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
+    view.lamps = view.night;
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
     const auto found = solar::place_of(scene, world.centre);
     const geo::MapPlace* const place = found ? &*found : nullptr;

@@ -6,7 +6,8 @@ namespace terravox::trace {
 namespace {
 
 // Returns false if a box is missing.
-bool walk_ray(TracerTools& tools, walk::TracedRay& ray, voxel::BoxKey& missing) {
+bool walk_ray(TracerTools& tools, std::span<const shade::SampleSum> samples, walk::TracedRay& ray,
+              voxel::BoxKey& missing) {
     if (ray.end == walk::WalkEnd::kWaits) {
         ray.end = ray.only_blocked()
                       ? tools.walk.any_hit(ray.state, ray.t_max, tools.occluder)
@@ -18,10 +19,21 @@ bool walk_ray(TracerTools& tools, walk::TracedRay& ray, voxel::BoxKey& missing) 
         if (ray.only_blocked())
             ray.hit.hole = ray.end == walk::WalkEnd::kHit && tools.occluder.hole;
     }
-    if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around))
-        return true;
-    missing = tools.surroundings.missing();
-    return false;
+    if (tools.shading->needs_surroundings(ray) && !tools.surroundings.around(ray.hit, ray.around)) {
+        missing = tools.surroundings.missing();
+        return false;
+    }
+    if (tools.shading->needs_lamp(ray) &&
+        !tools.lamps.choose(ray.hit, ray.ray.origin + ray.ray.direction * ray.hit.t,
+                            tools.shading->lamp_number(ray, samples[ray.sample]), ray.lamp)) {
+        missing = tools.lamps.missing();
+        return false;
+    }
+    return true;
+}
+
+bool needs_voxels_around(const TracerTools& tools, const walk::TracedRay& ray) {
+    return tools.shading->needs_surroundings(ray) || tools.shading->needs_lamp(ray);
 }
 
 /// Whether an analysis' ray is one of those without an end that start together: all of them with
@@ -37,6 +49,7 @@ void RayWave::clear() {
     m_pending.clear();
     m_parked.clear();
     m_missing.clear();
+    m_arrived.clear();
 }
 
 std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
@@ -48,16 +61,17 @@ void RayWave::on_box_loaded(const voxel::BoxKey& key) {
     const auto found = m_parked.find(key);
     if (found == m_parked.end())
         return;
+    m_arrived.push_back(key);
     m_pending.insert(m_pending.end(), found->second.begin(), found->second.end());
     m_parked.erase(found);
 }
 
-bool RayWave::walk(TracerTools& tools, const thread::StopCondition& stop,
-                   tiles::TraceCounts& counts) {
+bool RayWave::walk(TracerTools& tools, std::span<const shade::SampleSum> samples,
+                   const thread::StopCondition& stop, tiles::TraceCounts& counts) {
     std::size_t done = 0;
     while (done < m_pending.size()) {
         const std::uint32_t index = m_pending[done++];
-        if (voxel::BoxKey missing; !walk_ray(tools, m_rays[index], missing)) {
+        if (voxel::BoxKey missing; !walk_ray(tools, samples, m_rays[index], missing)) {
             ++counts.parked;
             auto& waiting = m_parked[missing];
             if (waiting.empty())
@@ -68,7 +82,17 @@ bool RayWave::walk(TracerTools& tools, const thread::StopCondition& stop,
             break;
     }
     m_pending.erase(m_pending.begin(), m_pending.begin() + static_cast<std::ptrdiff_t>(done));
+    if (m_pending.empty())
+        read_arrived(tools);
     return m_pending.empty() && m_parked.empty();
+}
+
+// Loaders make no room of a box until it has been read. The thread that goes on may know already
+// what a ray wanted of it.
+void RayWave::read_arrived(TracerTools& tools) {
+    for (const voxel::BoxKey& key : m_arrived)
+        (void)tools.reader.get(key);
+    m_arrived.clear();
 }
 
 void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
@@ -91,7 +115,7 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);
     for (std::uint32_t i = 0; i < m_rays.size(); ++i)
-        if (m_rays[i].end == walk::WalkEnd::kWaits || tools.shading->needs_surroundings(m_rays[i]))
+        if (m_rays[i].end == walk::WalkEnd::kWaits || needs_voxels_around(tools, m_rays[i]))
             m_pending.push_back(i);
 }
 

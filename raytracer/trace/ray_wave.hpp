@@ -28,9 +28,10 @@ public:
     void add_pending(std::uint32_t index) { m_pending.push_back(index); }
     /// Walks pending rays until none is left or `stop`, which is checked after each ray, requests
     /// an end.
+    /// @param samples that the rays belong to, by TracedRay::sample
     /// @return whether all are walked and none is parked
-    [[nodiscard]] bool walk(TracerTools& tools, const thread::StopCondition& stop,
-                            tiles::TraceCounts& counts);
+    [[nodiscard]] bool walk(TracerTools& tools, std::span<const shade::SampleSum> samples,
+                            const thread::StopCondition& stop, tiles::TraceCounts& counts);
     /// Shades the wave, all of whose rays must have been walked. The rays that this makes become
     /// the wave; those towards the sun and those that scatter are traced here as far as groups can
     /// do it.
@@ -46,6 +47,7 @@ public:
     void on_box_loaded(const voxel::BoxKey& key);
 
 private:
+    void read_arrived(TracerTools& tools);
     void trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts);
     void trace_directions(TracerTools& tools, tiles::TraceCounts& counts);
     void sort_by_stream();
@@ -61,6 +63,7 @@ private:
     /// Indices into m_rays by the box that they wait for.
     std::unordered_map<voxel::BoxKey, std::vector<std::uint32_t>, voxel::BoxKeyHash> m_parked;
     std::vector<voxel::BoxKey> m_missing;
+    std::vector<voxel::BoxKey> m_arrived;  ///< that rays have waited for, and that may be unread
 };
 
 }  // namespace terravox::trace

@@ -46,6 +46,7 @@ bool TileJob::run(TracerTools& tools, const thread::StopCondition& stop) {
     m_counts.slabs += tools.slabs() - slabs;
     m_holes.merge(tools.walk.take_holes());
     m_holes.merge(tools.surroundings.take_holes());
+    m_holes.merge(tools.lamps.take_holes());
     return finished;
 }
 
@@ -56,7 +57,7 @@ bool TileJob::trace(TracerTools& tools, const thread::StopCondition& stop) {
             return false;
     }
     while (true) {
-        const bool walked = m_wave.walk(tools, stop, m_counts);
+        const bool walked = m_wave.walk(tools, m_samples, stop, m_counts);
         m_clock.lap(tiles::TraceStage::kSingle, m_counts);
         if (!walked)
             return false;

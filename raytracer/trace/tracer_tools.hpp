@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "raytracer/analyse/evaluator.hpp"
+#include "raytracer/walk/lamp_query.hpp"
 #include "raytracer/walk/lane_walk.hpp"
 #include "raytracer/walk/packet_walk.hpp"
 #include "raytracer/walk/shaft.hpp"
@@ -24,6 +25,7 @@ struct TracerTools {
           beams(reader, of.cut),
           shafts(reader, of.cut),
           surroundings(reader, of.cut),
+          lamps(reader, of.cut),
           shading(analyse::make_evaluator(of)) {}
 
     const shade::View& view;
@@ -34,6 +36,7 @@ struct TracerTools {
     walk::BeamMarch beams;
     walk::ShaftMarch shafts;
     walk::Surroundings surroundings;
+    walk::LampQuery lamps;
     std::unique_ptr<const shade::RayEvaluator> shading;
     walk::Occluder occluder;
 

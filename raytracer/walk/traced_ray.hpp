@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "common/voxel/colour.hpp"
+#include "raytracer/walk/lamp_choice.hpp"
 #include "raytracer/walk/surroundings.hpp"
 
 namespace terravox::walk {
@@ -15,11 +16,12 @@ enum class RayKind : std::uint8_t {
     kRefracted,  ///< into water, ice or glass, or out of it
     kAmbient,    ///< ambient occlusion: only whether it is free up to t_max
     kBounce,     ///< of a path, from a matt face
+    kLamp,       ///< towards a lamp: only whether it is free up to t_max
 };
-inline constexpr std::size_t kRayKinds = 7;
+inline constexpr std::size_t kRayKinds = 8;
 [[nodiscard]] constexpr const char* name_of(RayKind kind) noexcept {
-    constexpr const char* names[kRayKinds] = {"primary",   "shadow",  "sky",   "mirror",
-                                              "refracted", "ambient", "bounce"};
+    constexpr const char* names[kRayKinds] = {"primary",   "shadow",  "sky",    "mirror",
+                                              "refracted", "ambient", "bounce", "lamp"};
     return names[static_cast<std::size_t>(kind)];
 }
 
@@ -31,7 +33,7 @@ struct TracedRay {
     /// Share of the light it finds that reaches its sample; for shadow and ambient rays, the light
     /// that arrives if nothing is in between.
     voxel::Colour weight;
-    double t_max = core::kFar;  ///< of ambient rays
+    double t_max = core::kFar;  ///< of rays to lamps, and ambient ones
     std::uint32_t sample = 0;   ///< index within the round
     std::uint32_t stream = 0;   ///< selects its random numbers
     float footprint = 0;        ///< what its pixel covers at its origin, level-0 voxels
@@ -49,14 +51,19 @@ struct TracedRay {
     bool sun_counted = false;
     voxel::Material medium = voxel::Material::kAir;  ///< that it passes through
     StopAt stop;
-    Seen around;  ///< the voxels around the one in front of the face
+    /// For paths: lamps whose middle is this near to the ray's origin were sampled there, level-0
+    /// voxels.
+    float lamps_reach = 0;
+    Seen around;      ///< the voxels around the one in front of the face
+    LampChoice lamp;  ///< for the point that it hits
     /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`. Occlusion rays of an
     /// analysis keep the voxel here on which they start.
     Hit hit;
 
     /// Whether it is an occlusion ray: only whether it is free matters.
     [[nodiscard]] bool is_occlusion() const noexcept {
-        return kind == RayKind::kShadow || kind == RayKind::kSky || kind == RayKind::kAmbient;
+        return kind == RayKind::kShadow || kind == RayKind::kSky || kind == RayKind::kAmbient ||
+               kind == RayKind::kLamp;
     }
     /// Whether only the existence of a hit matters, not what was hit.
     [[nodiscard]] bool only_blocked() const noexcept {

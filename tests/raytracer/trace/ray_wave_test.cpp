@@ -50,16 +50,16 @@ TEST_CASE("a ray whose box is missing is parked until the box is loaded", "[rayt
     Job job(small_scene());
     Begun begun(job);
     CHECK(begun.counts.rays[static_cast<std::size_t>(walk::RayKind::kPrimary)] == 48 * 48);
-    CHECK_FALSE(begun.wave.walk(begun.tools, kNever, begun.counts));
+    CHECK_FALSE(begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts));
     CHECK(begun.wave.waits());
     CHECK(begun.counts.parked > 0);
     // Without a box no ray continues.
     const auto parked = begun.counts.parked;
-    CHECK_FALSE(begun.wave.walk(begun.tools, kNever, begun.counts));
+    CHECK_FALSE(begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts));
     CHECK(begun.counts.parked == parked);
     do
         load(job, begun.wave);
-    while (!begun.wave.walk(begun.tools, kNever, begun.counts));
+    while (!begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts));
     CHECK_FALSE(begun.wave.waits());
 }
 
@@ -71,7 +71,7 @@ TEST_CASE("a wave that is stopped resumes later where it was", "[raytracer][trac
     const thread::StopCondition at_once(stopped.get_token());
     // Each call advances by a ray, so that it ends although each call is to stop at once.
     int runs = 1;
-    for (; !begun.wave.walk(begun.tools, at_once, begun.counts); ++runs)
+    for (; !begun.wave.walk(begun.tools, begun.samples, at_once, begun.counts); ++runs)
         if (begun.wave.waits())
             load(job, begun.wave);
     CHECK(runs > 48);
@@ -83,7 +83,7 @@ TEST_CASE("shading a wave makes the next one, until none is left", "[raytracer][
     int waves = 0;
     while (!begun.wave.empty()) {
         REQUIRE(++waves < 100);
-        while (!begun.wave.walk(begun.tools, kNever, begun.counts))
+        while (!begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts))
             load(job, begun.wave);
         begun.wave.shade(begun.tools, begun.samples, begun.clock, begun.counts);
     }

@@ -19,7 +19,7 @@
 namespace terravox::overlay {
 namespace {
 
-/// The height of an object, as it was given.
+/// The height of an object's top, as it was given.
 struct Height {
     double metres = 0;
     bool is_above_ground = false;
@@ -80,21 +80,25 @@ private:
         height.metres = metres;
         const Footprint::Ring ring = {in_voxels(west, south), in_voxels(east, south),
                                       in_voxels(east, north), in_voxels(west, north)};
-        add({ring}, height);
+        add({ring}, height, false);
     }
 
     void read_file() {
         if (m_info.crs_wkt.empty())
             refuse(
-                "this world has no CRS to place polygons in; allowed: x0,z0,x1,z1,TOP in voxels");
+                "this world has no CRS to place its objects in; allowed: x0,z0,x1,z1,TOP in "
+                "voxels");
         const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt));
         for (const geo::Shape& shape : shapes) {
             const std::string name = "feature " + std::to_string(shape.feature);
-            if (shape.kind != geo::ShapeKind::kPolygon)
-                refuse(name + " is no polygon");
+            if (shape.kind == geo::ShapeKind::kLine)
+                refuse(name + " is neither a polygon nor a point");
+            const bool is_lamp = shape.kind == geo::ShapeKind::kPoint;
             const double top = shape.number("top");
-            const Height height =
+            Height height =
                 std::isnan(top) ? Height{shape.number("height"), true} : Height{top, false};
+            if (is_lamp && std::isnan(height.metres))
+                height.metres = kLampHeight_m;
             if (std::isnan(height.metres))
                 refuse(name + " has no number 'top' or 'height', in metres");
             std::vector<Footprint::Ring> rings;
@@ -103,10 +107,19 @@ private:
                 for (const geo::Shape::Position& p : part)
                     ring.push_back(in_voxels(p[0], p[1]));
             }
-            add(std::move(rings), height);
+            if (is_lamp)
+                rings = {column_of(rings.front().front())};
+            add(std::move(rings), height, is_lamp);
         }
         if (shapes.empty())
-            refuse("it holds no polygon");
+            refuse("it holds neither a polygon nor a point");
+    }
+
+    /// The voxels in which a point lies.
+    [[nodiscard]] static Footprint::Ring column_of(const Footprint::Point& point) {
+        const double x = std::floor(point[0]);
+        const double z = std::floor(point[1]);
+        return {{x, z}, {x + 1, z}, {x + 1, z + 1}, {x, z + 1}};
     }
 
     [[nodiscard]] Footprint::Point in_voxels(double x, double y) const {
@@ -115,7 +128,7 @@ private:
         return {x / m_info.crs_units_per_voxel, -y / m_info.crs_units_per_voxel};
     }
 
-    void add(std::vector<Footprint::Ring> rings, Height height) {
+    void add(std::vector<Footprint::Ring> rings, Height height, bool is_lamp) {
         if (m_objects.size() == kMaxObjects)
             refuse("more than " + std::to_string(kMaxObjects) + " objects");
         std::optional<Footprint> footprint;
@@ -140,7 +153,8 @@ private:
             m_identity.add(std::uint64_t{ring.size()});
         }
         m_identity.add(top);
-        m_objects.push_back({std::move(*footprint), top});
+        m_identity.add(std::uint8_t{is_lamp});
+        m_objects.push_back({std::move(*footprint), top, is_lamp});
     }
 
     void check_place(const Footprint& footprint) const {

@@ -11,8 +11,11 @@ namespace terravox::overlay {
 /// The forms of an addition, for help and messages.
 inline constexpr const char* kAdditionForms =
     "west,south,east,north,TOP (height of its top, metres), west,south,east,north,+HEIGHT (above "
-    "the ground in its middle), or a GeoJSON file of polygons with the property top or height";
-inline constexpr std::size_t kMaxObjects = 1000;
+    "the ground in its middle), or a GeoJSON file of polygons with the property top or height, and "
+    "of points, which become street lamps";
+inline constexpr std::size_t kMaxObjects = 10'000;
+/// Height of a street lamp that has neither property.
+inline constexpr double kLampHeight_m = 5;
 
 /// Puts planned objects into a world.
 /// @param additions each one of kAdditionForms; coordinates in the world's CRS, in voxels x0,z0,

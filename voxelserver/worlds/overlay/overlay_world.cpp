@@ -35,18 +35,21 @@ public:
     static constexpr int kSide = voxel::kBoxSizeX + 2;
 
     explicit ColumnTops(const std::vector<const AddedObject*>& objects, const BoxKey& key)
-        : m_tops(static_cast<std::size_t>(kSide) * kSide, kNone) {
+        : m_tops(static_cast<std::size_t>(kSide) * kSide, kNone), m_lamps(m_tops.size()) {
         for (const AddedObject* object : objects)
             add(*object, key);
     }
     /// One past the object's highest voxel, in voxels of the level; kNone where there is none.
     /// @param x, z in [-1, 65)
-    [[nodiscard]] std::int32_t at(int x, int z) const noexcept {
-        return m_tops[static_cast<std::size_t>(z + 1) * kSide + static_cast<std::size_t>(x + 1)];
-    }
+    [[nodiscard]] std::int32_t at(int x, int z) const noexcept { return m_tops[index_of(x, z)]; }
+    /// Whether the highest voxel emits light.
+    [[nodiscard]] bool is_lamp(int x, int z) const noexcept { return m_lamps[index_of(x, z)]; }
     static constexpr std::int32_t kNone = INT32_MIN;
 
 private:
+    [[nodiscard]] static std::size_t index_of(int x, int z) noexcept {
+        return static_cast<std::size_t>(z + 1) * kSide + static_cast<std::size_t>(x + 1);
+    }
     void add(const AddedObject& object, const BoxKey& key) {
         const double side = side_of(key.level);
         const Footprint::Point middle = object.footprint.middle();
@@ -60,13 +63,15 @@ private:
                 const bool is_middle = vx == down(middle[0] / side) && vz == down(middle[1] / side);
                 if (!is_middle && !Footprint::is_inside(borders, (vx + 0.5) * side))
                     continue;
-                std::int32_t& top = m_tops[static_cast<std::size_t>(z + 1) * kSide +
-                                           static_cast<std::size_t>(x + 1)];
-                top = std::max(top, end);
+                const std::size_t at = index_of(x, z);
+                if (end >= m_tops[at])
+                    m_lamps[at] = object.is_lamp || (end == m_tops[at] && m_lamps[at]);
+                m_tops[at] = std::max(m_tops[at], end);
             }
         }
     }
     std::vector<std::int32_t> m_tops;
+    std::vector<bool> m_lamps;
 };
 
 void add_voxels(const Box& box, voxel::BoxBuilder& builder) {
@@ -148,8 +153,11 @@ std::shared_ptr<const Box> OverlayWorld::with_objects(const BoxKey& key,
     return builder.build(key, [&](int x, int y, int z) {
         // What was there before is filled up to the object's top.
         const std::int32_t top = tops.at(x, z);
-        if (top != ColumnTops::kNone && y + y0 < top && y + y0 >= bottom)
-            return voxel::VoxelAttr{voxel::Material::kPlain, 0, 0, 0, {}, 0};
+        if (top != ColumnTops::kNone && y + y0 < top && y + y0 >= bottom) {
+            const bool is_light = y + y0 == top - 1 && tops.is_lamp(x, z);
+            return voxel::VoxelAttr{
+                is_light ? voxel::Material::kLamp : voxel::Material::kPlain, 0, 0, 0, {}, 0};
+        }
         return base ? base->voxel(x, y, z).value_or(voxel::VoxelAttr{}) : voxel::VoxelAttr{};
     });
 }

@@ -11,7 +11,8 @@ namespace terravox::overlay {
 /// A planned object: solid, with walls that go straight down to the bottom of the world.
 struct AddedObject {
     Footprint footprint;
-    double top = 0;  ///< of its roof, level-0 voxels
+    double top = 0;        ///< of its roof, level-0 voxels
+    bool is_lamp = false;  ///< its highest voxels emit light
 };
 
 /// A world with planned objects in it. On every level a column of voxels belongs to an object if

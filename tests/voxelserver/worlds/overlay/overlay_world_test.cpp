@@ -153,6 +153,61 @@ TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]")
     CHECK_FALSE(voxels.at(6, 15, 2).has_value());
 }
 
+TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
+    const test::TemporaryFolder folder;
+    const auto world_of = [&](const std::string& points) {
+        const auto file = folder.path() / "lamps.geojson";
+        std::ofstream(file) << R"({"type":"FeatureCollection",)"
+                            << R"("crs":{"properties":{"name":"EPSG:3794"}},"features":[)" << points
+                            << "]}";
+        auto base = land();
+        base->editable_info().crs = "EPSG:3794";
+        base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
+        const std::vector<std::string> additions = {file.string()};
+        return overlay::with_additions(std::move(base), additions);
+    };
+    const auto feature = [](const char* properties, const char* geometry) {
+        return std::string(R"({"type":"Feature","properties":)") + properties + R"(,"geometry":)" +
+               geometry + "}";
+    };
+    const auto world =
+        world_of(feature("{}", R"({"type":"Point","coordinates":[10.3,-30.6]})") + "," +
+                 feature(R"({"height":7.4})",
+                         R"({"type":"MultiPoint","coordinates":[[-5,20],[45.5,-45.5]]})") +
+                 "," + feature(R"({"top":9})", R"({"type":"Point","coordinates":[-5,-5]})"));
+    Voxels voxels(*world);
+    struct Case {
+        int x, z, ground, top;
+    };
+    // One stands on a house.
+    for (const Case& c :
+         {Case{10, 30, 0, 5}, Case{-5, -20, 0, 7}, Case{45, 45, 6, 13}, Case{-5, 5, 0, 9}}) {
+        INFO("lamp at " << c.x << ", " << c.z);
+        for (int y = c.ground; y < c.top; ++y) {
+            REQUIRE(voxels.at(c.x, y, c.z));
+            CHECK(voxels.at(c.x, y, c.z)->material ==
+                  (y == c.top - 1 ? Material::kLamp : Material::kPlain));
+        }
+        CHECK_FALSE(voxels.at(c.x, c.top, c.z));
+        CHECK_FALSE(voxels.at(c.x + 1, c.top - 1, c.z));
+        CHECK_FALSE(voxels.at(c.x, c.top - 1, c.z - 1));
+    }
+    const char* const square =
+        R"({"type":"Polygon","coordinates":[[[9,-31],[12,-31],[12,-29],[9,-29],[9,-31]]]})";
+    const std::string lamp = feature("{}", R"({"type":"Point","coordinates":[10.3,-30.6]})");
+    const auto highest = [&](const char* properties) {
+        const auto both = world_of(lamp + "," + feature(properties, square));
+        return Voxels(*both).at(10, 4, 30)->material;
+    };
+    CHECK(highest(R"({"top":3})") == Material::kLamp);
+    CHECK(highest(R"({"top":5})") == Material::kLamp);
+    CHECK(highest(R"({"top":6})") == Material::kPlain);
+    CHECK_THROWS_WITH(
+        world_of(feature("{}", R"({"type":"LineString","coordinates":[[0,0],[1,1]]})")),
+        contains("feature 0 is neither a polygon nor a point"));
+    CHECK_THROWS_WITH(world_of(""), contains("neither a polygon nor a point"));
+}
+
 TEST_CASE("plans that differ in a corner are different worlds", "[voxelserver][overlay]") {
     const test::TemporaryFolder folder;
     const auto edition_of = [&](const char* ring) {
@@ -192,6 +247,6 @@ TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") 
         CHECK_THROWS_AS(with({c.text}), util::UsageError);
         CHECK_THROWS_WITH(with({c.text}), contains(c.says));
     }
-    CHECK_THROWS_WITH(with(std::vector<std::string>(1001, "0,0,2,2,5")),
-                      contains("more than 1000 objects"));
+    CHECK_THROWS_WITH(with(std::vector<std::string>(10'001, "0,0,2,2,5")),
+                      contains("more than 10000 objects"));
 }
