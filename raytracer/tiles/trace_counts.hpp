@@ -26,7 +26,7 @@ inline constexpr std::size_t kTraceStages = 7;
 /// Cost of tracing, summed over tiles. Rays, and those that met holes, do not depend on which
 /// processor traced; steps, slabs, spared, waits and seconds do.
 struct TraceCounts {
-    static constexpr std::size_t kKinds = 7;  ///< RayKind
+    static constexpr std::size_t kKinds = 8;  ///< walk::RayKind
     std::array<std::uint64_t, kKinds> rays{};
     std::uint64_t steps = 0;  ///< cells and voxels visited by rays
     std::uint64_t slabs = 0;  ///< visited by beams and shafts

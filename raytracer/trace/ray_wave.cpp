@@ -5,6 +5,8 @@
 namespace terravox::trace {
 namespace {
 
+static_assert(tiles::TraceCounts::kKinds == walk::kRayKinds);
+
 // Returns false if a box is missing.
 bool walk_ray(TracerTools& tools, std::span<const shade::SampleSum> samples, walk::TracedRay& ray,
               voxel::BoxKey& missing) {
