@@ -87,6 +87,10 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     const walk::LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
     const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
+    // Lamps that emit nothing need not be looked for.
+    const auto shine = [](const material::MaterialAppearance& lamp) {
+        return lamp.kind == material::Kind::kSolid && voxel::luminance(lamp.emission) > 0;
+    };
     const auto origin = camera.picture_origin();
     View view{scene,
               camera,
@@ -100,7 +104,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]),
                static_cast<double>(origin[2])},
               sun.altitude_deg < kLampsOn_deg};
-    view.lamps = view.night;
+    view.lamps = view.night && shine(view.materials->appearance(voxel::Material::kLamp));
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
     const auto found = solar::place_of(scene, world.centre);
     const geo::MapPlace* const place = found ? &*found : nullptr;

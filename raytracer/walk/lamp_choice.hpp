@@ -27,8 +27,10 @@ struct LampVoxel {
 /// A lamp that was chosen for a point.
 struct LampChoice {
     LampVoxel lamp;
-    float probability = 0;  ///< of the choice; 0: there is no lamp near
-    bool looked = false;    ///< whether the lamps near the point are known
+    float probability = 0;  ///< of the choice; 0: none was chosen
+    /// Whether lamps near the point are sampled. They are not where there are very many: their
+    /// light is met by chance.
+    bool looked = false;
 };
 
 }  // namespace terravox::walk

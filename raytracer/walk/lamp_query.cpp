@@ -12,6 +12,8 @@ using voxel::TreeCell;
 
 constexpr std::int32_t kReach = 64;
 constexpr int kGroupBits = 4;
+// Around a box. What a thread keeps is bounded by it, whatever a world holds.
+constexpr std::size_t kMostLamps = std::size_t{1} << 14;
 
 /// Calls visit(x, y, z, attr) for each voxel of a box that may be visible.
 template <class Visit>
@@ -95,6 +97,8 @@ bool LampQuery::choose(const Hit& hit, core::Vec3 point, double number, LampChoi
         return false;
     m_holes.insert(near->holes.begin(), near->holes.end());
     out = {};
+    if (near->are_too_many)
+        return true;
     out.looked = true;
     const Asked at{point, core::normal_of(hit.face), reach_of(hit.level)};
     double of_group = 0;
@@ -186,7 +190,11 @@ const LampQuery::Lamps* LampQuery::around(const voxel::BoxKey& key) {
             for (std::int32_t bz = range.low[2] >> side; bz <= range.high[2] >> side; ++bz)
                 if (!collect(level, bx, bz, range, out))
                     return nullptr;
-    group(out);
+    out.are_too_many = out.lamps.size() > kMostLamps;
+    if (out.are_too_many)
+        out.lamps = {};
+    else
+        group(out);
     m_kept += 1 + out.lamps.size() + out.groups.size();
     return &m_around.emplace(key, std::move(out)).first->second;
 }
@@ -230,7 +238,7 @@ const LampQuery::Lamps* LampQuery::of_box(const voxel::BoxKey& key) {
         out.holes.push_back(key);
     if (block->box && has_lamp(*block->box))
         each_visible(*block->box, [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
-            if (attr.material == Material::kLamp)
+            if (attr.material == Material::kLamp && out.lamps.size() <= kMostLamps)
                 out.lamps.push_back({{key.bx * voxel::kBoxSizeX + x, key.by * voxel::kBoxSizeY + y,
                                       key.bz * voxel::kBoxSizeZ + z},
                                      key.level,
@@ -240,7 +248,7 @@ const LampQuery::Lamps* LampQuery::of_box(const voxel::BoxKey& key) {
     return &m_of_box.emplace(key, std::move(out)).first->second;
 }
 
-// Some 30 MB at most, but for a single place with more lamps.
+// Some 60 MB at most, and not while the lamps of a place are collected.
 void LampQuery::forget_if_many() {
     constexpr std::size_t kMost = std::size_t{1} << 19;
     if (m_kept <= kMost)

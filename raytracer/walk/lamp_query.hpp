@@ -46,6 +46,7 @@ private:
         std::vector<LampVoxel> lamps;
         std::vector<voxel::BoxKey> holes;
         std::vector<Group> groups;
+        bool are_too_many = false;  ///< to be sampled
     };
     struct Range;
     struct Asked;

@@ -30,8 +30,8 @@ inline constexpr std::size_t kRayKinds = 8;
 struct TracedRay {
     core::RayState state;
     core::Ray ray;  ///< as it was emitted; level-0 voxels, of unit length
-    /// Share of the light it finds that reaches its sample; for shadow and ambient rays, the light
-    /// that arrives if nothing is in between.
+    /// Share of the light it finds that reaches its sample; for occlusion rays, the light that
+    /// arrives if nothing is in between.
     voxel::Colour weight;
     double t_max = core::kFar;  ///< of rays to lamps, and ambient ones
     std::uint32_t sample = 0;   ///< index within the round

@@ -149,6 +149,39 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
     }
 }
 
+TEST_CASE("lamps on several levels are the same light for any threads, tiles and memory",
+          "[raytracer][render][deterministic][levels][lamp]") {
+    scene::Scene scene = small_scene();
+    scene.quality.integrator = GENERATE(core::Integrator::kDirect, core::Integrator::kPath);
+    scene.quality.detail = 4;
+    scene.sun.altitude_deg = -30;
+    scene.camera.down_deg = 20;
+    const auto picture = [&](const Variant& v, bool lit) {
+        auto land = landscape();
+        if (lit)
+            for (int x = -60; x < 70; x += 9)
+                land->fill({x, 14, x / 2}, {x + 1, 16, x / 2 + 1}, voxel::Material::kLamp);
+        terravox::test::PyramidWorld world(std::move(land), 4);
+        const scene::Scene s = with(scene, v);
+        blocks::BlockManager blocks(world, v.memory_bytes, 2);
+        const shade::View view = shade::make_view(s, blocks);
+        CHECK(view.cut.coarsest() > 0);
+        const auto [width, height] = s.output.size_px;
+        output::Film film(width, height);
+        processors::ThreadProcessor processor(view, blocks, v.threads);
+        const render::RenderCounts counts = render::render_film({view, processor, true, {}}, film);
+        const auto lamp = static_cast<std::size_t>(walk::RayKind::kLamp);
+        CHECK((counts.trace.rays[lamp] > 0) == lit);
+        return bytes_of(film);
+    };
+    const auto reference = picture(kVariants[0], true);
+    CHECK(reference != picture(kVariants[0], false));
+    for (const Variant& v : kVariants) {
+        INFO(v.name);
+        CHECK((picture(v, true) == reference));
+    }
+}
+
 TEST_CASE("fetching boxes ahead does not change the picture",
           "[raytracer][render][deterministic]") {
     Job plain(small_scene()), ahead(small_scene());

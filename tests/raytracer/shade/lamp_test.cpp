@@ -242,3 +242,29 @@ TEST_CASE("a box that is not in memory is named, and the choice goes on with it"
     CHECK(asked.size() >= 4);
     CHECK(chosen.probability > 0);
 }
+
+TEST_CASE("where there are very many lamps, none is sampled", "[raytracer][walk][lamp]") {
+    for (const bool too_many : {false, true}) {
+        auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-64, -1, -64},
+                                                  ArrayWorld::Coord{64, 4, 64});
+        world->fill({-64, -1, -64}, {64, 0, 64}, Material::kRock);
+        // 128 x 128 of them are as many as may be; one more is too many.
+        world->fill({-64, 2, -64}, {64, 3, 64}, Material::kLamp);
+        if (too_many)
+            world->fill({0, 0, 0}, {1, 1, 1}, Material::kLamp);
+        world->editable_info().bounds = world->level_bounds();
+        test::Job job(street_scene(core::Integrator::kPath, 1), std::size_t{256} << 20,
+                      std::move(world));
+        walk::BlockReader reader(job.blocks);
+        const walk::LevelCut cut(job.view.cut.bounds(), 0);
+        walk::LampQuery query(reader, cut);
+        walk::Hit hit;
+        hit.voxel = {0, -1, 0};
+        hit.face = core::Face::kTop;
+        walk::LampChoice chosen;
+        while (!query.choose(hit, {0.5, 0, 0.5}, 0.3, chosen))
+            (void)job.blocks.get(query.missing());
+        CHECK(chosen.looked == !too_many);
+        CHECK((chosen.probability > 0) == !too_many);
+    }
+}

@@ -69,8 +69,8 @@ constexpr std::size_t kX1At = 26;
 constexpr std::size_t kY1At = 30;
 constexpr std::size_t kStepAt = 34;
 constexpr std::size_t kHolesAt = 46;
-constexpr std::size_t kSecondsAt = 50 + 12 * 8;
-constexpr std::size_t kPlanesAt = 50 + 19 * 8;
+constexpr std::size_t kSecondsAt = 50 + 13 * 8;
+constexpr std::size_t kPlanesAt = 50 + 20 * 8;
 
 /// Changes bytes as an attacker would: with a valid checksum.
 template <class T>

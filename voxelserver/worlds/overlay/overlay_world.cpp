@@ -12,6 +12,8 @@ namespace {
 using voxel::Box;
 using voxel::BoxKey;
 
+constexpr double kLargestLamp_m = 4;
+
 double side_of(int level) noexcept {
     return static_cast<double>(std::int64_t{1} << level);
 }
@@ -54,7 +56,12 @@ private:
         const double side = side_of(key.level);
         const Footprint::Point middle = object.footprint.middle();
         const std::int32_t end = end_of(object, key.level);
-        for (int z = -1; z <= voxel::kBoxSizeZ; ++z) {
+        const std::int32_t first = key.bz * voxel::kBoxSizeZ;
+        // The column in the object's middle may lie half outside of it.
+        const int begin = std::max(down(object.footprint.min()[1] / side) - 1 - first, -1);
+        const int end_z =
+            std::min(down(object.footprint.max()[1] / side) + 2 - first, voxel::kBoxSizeZ + 1);
+        for (int z = begin; z < end_z; ++z) {
             const std::int32_t vz = key.bz * voxel::kBoxSizeZ + z;
             // Once for each row: a polygon may have many corners.
             const std::vector<double> borders = object.footprint.crossings((vz + 0.5) * side);
@@ -103,6 +110,9 @@ OverlayWorld::Objects OverlayWorld::objects_within(int level, std::int32_t bx, s
     const double margin = side_of(level);
     Objects out;
     for (const AddedObject& object : m_objects) {
+        // It would hide the land, and light all of it.
+        if (object.is_lamp && side_of(level) * m_info.voxel_m > kLargestLamp_m)
+            continue;
         const Footprint::Point low = object.footprint.min();
         const Footprint::Point high = object.footprint.max();
         if (high[0] + margin >= bx * edge && low[0] - margin <= end_bx * edge &&

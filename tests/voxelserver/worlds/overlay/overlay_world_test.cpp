@@ -155,12 +155,12 @@ TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]")
 
 TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
     const test::TemporaryFolder folder;
-    const auto world_of = [&](const std::string& points) {
+    const auto world_of = [&](const std::string& points, int level = 0) {
         const auto file = folder.path() / "lamps.geojson";
         std::ofstream(file) << R"({"type":"FeatureCollection",)"
                             << R"("crs":{"properties":{"name":"EPSG:3794"}},"features":[)" << points
                             << "]}";
-        auto base = land();
+        auto base = land(level);
         base->editable_info().crs = "EPSG:3794";
         base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
         const std::vector<std::string> additions = {file.string()};
@@ -202,6 +202,13 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
     CHECK(highest(R"({"top":3})") == Material::kLamp);
     CHECK(highest(R"({"top":5})") == Material::kLamp);
     CHECK(highest(R"({"top":6})") == Material::kPlain);
+    // Where voxels are large, a lamp would be a glowing block.
+    for (const int level : {2, 3}) {
+        const auto coarse = world_of(
+            feature(R"({"top":100})", R"({"type":"Point","coordinates":[10.3,-30.6]})"), level);
+        CHECK(Voxels(*coarse, level).at(10 >> level, 90 >> level, 30 >> level).has_value() ==
+              (level == 2));
+    }
     CHECK_THROWS_WITH(
         world_of(feature("{}", R"({"type":"LineString","coordinates":[[0,0],[1,1]]})")),
         contains("feature 0 is neither a polygon nor a point"));
