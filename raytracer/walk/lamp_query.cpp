@@ -190,7 +190,6 @@ const LampQuery::Lamps* LampQuery::around(const voxel::BoxKey& key) {
             for (std::int32_t bz = range.low[2] >> side; bz <= range.high[2] >> side; ++bz)
                 if (!collect(level, bx, bz, range, out))
                     return nullptr;
-    out.are_too_many = out.lamps.size() > kMostLamps;
     if (out.are_too_many)
         out.lamps = {};
     else
@@ -216,9 +215,14 @@ bool LampQuery::collect(int level, std::int32_t bx, std::int32_t bz, const Range
         return true;
     }
     for (std::int32_t by = range.low[1] >> level >> 8; by <= range.high[1] >> level >> 8; ++by) {
+        // Nothing that is found after that would change the answer.
+        if (out.are_too_many)
+            return true;
         const Lamps* const lamps = of_box({level, bx, by, bz});
         if (lamps == nullptr)
             return false;
+        out.are_too_many =
+            lamps->are_too_many || out.lamps.size() + lamps->lamps.size() > kMostLamps;
         out.lamps.insert(out.lamps.end(), lamps->lamps.begin(), lamps->lamps.end());
         out.holes.insert(out.holes.end(), lamps->holes.begin(), lamps->holes.end());
     }
@@ -244,6 +248,9 @@ const LampQuery::Lamps* LampQuery::of_box(const voxel::BoxKey& key) {
                                      key.level,
                                      attr});
         });
+    out.are_too_many = out.lamps.size() > kMostLamps;
+    if (out.are_too_many)
+        out.lamps = {};
     m_kept += 1 + out.lamps.size();
     return &m_of_box.emplace(key, std::move(out)).first->second;
 }

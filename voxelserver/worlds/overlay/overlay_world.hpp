@@ -17,8 +17,8 @@ struct AddedObject {
 
 /// A world with planned objects in it. On every level a column of voxels belongs to an object if
 /// its middle lies inside; the one in the object's middle always does, so that none vanishes but
-/// lamps, which are left out where voxels are larger than 4 m. Boxes
-/// that no object touches are those of the other world. Thread-safe.
+/// lamps, which are left out where voxels are larger than 4 m. Boxes that no object touches are
+/// those of the other world. Thread-safe.
 class OverlayWorld final : public voxel::World {
 public:
     /// @param text identifies the objects, for edition()
