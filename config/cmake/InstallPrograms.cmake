@@ -2,7 +2,7 @@
 # Everything is found relative to the programs, so that P can be moved. The components, in this
 # order, since the manual is made of the programs that are there:
 #   data      share/terravox/config     data files, of the Python package, too
-#             share/doc/terravox        licences
+#             share/doc/terravox        licences, those of what is compiled in, too
 #   preview   lib/terravox/terravox-preview, with libraries that a server has no use for
 #   programs  bin/terravox              the commands; the only program in the PATH
 #             lib/terravox              the programs, their modules, the grabber
@@ -46,7 +46,7 @@ install(FILES ${files_of_worlds} config/converters.toml config/licences.toml con
 set(data_of_library "share/terravox/libterravox.so.${PROJECT_VERSION}/config")
 install(DIRECTORY ${folders_of_worlds} COMPONENT library DESTINATION "${data_of_library}")
 install(FILES ${files_of_worlds} COMPONENT library DESTINATION "${data_of_library}")
-install(FILES LICENSE THIRD_PARTY.md
+install(FILES LICENSE THIRD_PARTY.md config/debian/copyright
   COMPONENT data DESTINATION share/doc/terravox)
 install(FILES CHANGELOG.md
   COMPONENT programs DESTINATION share/doc/terravox)

@@ -11,6 +11,9 @@ import sys
 
 import contents
 
+# What each Debian package has as its file `copyright`: of some of what is compiled in, Debian's own
+# files name no licence (the font in Dear ImGui).
+COPYRIGHT = pathlib.Path(__file__).resolve().parents[1] / "debian" / "copyright"
 # Where the build has what Debian has no package of: files in the folder of --deps, and the part of
 # each that is the licence. What others have written has its licence in a comment of the sources.
 ALL = r".*"
@@ -85,6 +88,8 @@ def compiled_in(tables, files, folder):
 
 def brought(files):
     """@return heading, text of each part that packages and wheels bring as files"""
+    if any(file.suffix == ".deb" for file in files):
+        yield "copyright, in Debian packages", COPYRIGHT.read_text(encoding="utf-8")
     for file in files:
         if file.suffix == ".deb":
             endings = ("/licences.txt", "/licences-page.txt")

@@ -157,6 +157,7 @@ class Lists(Case):
             "GDAL, with libtiff": "Frank Warmerdam",
             "PROJ, and its database": "Gerald Evenden",
             "curl (Debian's copyright file), compiled in": "Daniel Stenberg",
+            "copyright, in Debian packages": "Tristan Grimmer (ProggyClean",
         }.items():
             with self.subTest(heading):
                 _, found, rest = text.partition(f"\n{heading}")
