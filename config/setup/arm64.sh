@@ -91,10 +91,10 @@ unpack_arm64_packages() {
         dpkg-deb --extract "$package" "$root" || return
         record_arm64_package "$package" "$root" || return
     done
-    # As in an installed system, where these are one folder each.
+    # As in an installed system, where these are one folder each. Since Debian 13 packages have them
+    # in usr alone, and programs still name their loader without it.
     for folder in bin lib sbin; do
-        [[ -d $root/$folder ]] || continue
-        mkdir -p "$root/usr/$folder"
+        mkdir -p "$root/$folder" "$root/usr/$folder"
         cp --archive "$root/$folder/." "$root/usr/$folder" || return
         rm -rf "${root:?}/$folder" || return
         ln -s "usr/$folder" "$root/$folder" || return

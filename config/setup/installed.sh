@@ -44,7 +44,9 @@ start() {
     if [[ $1 == grabber ]]; then
         start_grabber "${@:2}"
     fi
-    [[ -x $PROGRAMS/$1 ]] || die "run $1: it is not in $PROGRAMS; this package was built without it"
+    [[ -x $PROGRAMS/$1 ]] ||
+        die "run $1: it is not in $PROGRAMS; install the package $1," \
+            "or that component into this prefix"
     exec "$PROGRAMS/$1" "${@:2}"
 }
 

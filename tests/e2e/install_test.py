@@ -43,6 +43,17 @@ class Installed(Case):
                 self.assertDone(self.run_installed("render", *words, theirs))
                 self.assertEqual(ours.read_bytes(), theirs.read_bytes())
 
+    def test_licences_of_what_is_compiled_in_and_of_the_page_are_there(self):
+        folder = self.prefix / "share" / "doc" / "terravox"
+        for name, words in {
+            "LICENSE": "Apache License",
+            "THIRD_PARTY.md": "## Compiled in",
+            "copyright": "ProggyClean, in Dear ImGui",
+            "licences-page.txt": "(MIT)",
+        }.items():
+            with self.subTest(name):
+                self.assertIn(words, (folder / name).read_text(encoding="utf-8"))
+
     def test_it_runs_through_a_symbolic_link(self):
         link = temporary_folder() / "tvx"
         link.symlink_to(self.terravox)

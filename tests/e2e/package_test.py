@@ -192,7 +192,7 @@ class Installed(Case):
         self.assertDone(Run([binary("RAYTRACER"), "render", *words]))
         self.assertEqual(ours.read_bytes(), (self.root.folder / "tmp" / "p.png").read_bytes())
         run = self.root.run("terravox", "preview", "--help")
-        self.assertRefused(run, 1, "terravox-preview", "not in /usr/lib/terravox")
+        self.assertRefused(run, 1, "not in /usr/lib/terravox", "the package terravox-preview")
 
     def test_2_the_window_is_a_package_of_its_own(self):
         self.install("terravox-preview")
