@@ -23,10 +23,11 @@ public:
     /// @return nullptr when the box is not in memory. The pointer is valid until the next call or,
     /// while the reader is holding, until release().
     [[nodiscard]] const blocks::Block* get(const voxel::BoxKey& key) {
-        // Neighbours get slots of their own: a ray that goes to and fro between boxes must not
-        // fetch them again and again.
-        const auto slot_index = static_cast<std::size_t>((key.bx & 15) | (key.bz & 15) << 4 |
-                                                         (key.by & 1) << 8 | (key.level & 1) << 9);
+        // Neighbours get slots of their own: rays that go to and fro between boxes must not fetch
+        // them again and again. 32 boxes of level 0 are 2048 voxels, the width of a picture's
+        // place.
+        const auto slot_index = static_cast<std::size_t>(
+            (key.bx & 31) | (key.bz & 31) << 5 | (key.by & 1) << 10 | (key.level & 1) << 11);
         Slot& slot = m_slots[slot_index];
         if (slot.block && slot.key == key)
             return slot.block.get();
@@ -46,7 +47,7 @@ public:
     [[nodiscard]] blocks::BlockManager& blocks() noexcept { return m_blocks; }
 
 private:
-    static constexpr std::size_t kSlots = 1024;
+    static constexpr std::size_t kSlots = 4096;
     struct Slot {
         voxel::BoxKey key;
         blocks::BlockPin block;

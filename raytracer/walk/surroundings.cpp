@@ -1,6 +1,46 @@
 #include "raytracer/walk/surroundings.hpp"
 
+#include <optional>
+#include <span>
+
 namespace terravox::walk {
+namespace {
+
+/// Which voxels of a box are solid, a brick of 4 x 4 x 4 at a time: neighbours mostly share one.
+class BrickReader {
+public:
+    explicit BrickReader(const voxel::Box& box) : m_cells(box.cells()) {}
+
+    /// Local coordinates, as those of Box::solid().
+    [[nodiscard]] bool solid(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
+        const std::int32_t brick = x >> 2 | z >> 2 << 4 | y >> 2 << 8;
+        if (brick != m_brick) {
+            m_brick = brick;
+            m_mask = mask_at(x, y, z);
+        }
+        return (m_mask >> voxel::child_bit(x, y, z) & 1) != 0;
+    }
+
+private:
+    [[nodiscard]] std::uint64_t mask_at(std::int32_t x, std::int32_t y,
+                                        std::int32_t z) const noexcept {
+        const voxel::TreeCell* cell = &m_cells[static_cast<std::size_t>(y >> 6)];
+        for (int shift = 4; shift > 0; shift -= 2) {
+            const int bit = voxel::child_bit(x >> shift, y >> shift, z >> shift);
+            if ((cell->mask >> bit & 1) == 0)
+                return 0;
+            if ((cell->detail >> bit & 1) == 0)
+                return ~std::uint64_t{0};
+            cell = &m_cells[cell->index_of(bit)];
+        }
+        return cell->mask;
+    }
+    std::span<const voxel::TreeCell> m_cells;
+    std::int32_t m_brick = -1;
+    std::uint64_t m_mask = 0;
+};
+
+}  // namespace
 
 bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
     const int own = m_cut.level_at(v.x << level, v.z << level, level);
@@ -29,7 +69,7 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
     const int a = (axis + 1) % 3;
     const int b = (axis + 2) % 3;
     // Usually all eight lie in the box that the ray has just been in.
-    const voxel::Box* whole = nullptr;
+    std::optional<BrickReader> whole;
     const std::int32_t x = front.x & 63;
     const std::int32_t y = front.y & 255;
     const std::int32_t z = front.z & 63;
@@ -37,8 +77,9 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
         // For null, see look().
         if (const blocks::Block* block =
-                m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6}))
-            whole = block->box.get();
+                m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6});
+            block != nullptr && block->box)
+            whole.emplace(*block->box);
     for (; seen.looked < 8; ++seen.looked) {
         // Of nine, without the middle.
         const int place = seen.looked < 4 ? seen.looked : seen.looked + 1;
@@ -46,7 +87,7 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
         c[a] += place / 3 - 1;
         c[b] += place % 3 - 1;
         bool solid = false;
-        if (whole != nullptr)
+        if (whole)
             solid = whole->solid(c[0] & 63, c[1] & 255, c[2] & 63);
         else if (!look({c[0], c[1], c[2]}, hit.level, solid))
             return false;

@@ -368,3 +368,43 @@ TEST_CASE("surroundings of a face are found across levels", "[raytracer][levels]
         REQUIRE(found == wanted);
     }
 }
+
+TEST_CASE("the eight voxels around a face are those that are found one by one",
+          "[raytracer][levels]") {
+    Fixture f(kEyes[0]);
+    walk::Surroundings surroundings(f.reader, f.cut);
+    Random random(4);
+    const auto now = [&](const auto& look) {
+        while (!look())
+            (void)f.blocks.get(surroundings.missing());
+    };
+    int mixed = 0;
+    for (int i = 0; i < 6000; ++i) {
+        walk::Hit hit;
+        hit.voxel = {static_cast<std::int32_t>(real(random, -150, 170)),
+                     static_cast<std::int32_t>(real(random, -20, 90)),
+                     static_cast<std::int32_t>(real(random, -140, 150))};
+        hit.face = static_cast<core::Face>(i % 6);
+        hit.level = i % 3;
+        for (std::int32_t* c : {&hit.voxel.x, &hit.voxel.y, &hit.voxel.z})
+            *c >>= hit.level;
+        walk::Seen seen;
+        now([&] { return surroundings.around(hit, seen); });
+        unsigned wanted = 0;
+        for (int k = 0; k < 8; ++k) {
+            const int place = k < 4 ? k : k + 1;
+            const core::VoxelCoord front = walk::neighbour(hit.voxel, hit.face);
+            std::int32_t c[3] = {front.x, front.y, front.z};
+            const int axis = core::axis_of(hit.face);
+            c[(axis + 1) % 3] += place / 3 - 1;
+            c[(axis + 2) % 3] += place % 3 - 1;
+            bool solid = false;
+            now([&] { return surroundings.look({c[0], c[1], c[2]}, hit.level, solid); });
+            wanted |= static_cast<unsigned>(solid) << k;
+        }
+        REQUIRE(seen.looked == 8);
+        REQUIRE(seen.bits == wanted);
+        mixed += wanted != 0 && wanted != 255 ? 1 : 0;
+    }
+    CHECK(mixed > 100);
+}
