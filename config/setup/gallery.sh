@@ -111,6 +111,9 @@ gallery_picture() {
     if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data[0]=$place/$GALLERY_SQUARE.laz; fi
     if in_list "$name" "${GALLERY_WITHOUT_PHOTO[@]}"; then data=("${data[0]}"); fi
     if in_list "$name" "${GALLERY_OF_NOISE[@]}"; then data=("generated:$GALLERY_SEED"); fi
+    if [[ -f $GALLERY_SCENES/$name.geojson ]]; then
+        data+=(--add "$GALLERY_SCENES/$name.geojson") # street lamps
+    fi
     rm -f "$drawn"
     quietly "$LOGS/gallery-$name.log" \
         "$ROOT/build/release/bin/terravox-raytracer" render "${data[@]}" \
