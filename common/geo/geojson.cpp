@@ -1,10 +1,12 @@
 #include "common/geo/geojson.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "common/util/error.hpp"
 
@@ -12,6 +14,25 @@ namespace terravox::geo {
 namespace {
 
 using nlohmann::json;
+
+/// @return the number that a text is, with or without its unit "m"; NaN for others
+double number_in(const std::string& text) {
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [next, failed] = std::from_chars(text.data(), end, number);
+    const std::string_view unit(next, end);
+    const bool is_number = failed == std::errc{} && std::isfinite(number) &&
+                           (unit.empty() || unit == "m" || unit == " m");
+    return is_number ? number : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// @return NaN where a property is no number
+double number_of(const json& property) {
+    if (property.is_number())
+        return property.get<double>();
+    return property.is_string() ? number_in(property.get_ref<const std::string&>())
+                                : std::numeric_limits<double>::quiet_NaN();
+}
 
 /// Reads one file.
 class Reader {
@@ -77,8 +98,8 @@ private:
         if (const auto found = object.find("properties");
             found != object.end() && found->is_object())
             for (const auto& [name, value] : found->items())
-                if (value.is_number())
-                    (*m_numbers)[name] = value.get<double>();
+                if (const double number = number_of(value); !std::isnan(number))
+                    (*m_numbers)[name] = number;
         // A feature without a place has the geometry null.
         if (const auto found = object.find("geometry"); found != object.end() && found->is_object())
             read_geometry(*found);

@@ -23,7 +23,8 @@ struct Shape {
     ShapeKind kind = ShapeKind::kPoint;
     /// Of a polygon: its border and its holes; of others: one. Never empty, nor are its members.
     std::vector<std::vector<Position>> parts;
-    /// Properties of the feature that are numbers; shared by its shapes.
+    /// Properties of the feature that are numbers, or texts of one in metres, "7" or "7 m", as
+    /// OpenStreetMap has them; shared by its shapes.
     std::shared_ptr<const std::map<std::string, double>> numbers;
     std::size_t feature = 0;  ///< its number in the file, from 0
 

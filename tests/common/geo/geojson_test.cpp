@@ -26,6 +26,24 @@ std::string feature(const std::string& geometry, const std::string& properties =
 
 }  // namespace
 
+TEST_CASE("texts of a number of metres are numbers", "[common][geo]") {
+    const auto height = [](const std::string& value) {
+        return read(feature(R"({"type":"Point","coordinates":[1,2]})",
+                            R"({"height":)" + value + "}"))
+            .at(0)
+            .number("height");
+    };
+    for (const char* text : {"7.5", R"("7.5")", R"("7.5 m")", R"("7.5m")"}) {
+        INFO(text);
+        CHECK(height(text) == 7.5);
+    }
+    for (const char* text : {R"("7.5 ft")", R"("m")", R"("")", R"("nan")", R"("inf")", R"("1e999")",
+                             R"("7.5 m high")", "true", "null"}) {
+        INFO(text);
+        CHECK(std::isnan(height(text)));
+    }
+}
+
 TEST_CASE("shapes of a GeoJSON file are read with their numbers", "[common][geo]") {
     const auto shapes = read(
         R"({"type":"FeatureCollection","crs":{"type":"name","properties":)"

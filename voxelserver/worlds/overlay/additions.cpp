@@ -12,6 +12,7 @@
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/worlds/overlay/overlay_world.hpp"
@@ -89,6 +90,7 @@ private:
                 "this world has no CRS to place its objects in; allowed: x0,z0,x1,z1,TOP in "
                 "voxels");
         const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt));
+        std::size_t lamps_outside = 0;
         for (const geo::Shape& shape : shapes) {
             const std::string name = "feature " + std::to_string(shape.feature);
             if (shape.kind == geo::ShapeKind::kLine)
@@ -107,12 +109,24 @@ private:
                 for (const geo::Shape::Position& p : part)
                     ring.push_back(in_voxels(p[0], p[1]));
             }
-            if (is_lamp)
-                rings = {column_of(rings.front().front())};
+            if (is_lamp) {
+                const Footprint::Point place = rings.front().front();
+                rings = {column_of(place)};
+                // The lamps of a town are more than those of the data; plans are whole.
+                if (!is_within_data(rings.front()[0], rings.front()[2])) {
+                    ++lamps_outside;
+                    continue;
+                }
+            }
             add(std::move(rings), height, is_lamp);
         }
         if (shapes.empty())
             refuse("it holds neither a polygon nor a point");
+        if (lamps_outside == shapes.size())
+            refuse_place();
+        if (lamps_outside > 0)
+            util::log_warn("add {}: {} of {} points lie outside of the data and are left out",
+                           m_text, lamps_outside, shapes.size());
     }
 
     /// The voxels in which a point lies.
@@ -137,7 +151,8 @@ private:
         } catch (const std::invalid_argument& e) {
             refuse(e.what());
         }
-        check_place(*footprint);
+        if (!is_within_data(footprint->min(), footprint->max()))
+            refuse_place();
         double top = height.metres / m_info.voxel_m;
         if (height.is_above_ground)
             top += ground_below(*footprint);
@@ -157,12 +172,15 @@ private:
         m_objects.push_back({std::move(*footprint), top, is_lamp});
     }
 
-    void check_place(const Footprint& footprint) const {
+    [[nodiscard]] bool is_within_data(const Footprint::Point& low,
+                                      const Footprint::Point& high) const {
         const voxel::VoxelBounds& b = m_info.bounds;
-        const Footprint::Point low = footprint.min();
-        const Footprint::Point high = footprint.max();
-        if (low[0] >= b.min[0] && high[0] <= b.max[0] && low[1] >= b.min[2] && high[1] <= b.max[2])
-            return;
+        return low[0] >= b.min[0] && high[0] <= b.max[0] && low[1] >= b.min[2] &&
+               high[1] <= b.max[2];
+    }
+
+    [[noreturn]] void refuse_place() const {
+        const voxel::VoxelBounds& b = m_info.bounds;
         const bool is_placed = !m_info.crs.empty();
         const double unit = is_placed ? m_info.crs_units_per_voxel : 1;
         refuse("it lies outside of the data; allowed: within " + number(b.min[0] * unit) + "," +

@@ -202,6 +202,16 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
     CHECK(highest(R"({"top":3})") == Material::kLamp);
     CHECK(highest(R"({"top":5})") == Material::kLamp);
     CHECK(highest(R"({"top":6})") == Material::kPlain);
+    // A town has more lamps than the data, and OpenStreetMap writes numbers as texts.
+    const auto town =
+        world_of(feature("{}", R"({"type":"Point","coordinates":[400,0]})") + "," +
+                 feature(R"({"height":"8 m"})", R"({"type":"Point","coordinates":[-5,20]})") + "," +
+                 feature(R"({"height":"6"})", R"({"type":"Point","coordinates":[-5,-5]})"));
+    Voxels of_town(*town);
+    CHECK(of_town.at(-5, 7, -20)->material == Material::kLamp);
+    CHECK(of_town.at(-5, 5, 5)->material == Material::kLamp);
+    CHECK_THROWS_WITH(world_of(feature("{}", R"({"type":"Point","coordinates":[400,0]})")),
+                      contains("it lies outside of the data; allowed: within -100,"));
     // Where voxels are large, a lamp would be a glowing block.
     for (const int level : {2, 3}) {
         const auto coarse = world_of(
