@@ -361,7 +361,16 @@ MapPlace map_place(const Crs& crs, double easting, double northing) {
         (1 - kEccentricitySquared * sine * sine) / (1 - kEccentricitySquared);
     const double east = std::remainder(north_lon_deg - south_lon_deg, 360) *
                         std::cos(here_lat_deg * kRad) * across_to_along;
-    return {{here_lat_deg, here_lon_deg}, std::atan2(east, north_lat_deg - south_lat_deg) / kRad};
+    const double convergence_deg = std::atan2(east, north_lat_deg - south_lat_deg) / kRad;
+    // The last digits of PROJ depend on its version and the processor, and with them the last bits
+    // of sunlight would: of the convergence 1e-11 degrees, as it is a difference.
+    const auto rounded = [](double deg, double parts) {
+        return std::round(deg * parts) / parts + 0.0;  // never -0
+    };
+    constexpr double kPlaceParts = 1e8;  // a millimetre
+    constexpr double kDirectionParts = 1e6;
+    return {{rounded(here_lat_deg, kPlaceParts), rounded(here_lon_deg, kPlaceParts)},
+            rounded(convergence_deg, kDirectionParts)};
 }
 
 }  // namespace terravox::geo

@@ -87,7 +87,8 @@ private:
 [[nodiscard]] LatLon to_lat_lon(const Crs& crs, double easting, double northing);
 
 /// A place of a map, with the map's direction there: that of the short line on the ellipsoid
-/// between two points of the map, 10 units south and north of it.
+/// between two points of the map, 10 units south and north of it. Rounded to 1e-8 degrees, and the
+/// direction to 1e-6, so that all versions of PROJ say the same.
 /// @throws Error outside the domain of `crs`
 [[nodiscard]] MapPlace map_place(const Crs& crs, double easting, double northing);
 
