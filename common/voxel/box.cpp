@@ -156,15 +156,7 @@ std::uint64_t Box::checksum() const noexcept {
 }
 
 bool Box::solid(int x, int y, int z) const noexcept {
-    const TreeCell* cell = &m_cells[static_cast<std::size_t>(y >> 6)];
-    for (int shift = 4;; shift -= 2) {
-        const int bit = child_bit(x >> shift, y >> shift, z >> shift);
-        if ((cell->mask >> bit & 1) == 0)
-            return false;
-        if (shift == 0 || (cell->detail >> bit & 1) == 0)
-            return true;
-        cell = &m_cells[cell->index_of(bit)];
-    }
+    return voxel(x, y, z).has_value();
 }
 
 std::optional<VoxelAttr> Box::voxel(int x, int y, int z) const noexcept {

@@ -45,8 +45,8 @@ start() {
         start_grabber "${@:2}"
     fi
     [[ -x $PROGRAMS/$1 ]] ||
-        die "run $1: it is not in $PROGRAMS; install the package $1," \
-            "or that component into this prefix"
+        die "run $1: it is not in $PROGRAMS; the window comes with the package terravox-preview" \
+            "(component preview), all other programs with terravox (component programs)"
     exec "$PROGRAMS/$1" "${@:2}"
 }
 

@@ -24,8 +24,7 @@ public:
     /// while the reader is holding, until release().
     [[nodiscard]] const blocks::Block* get(const voxel::BoxKey& key) {
         // Neighbours get slots of their own: rays that go to and fro between boxes must not fetch
-        // them again and again. 32 boxes of level 0 are 2048 voxels, the width of a picture's
-        // place.
+        // them again and again. 32 boxes of level 0 are 2048 voxels wide.
         const auto slot_index = static_cast<std::size_t>(
             (key.bx & 31) | (key.bz & 31) << 5 | (key.by & 1) << 10 | (key.level & 1) << 11);
         Slot& slot = m_slots[slot_index];

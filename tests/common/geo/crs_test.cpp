@@ -394,7 +394,8 @@ TEST_CASE("a map's north has its known angle to true north", "[common][geo][crs]
     }
 }
 
-TEST_CASE("where a map is does not hang on the last digits of coordinates", "[common][geo][crs]") {
+TEST_CASE("where a map is does not depend on the last digits of coordinates",
+          "[common][geo][crs]") {
     // Versions of PROJ differ by less than a millionth of a metre.
     const Crs crs = Crs::from_text("EPSG:3794");
     const MapPlace place = map_place(crs, 462'000, 101'000);

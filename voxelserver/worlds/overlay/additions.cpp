@@ -81,7 +81,7 @@ private:
         height.metres = metres;
         const Footprint::Ring ring = {in_voxels(west, south), in_voxels(east, south),
                                       in_voxels(east, north), in_voxels(west, north)};
-        add({ring}, height, false);
+        (void)add({ring}, height, false);
     }
 
     void read_file() {
@@ -90,7 +90,7 @@ private:
                 "this world has no CRS to place its objects in; allowed: x0,z0,x1,z1,TOP in "
                 "voxels");
         const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt));
-        std::size_t lamps_outside = 0;
+        std::size_t lamps_left_out = 0;
         for (const geo::Shape& shape : shapes) {
             const std::string name = "feature " + std::to_string(shape.feature);
             if (shape.kind == geo::ShapeKind::kLine)
@@ -109,24 +109,18 @@ private:
                 for (const geo::Shape::Position& p : part)
                     ring.push_back(in_voxels(p[0], p[1]));
             }
-            if (is_lamp) {
-                const Footprint::Point place = rings.front().front();
-                rings = {column_of(place)};
-                // The lamps of a town are more than those of the data; plans are whole.
-                if (!is_within_data(rings.front()[0], rings.front()[2])) {
-                    ++lamps_outside;
-                    continue;
-                }
-            }
-            add(std::move(rings), height, is_lamp);
+            if (is_lamp)
+                rings = {column_of(rings.front().front())};
+            if (!add(std::move(rings), height, is_lamp))
+                ++lamps_left_out;
         }
         if (shapes.empty())
             refuse("it holds neither a polygon nor a point");
-        if (lamps_outside == shapes.size())
+        if (lamps_left_out == shapes.size())
             refuse_place();
-        if (lamps_outside > 0)
-            util::log_warn("add {}: {} of {} points lie outside of the data and are left out",
-                           m_text, lamps_outside, shapes.size());
+        if (lamps_left_out > 0)
+            util::log_warn("add {}: points left out, where there are no data: {}", m_text,
+                           lamps_left_out);
     }
 
     /// The voxels in which a point lies.
@@ -142,7 +136,9 @@ private:
         return {x / m_info.crs_units_per_voxel, -y / m_info.crs_units_per_voxel};
     }
 
-    void add(std::vector<Footprint::Ring> rings, Height height, bool is_lamp) {
+    /// @return false for a lamp where there are no data: a town has more lamps than the data, while
+    /// a plan is refused there
+    [[nodiscard]] bool add(std::vector<Footprint::Ring> rings, Height height, bool is_lamp) {
         if (m_objects.size() == kMaxObjects)
             refuse("more than " + std::to_string(kMaxObjects) + " objects");
         std::optional<Footprint> footprint;
@@ -151,11 +147,20 @@ private:
         } catch (const std::invalid_argument& e) {
             refuse(e.what());
         }
-        if (!is_within_data(footprint->min(), footprint->max()))
+        if (!is_within_data(*footprint)) {
+            if (is_lamp)
+                return false;
             refuse_place();
+        }
         double top = height.metres / m_info.voxel_m;
-        if (height.is_above_ground)
-            top += ground_below(*footprint);
+        if (height.is_above_ground) {
+            const auto ground = ground_below(*footprint);
+            if (!ground && is_lamp)
+                return false;
+            if (!ground)
+                refuse("there are no data in its middle; allowed: TOP, a height of its own");
+            top += *ground;
+        }
         constexpr double kHighest_m = 20'000;
         if (!(std::abs(top * m_info.voxel_m) <= kHighest_m))
             refuse("a top at " + number(top * m_info.voxel_m) + " m; allowed: up to " +
@@ -170,11 +175,13 @@ private:
         m_identity.add(top);
         m_identity.add(std::uint8_t{is_lamp});
         m_objects.push_back({std::move(*footprint), top, is_lamp});
+        return true;
     }
 
-    [[nodiscard]] bool is_within_data(const Footprint::Point& low,
-                                      const Footprint::Point& high) const {
+    [[nodiscard]] bool is_within_data(const Footprint& footprint) const {
         const voxel::VoxelBounds& b = m_info.bounds;
+        const Footprint::Point low = footprint.min();
+        const Footprint::Point high = footprint.max();
         return low[0] >= b.min[0] && high[0] <= b.max[0] && low[1] >= b.min[2] &&
                high[1] <= b.max[2];
     }
@@ -188,13 +195,9 @@ private:
                "," + number(is_placed ? -b.min[2] * unit : b.max[2]));
     }
 
-    [[nodiscard]] double ground_below(const Footprint& footprint) const {
-        const auto ground =
-            ground_at(m_world, static_cast<std::int32_t>(std::floor(footprint.middle()[0])),
-                      static_cast<std::int32_t>(std::floor(footprint.middle()[1])));
-        if (!ground)
-            refuse("there are no data in its middle; allowed: TOP, a height of its own");
-        return *ground;
+    [[nodiscard]] std::optional<std::int32_t> ground_below(const Footprint& footprint) const {
+        return ground_at(m_world, static_cast<std::int32_t>(std::floor(footprint.middle()[0])),
+                         static_cast<std::int32_t>(std::floor(footprint.middle()[1])));
     }
 
     voxel::World& m_world;

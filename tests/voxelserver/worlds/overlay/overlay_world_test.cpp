@@ -19,11 +19,12 @@ using test::ArrayWorld;
 using test::contains;
 using voxel::Material;
 
-/// Ground up to y = 0, a tree and a house on it.
+/// Ground up to y = 0, a tree and a house on it, and a column without data.
 std::unique_ptr<ArrayWorld> land(int level = 0) {
     auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-100, -4, -100},
                                               ArrayWorld::Coord{100, 12, 100}, level);
     world->fill({-100, -4, -100}, {100, 0, 100}, Material::kGrass);
+    world->fill({-51, -4, -51}, {-50, 0, -50}, Material::kAir);
     world->fill({20, 0, 20}, {21, 3, 21}, Material::kTrunk);
     world->fill({18, 3, 18}, {23, 8, 23}, Material::kHighVegetation);
     world->fill({40, 0, 40}, {50, 6, 50}, Material::kRoof);
@@ -212,6 +213,11 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
     CHECK(of_town.at(-5, 5, 5)->material == Material::kLamp);
     CHECK_THROWS_WITH(world_of(feature("{}", R"({"type":"Point","coordinates":[400,0]})")),
                       contains("it lies outside of the data; allowed: within -100,"));
+    const std::string above_nothing =
+        feature("{}", R"({"type":"Point","coordinates":[-50.5,50.5]})");
+    const auto with_gap = world_of(above_nothing + "," + lamp);
+    CHECK_FALSE(Voxels(*with_gap).at(-51, 4, -51));
+    CHECK(Voxels(*with_gap).at(10, 4, 30)->material == Material::kLamp);
     // Where voxels are large, a lamp would be a glowing block.
     for (const int level : {2, 3}) {
         const auto coarse = world_of(
