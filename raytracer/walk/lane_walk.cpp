@@ -8,6 +8,8 @@ namespace {
 using voxel::child_bit;
 using voxel::TreeCell;
 
+/// log2 of voxels: taller than nearly all worlds, so that a ray does not stop on its way up.
+constexpr int kTall = 14;
 /// Cells of idle lanes: the steps read the cells of all lanes.
 constexpr TreeCell kNothing;
 
@@ -116,6 +118,11 @@ bool LaneWalk::enter(int lane) {
             const auto i = static_cast<std::size_t>(a);
             if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i])
                 return *of.end = WalkEnd::kMiss, false;
+        }
+        if (const int open = ray.forward[1] ? m_skyline.open_above(ray) : 0; open > 0) {
+            ++m_counts.steps;
+            ray.leap(open, kTall, open);
+            continue;
         }
         const blocks::Block* block =
             m_reader.get({level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6});

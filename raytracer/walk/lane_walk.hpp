@@ -5,6 +5,7 @@
 #include <span>
 
 #include "raytracer/walk/packet_steps.hpp"
+#include "raytracer/walk/skyline.hpp"
 #include "raytracer/walk/walk.hpp"
 
 namespace terravox::walk {
@@ -23,7 +24,7 @@ struct LaneRay {
 class LaneWalk {
 public:
     LaneWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
-        : m_reader(reader), m_cut(cut), m_steps(steps) {}
+        : m_reader(reader), m_cut(cut), m_steps(steps), m_skyline(reader, cut) {}
 
     /// Sets `end` of the rays whose end is known. The others are left where they met something that
     /// is not handled here (a missing box, a hole, hidden rock), and RayWalk continues from there.
@@ -41,6 +42,7 @@ private:
     BlockReader& m_reader;
     const LevelCut& m_cut;
     const PacketSteps& m_steps;
+    Skyline m_skyline;
     RayLanes m_lanes;
     std::array<const LaneRay*, RayLanes::kLanes> m_rays{};      ///< ray of each lane; null: idle
     std::array<const voxel::Box*, RayLanes::kLanes> m_boxes{};  ///< box that each lane is in
