@@ -35,7 +35,8 @@ void DirectShading::shade_opaque(const Interaction& m) const {
         }
     }
     const voxel::Colour matt = weight * s.albedo;
-    const voxel::Colour sky = matt * m_view.sky.ambient(s.normal) * through_medium(m, {0, 1, 0});
+    const voxel::Colour sky =
+        matt * m_view.sky.ambient(m.ray.hit.face) * through_medium(m, {0, 1, 0});
     if (!q.ambient_occlusion)
         add(m.ray, sky, m.sum);
     else if (q.ao_rays == 0)

@@ -100,7 +100,7 @@ voxel::Colour Shading::through_water(const walk::TracedRay& ray, voxel::Colour w
         decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
     const sky::Sky& sky = m_view.sky;
     const voxel::Colour glow =
-        medium.glow * (sky.ambient({0, 1, 0}) +
+        medium.glow * (sky.ambient(core::Face::kTop) +
                        sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
     add(ray, weight * glow * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
     return weight * left;

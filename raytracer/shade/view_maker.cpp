@@ -35,7 +35,7 @@ double adaptation_ev(const sky::Sky& sky, double share) noexcept {
     constexpr double kMax_ev = 9;
     constexpr double kLn2 = 0.693147180559945309417;
     const double level = static_cast<double>(
-        voxel::luminance(sky.ambient({0, 1, 0}) +
+        voxel::luminance(sky.ambient(core::Face::kTop) +
                          sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
     return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0, kMax_ev);
 }

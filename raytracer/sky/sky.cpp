@@ -1,6 +1,7 @@
 #include "raytracer/sky/sky.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "raytracer/sky/ambient.hpp"
@@ -81,6 +82,7 @@ public:
     voxel::Colour sun_light;
     voxel::Colour ground;
     AmbientTable ambient;
+    std::array<voxel::Colour, 6> face_ambient;
     std::optional<SkySampler> sampler;
 
 private:
@@ -117,6 +119,10 @@ private:
                 light.push_back({d, radiance(d), 2 * det::kPi / (kLowRows * kLowColumns)});
             }
         ambient = AmbientTable(light);
+        for (std::size_t face = 0; face < face_ambient.size(); ++face) {
+            const core::Vec3 normal = core::normal_of(static_cast<core::Face>(face));
+            face_ambient[face] = uniform ? *uniform : ambient.at(normal);
+        }
     }
 };
 
@@ -153,6 +159,9 @@ voxel::Colour Sky::radiance(core::Vec3 d) const noexcept {
 }
 voxel::Colour Sky::ambient(core::Vec3 normal) const noexcept {
     return m_parts->uniform ? *m_parts->uniform : m_parts->ambient.at(normal);
+}
+voxel::Colour Sky::ambient(core::Face face) const noexcept {
+    return m_parts->face_ambient[static_cast<std::size_t>(face)];
 }
 bool Sky::uneven() const noexcept {
     return !m_parts->uniform && m_parts->strength > 0;

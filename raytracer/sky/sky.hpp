@@ -53,6 +53,9 @@ public:
     /// Light of all of radiance() on a surface: its mean weighted by the cosine.
     /// @param normal of unit length
     [[nodiscard]] voxel::Colour ambient(core::Vec3 normal) const noexcept;
+    /// The same for the normal of a voxel's face, without a look into the table.
+    /// @param face not kNone
+    [[nodiscard]] voxel::Colour ambient(core::Face face) const noexcept;
     /// Whether some of it is brighter than the rest, so that sample() is worth its rays.
     [[nodiscard]] bool uneven() const noexcept;
     /// Samples a direction above the horizon, bright ones more often.

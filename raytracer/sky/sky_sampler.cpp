@@ -11,46 +11,63 @@ namespace {
 constexpr double kCell_sr = 2 * det::kPi / (SkySampler::kColumns * SkySampler::kRows);
 // Share that every direction gets: a cell's mean may be dark where a corner of it is not.
 constexpr double kEven = 0.05;
-
-/// @return which of the ends a number falls before; `u` becomes its place in that cell, [0, 1]
-int find(const double* ends, int count, double& u) noexcept {
-    const int i =
-        std::min(static_cast<int>(std::upper_bound(ends, ends + count, u) - ends), count - 1);
-    const double low = i > 0 ? ends[i - 1] : 0;
-    const double size = ends[i] - low;
-    u = size > 0 ? std::clamp((u - low) / size, 0.0, 1.0) : 0.5;
-    return i;
-}
+constexpr double kBelowOne = 0x1.fffffffffffffp-1;
 
 }  // namespace
 
+template <int kCount>
+void SkySampler::Choice<kCount>::make_guide() noexcept {
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < kCount; ++i) {
+        while (first + 1 < kCount && ends[first] <= static_cast<double>(i) / kCount)
+            ++first;
+        guide[i] = static_cast<std::uint8_t>(first);
+    }
+}
+
+template <int kCount>
+int SkySampler::Choice<kCount>::find(double& u) const noexcept {
+    // The product of a power of two is exact, so the guide is never beyond the result.
+    static_assert((kCount & (kCount - 1)) == 0);
+    std::size_t i = guide[static_cast<std::size_t>(std::clamp(u, 0.0, kBelowOne) * kCount)];
+    while (i + 1 < kCount && ends[i] <= u)
+        ++i;
+    const double low = i > 0 ? ends[i - 1] : 0;
+    const double size = ends[i] - low;
+    u = size > 0 ? std::clamp((u - low) / size, 0.0, 1.0) : 0.5;
+    return static_cast<int>(i);
+}
+
 SkySampler::SkySampler(const std::vector<double>& luminance)
-    : m_row_ends(kRows), m_cell_ends(kRows * kColumns), m_pdf(kRows * kColumns) {
+    : m_columns(kRows), m_pdf(kRows * kColumns) {
     double all = 0;
     for (const double l : luminance)
         all += l;
     const double cells = kRows * kColumns;
     double rows = 0;
     for (std::size_t row = 0; row < kRows; ++row) {
+        auto& ends = m_columns[row].ends;
         double sum = 0;
         for (std::size_t column = 0; column < kColumns; ++column) {
             const std::size_t cell = row * kColumns + column;
             const double share =
                 all > 0 ? (1 - kEven) * luminance[cell] / all + kEven / cells : 1 / cells;
             m_pdf[cell] = share / kCell_sr;
-            m_cell_ends[cell] = sum += share;
+            ends[column] = sum += share;
         }
-        for (std::size_t column = 0; column < kColumns; ++column)
-            m_cell_ends[row * kColumns + column] /= sum;
-        m_row_ends[row] = rows += sum;
+        for (double& end : ends)
+            end /= sum;
+        m_columns[row].make_guide();
+        m_rows.ends[row] = rows += sum;
     }
-    for (double& end : m_row_ends)
+    for (double& end : m_rows.ends)
         end /= rows;
+    m_rows.make_guide();
 }
 
 SkySample SkySampler::sample(double u, double v) const noexcept {
-    const int row = find(m_row_ends.data(), kRows, v);
-    const int column = find(&m_cell_ends[static_cast<std::size_t>(row * kColumns)], kColumns, u);
+    const int row = m_rows.find(v);
+    const int column = m_columns[static_cast<std::size_t>(row)].find(u);
     const double y = (row + v) / kRows;
     const double flat = std::sqrt(std::max(0.0, 1 - y * y));
     const auto turn = det::sin_cos(2 * det::kPi * (column + u) / kColumns);

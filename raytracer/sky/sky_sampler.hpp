@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "raytracer/core/ray.hpp"
@@ -28,9 +30,22 @@ public:
     [[nodiscard]] double pdf(core::Vec3 direction) const noexcept;
 
 private:
-    std::vector<double> m_row_ends;   ///< cumulative share of the rows, up to and including each
-    std::vector<double> m_cell_ends;  ///< cumulative share within each row
-    std::vector<double> m_pdf;        ///< of each cell, 1 / sr
+    /// A choice of one of kCount by their shares. Ref: Chen, Asau, "On generating random variates
+    /// from an empirical distribution", AIIE Transactions 6(2), 1974 (the guide table).
+    template <int kCount>
+    struct Choice {
+        std::array<double, kCount> ends{};  ///< sum of the shares up to and including each; last: 1
+        /// The first whose end lies beyond i / kCount: where the search for such a number begins.
+        std::array<std::uint8_t, kCount> guide{};
+
+        void make_guide() noexcept;
+        /// @return the first whose end lies beyond `u`, [0, 1); `u` becomes its place in that
+        /// share, [0, 1]
+        [[nodiscard]] int find(double& u) const noexcept;
+    };
+    Choice<kRows> m_rows;
+    std::vector<Choice<kColumns>> m_columns;  ///< of each row
+    std::vector<double> m_pdf;                ///< of each cell, 1 / sr
 };
 
 }  // namespace terravox::sky
