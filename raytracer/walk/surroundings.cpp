@@ -57,13 +57,40 @@ bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
         m_missing = key;
         return false;
     }
-    if (block->hole)
+    if (block->hole) {
         m_holes.insert(key);
+        m_met_hole = true;
+    }
     solid = block->hole || (block->box && block->box->solid(x & 63, y & 255, z & 63));
     return true;
 }
 
+Surroundings::Known& Surroundings::place_of(const Hit& hit) noexcept {
+    const auto word = [](std::int32_t v) { return static_cast<std::uint32_t>(v); };
+    // Neighbouring faces of each direction get places of their own.
+    const std::uint32_t place = word(hit.voxel.x) + word(hit.voxel.z) * 67 +
+                                word(hit.voxel.y) * 4441 +
+                                static_cast<std::uint32_t>(hit.face) * 1361;
+    return m_known[place % kKnown];
+}
+
 bool Surroundings::around(const Hit& hit, Seen& seen) {
+    Known& known = place_of(hit);
+    if (known.voxel == hit.voxel && known.level == hit.level && known.face == hit.face) {
+        seen = {known.bits, 8};
+        return true;
+    }
+    m_met_hole = false;
+    const bool from_start = seen.looked == 0;
+    if (!look_around(hit, seen))
+        return false;
+    // A hole has to be met again by each tile: it reports its own.
+    if (from_start && !m_met_hole)
+        known = {hit.voxel, hit.level, hit.face, seen.bits};
+    return true;
+}
+
+bool Surroundings::look_around(const Hit& hit, Seen& seen) {
     const core::VoxelCoord front = neighbour(hit.voxel, hit.face);
     const int axis = core::axis_of(hit.face);
     const int a = (axis + 1) % 3;

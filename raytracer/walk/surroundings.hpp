@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "raytracer/walk/walk.hpp"
 
 namespace terravox::walk {
@@ -21,10 +24,13 @@ struct Seen {
     std::uint8_t looked = 0;
 };
 
-/// Looks up the eight voxels around the one in front of a face. Use one object per thread.
+/// Looks up the eight voxels around the one in front of a face. The answers of the last few
+/// thousand faces are kept: the samples of a pixel and of its neighbours meet the same ones. Use
+/// one object per thread.
 class Surroundings {
 public:
-    Surroundings(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
+    Surroundings(BlockReader& reader, const LevelCut& cut)
+        : m_reader(reader), m_cut(cut), m_known(kKnown) {}
 
     /// Sets in `seen.bits` bit `3 * (da + 1) + (db + 1)`, less one beyond the middle (0..7), for
     /// solid voxels, where a and b are the axes after the face's own in cyclic order. Holes count
@@ -40,9 +46,22 @@ public:
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:
+    static constexpr std::size_t kKnown = 8192;
+    /// A face whose surroundings hold no hole.
+    struct Known {
+        core::VoxelCoord voxel;
+        std::int8_t level = -1;  ///< -1: no face
+        core::Face face = core::Face::kNone;
+        std::uint8_t bits = 0;
+    };
+    [[nodiscard]] Known& place_of(const Hit& hit) noexcept;
+    [[nodiscard]] bool look_around(const Hit& hit, Seen& seen);
+
     BlockReader& m_reader;
     const LevelCut& m_cut;
+    std::vector<Known> m_known;
     voxel::BoxKey m_missing;
+    bool m_met_hole = false;  ///< since the last call of around()
     std::set<voxel::BoxKey> m_holes;
 };
 
