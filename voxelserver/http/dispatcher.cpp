@@ -1,5 +1,6 @@
 #include "voxelserver/http/dispatcher.hpp"
 
+#include "voxelserver/http/archive_route.hpp"
 #include "voxelserver/http/batch_route.hpp"
 #include "voxelserver/http/box_routes.hpp"
 #include "voxelserver/http/gkot_routes.hpp"
@@ -46,6 +47,7 @@ Response Dispatcher::call_handler(Route route, const RouteRequest& call) {
         case Route::kWorld: return m_world.answer(call.request);
         case Route::kBox: return answer_box(m_service, call);
         case Route::kBatch: return answer_batch(m_service, call);
+        case Route::kArchive: return answer_archive(m_service, call);
         case Route::kColumn: return answer_column(m_service, call);
         case Route::kSquares:
             return json_reply(squares_json(m_service.squares(), m_service.world.info()),

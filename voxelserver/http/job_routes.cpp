@@ -1,12 +1,9 @@
 #include "voxelserver/http/job_routes.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "voxelserver/http/file_reply.hpp"
 #include "voxelserver/jobs/job_queue.hpp"
 
 namespace terravox::http {
@@ -71,16 +68,6 @@ Response submit(jobs::JobQueue& queue, const Service& service, const RouteReques
     return out.add("Location", "jobs/" + *id).add("Cache-Control", "no-store");
 }
 
-std::shared_ptr<const int> opened(const std::filesystem::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-    if (descriptor < 0)
-        return nullptr;
-    return {new int(descriptor), [](const int* one) {
-                ::close(*one);
-                delete one;
-            }};
-}
-
 }  // namespace
 
 nlohmann::json jobs_json(jobs::JobQueue* queue) {
@@ -127,31 +114,12 @@ Response answer_job_result(Service& service, const RouteRequest& call) {
         return service.jobs->status(id) ? problem(404, "the job is not done") : no_such_job();
     // A job has one result, which never changes.
     const std::string etag = "\"" + id + "\"";
-    if (etag_matches(call.request.header("If-None-Match"), etag))
-        return not_modified(etag);
-    const std::shared_ptr<const int> descriptor = opened(*file);
-    struct stat facts{};
-    if (!descriptor || ::fstat(*descriptor, &facts) != 0)
+    const std::optional<OpenFile> opened = open_file(*file, false);
+    if (!opened)
         return no_such_job();
-    const auto size = static_cast<std::uint64_t>(facts.st_size);
-    std::optional<ByteRange> range;
-    if (const std::string only_if = call.request.header("If-Range");
-        only_if.empty() || only_if == etag)
-        range = parse_range(call.request.header("Range"), size);
-    if (range && range->bytes == 0)
-        return problem(416, "the file has " + std::to_string(size) + " bytes")
-            .add("Content-Range", "bytes */" + std::to_string(size));
-    Response out;
-    out.add("Content-Type", "image/tiff").add("Accept-Ranges", "bytes");
-    out.add("Content-Disposition", "attachment; filename=\"terravox.tif\"");
-    add_validators(out, etag);
-    out.file = FilePart{descriptor, range ? range->offset : 0, range ? range->bytes : size};
-    if (range) {
-        out.status = 206;
-        out.add("Content-Range", "bytes " + std::to_string(range->offset) + "-" +
-                                     std::to_string(range->offset + range->bytes - 1) + "/" +
-                                     std::to_string(size));
-    }
+    Response out = file_reply(call.request, *opened, etag, "image/tiff");
+    if (out.file)
+        out.add("Content-Disposition", "attachment; filename=\"terravox.tif\"");
     return out;
 }
 

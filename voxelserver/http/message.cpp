@@ -108,6 +108,7 @@ std::string_view reason_phrase(int status) noexcept {
         case 406: return "Not Acceptable";
         case 408: return "Request Timeout";
         case 411: return "Length Required";
+        case 412: return "Precondition Failed";
         case 413: return "Content Too Large";
         case 415: return "Unsupported Media Type";
         case 416: return "Range Not Satisfiable";
@@ -190,8 +191,11 @@ std::optional<ByteRange> parse_range(std::string_view range, std::uint64_t size)
     return ByteRange{*first, to.empty() ? rest : std::min(*last - *first, rest - 1) + 1};
 }
 
-bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept {
-    std::string_view rest = if_none_match;
+namespace {
+
+/// @param weak whether "W/" before a tag of the list is ignored; else such a tag matches none
+bool is_in_tags(std::string_view list, std::string_view etag, bool weak) noexcept {
+    std::string_view rest = list;
     for (;;) {
         while (!rest.empty() && is_blank(rest.front()))
             rest.remove_prefix(1);
@@ -199,17 +203,28 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcep
             return false;
         if (rest.front() == '*')
             return true;
-        if (rest.substr(0, 2) == "W/")
+        const bool is_weak = rest.substr(0, 2) == "W/";
+        if (is_weak)
             rest.remove_prefix(2);
         if (rest.empty() || rest.front() != '"')
             return false;  // not a list of entity tags
         const std::size_t end = rest.find('"', 1);
         if (end == std::string_view::npos)
             return false;
-        if (rest.substr(0, end + 1) == etag)
+        if (rest.substr(0, end + 1) == etag && (weak || !is_weak))
             return true;
         rest.remove_prefix(end + 1);
     }
+}
+
+}  // namespace
+
+bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept {
+    return is_in_tags(if_none_match, etag, true);
+}
+
+bool etag_matches_strongly(std::string_view if_match, std::string_view etag) noexcept {
+    return is_in_tags(if_match, etag, false);
 }
 
 Coding choose_coding(std::string_view accept_encoding) noexcept {

@@ -84,6 +84,10 @@ struct Response {
 /// Fielding et al., RFC 9110, 13.1.2.
 [[nodiscard]] bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept;
 
+/// Whether If-Match contains this entity tag, by strong comparison, or is "*". Ref: RFC
+/// 9110, 13.1.1.
+[[nodiscard]] bool etag_matches_strongly(std::string_view if_match, std::string_view etag) noexcept;
+
 /// The bytes of a body that a client asks for: [offset, offset + bytes). Ref: RFC 9110, 14.1.2.
 struct ByteRange {
     std::uint64_t offset = 0;

@@ -33,17 +33,6 @@ std::optional<Response> refuse_headers(const Request& request) {
     return std::nullopt;
 }
 
-std::optional<Response> refuse_origin(const Request& request) {
-    const std::string host = request.header("Host");
-    if (sockets::from_another_origin(
-            {host, request.header("Origin"), request.header("Sec-Fetch-Site"),
-             request.header("Sec-Fetch-Mode"), request.header("Sec-Fetch-Dest")}))
-        return and_close(problem(403,
-                                 "read the request: a web page of another origin makes it; "
-                                 "allowed: the server's own page, and programs"));
-    return std::nullopt;
-}
-
 bool takes_body(const RouteFacts& route, const Request& request) {
     return request.method == "POST" && is_allowed(route.methods, request.method);
 }
@@ -88,8 +77,8 @@ std::optional<Response> refuse_missing_body(const RouteFacts& route, const Reque
 
 }  // namespace
 
-RequestCheck::RequestCheck(std::string token, sockets::HttpNames names)
-    : m_token(std::move(token)), m_names(std::move(names)) {}
+RequestCheck::RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins)
+    : m_token(std::move(token)), m_names(std::move(names)), m_origins(std::move(origins)) {}
 
 std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
                                               const Request& request) const {
@@ -97,7 +86,7 @@ std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
         return out;
     if (auto out = refuse_host(request))
         return out;
-    if (auto out = refuse_origin(request))
+    if (auto out = refuse_origin(route, request))
         return out;
     const BodyClaim claim = body_claim(request);
     if (auto out = refuse_body(route, request, claim))
@@ -118,6 +107,21 @@ std::optional<Response> RequestCheck::refuse_host(const Request& request) const 
         return and_close(problem(421, "read the request: the host '" + host +
                                           "' is no name of this server; allowed: localhost, a "
                                           "numeric address, or a name given by --public-name"));
+    return std::nullopt;
+}
+
+std::optional<Response> RequestCheck::refuse_origin(const RouteFacts& route,
+                                                    const Request& request) const {
+    const std::string host = request.header("Host");
+    const std::string origin = request.header("Origin");
+    if (route.shared && m_origins.allow(origin))
+        return std::nullopt;
+    if (sockets::from_another_origin({host, origin, request.header("Sec-Fetch-Site"),
+                                      request.header("Sec-Fetch-Mode"),
+                                      request.header("Sec-Fetch-Dest")}))
+        return and_close(problem(403,
+                                 "read the request: a web page of another origin makes it; "
+                                 "allowed: the server's own page, and programs"));
     return std::nullopt;
 }
 

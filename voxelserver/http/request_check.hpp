@@ -6,6 +6,7 @@
 #include "voxelserver/http/bearer_token.hpp"
 #include "voxelserver/http/message.hpp"
 #include "voxelserver/http/routes.hpp"
+#include "voxelserver/http/shared_origins.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 
 namespace terravox::http {
@@ -16,7 +17,7 @@ namespace terravox::http {
 /// The first reason for a refusal applies, in this order:
 /// - 400 malformed headers (the connection must be closed)
 /// - 421 a host name that is not one of the server's (closed)
-/// - 403 a web page of another origin (closed)
+/// - 403 a web page of another origin, unless the route is shared with that (closed)
 /// - 400 a malformed length of the body
 /// - 413 a longer body than the route accepts; most routes accept none
 /// - 401 no valid token, where the server has one and the route is not open
@@ -27,7 +28,8 @@ class RequestCheck {
 public:
     /// @param token "" = none is required
     /// @param names allowed values of the header Host
-    RequestCheck(std::string token, sockets::HttpNames names);
+    /// @param origins of pages that may request what is shared with them
+    RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins = {});
 
     /// @return nullopt when the request may be answered
     [[nodiscard]] std::optional<Response> refusal(const RouteFacts& route,
@@ -37,11 +39,14 @@ public:
 
 private:
     [[nodiscard]] std::optional<Response> refuse_host(const Request& request) const;
+    [[nodiscard]] std::optional<Response> refuse_origin(const RouteFacts& route,
+                                                        const Request& request) const;
     [[nodiscard]] std::optional<Response> refuse_without_token(const RouteFacts& route,
                                                                const Request& request) const;
 
     const BearerToken m_token;
     const sockets::HttpNames m_names;
+    const SharedOrigins m_origins;
 };
 
 }  // namespace terravox::http

@@ -12,18 +12,12 @@ bool leaves_body_unread(const Request& request) {
     return claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size();
 }
 
-// The reply's connection headers depend on the request, not on the content of the reply.
-Response fit_to(const Request& request, Response out) {
-    if (leaves_body_unread(request))
-        out.close = true;
-    out.head_only = request.method == "HEAD";
-    return out;
-}
-
 }  // namespace
 
-Router::Router(Service service, std::string token, sockets::HttpNames names)
-    : m_check(std::move(token), std::move(names)), m_dispatcher(std::move(service), m_counts) {}
+Router::Router(Service service, std::string token, sockets::HttpNames names, SharedOrigins origins)
+    : m_origins(std::move(origins)),
+      m_check(std::move(token), std::move(names), m_origins),
+      m_dispatcher(std::move(service), m_counts) {}
 
 std::optional<Response> Router::refusal(const Request& request) {
     const RouteFacts& route = match_route(request.path).facts;
@@ -31,13 +25,13 @@ std::optional<Response> Router::refusal(const Request& request) {
     if (!out)
         return out;
     m_counts.add(route.route, out->status, 0);
-    return fit_to(request, std::move(*out));
+    return fit_to(route, request, std::move(*out));
 }
 
 Response Router::handle(const Request& request) {
     const util::Stopwatch clock;
     const RouteMatch match = match_route(request.path);
-    Response out = fit_to(request, answer(match, request));
+    Response out = fit_to(match.facts, request, answer(match, request));
     m_counts.add(match.facts.route, out.status, clock.seconds());
     return out;
 }
@@ -51,6 +45,15 @@ Response Router::answer(const RouteMatch& match, const Request& request) {
     } catch (...) {
         return reply_to_current_exception(request);
     }
+}
+
+Response Router::fit_to(const RouteFacts& route, const Request& request, Response out) const {
+    if (leaves_body_unread(request))
+        out.close = true;
+    out.head_only = request.method == "HEAD";
+    if (route.shared)
+        m_origins.add_headers(request, out);
+    return out;
 }
 
 }  // namespace terravox::http

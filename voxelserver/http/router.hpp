@@ -20,8 +20,9 @@ class Router {
 public:
     /// @param token  "" = no token is required
     /// @param names  allowed values of the header Host
+    /// @param origins of pages that may read what is shared with them
     explicit Router(Service service, std::string token = "",
-                    sockets::HttpNames names = sockets::HttpNames());
+                    sockets::HttpNames names = sockets::HttpNames(), SharedOrigins origins = {});
 
     /// @throws only when there is not enough memory for an error reply
     [[nodiscard]] Response handle(const Request& request);
@@ -37,7 +38,12 @@ public:
 private:
     [[nodiscard]] Response answer(const RouteMatch& match, const Request& request);
 
+    /// What the reply's headers say depends on the request and its route, not on the content.
+    [[nodiscard]] Response fit_to(const RouteFacts& route, const Request& request,
+                                  Response out) const;
+
     RequestCounts m_counts;
+    const SharedOrigins m_origins;
     const RequestCheck m_check;
     Dispatcher m_dispatcher;
 };

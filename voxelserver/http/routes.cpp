@@ -18,6 +18,7 @@ constexpr std::array<RouteFacts, kRouteCount> kRoutes = {{
     {Route::kWorld, "/v2/world"},
     {Route::kBox, "/v2/boxes/{level}/{bx}/{by}/{bz}"},
     {Route::kBatch, "/v2/boxes", Methods::kPost, false, kBatchBytes},
+    {Route::kArchive, "/v2/archive.tvx", Methods::kGet, false, 0, true},
     {Route::kColumn, "/v2/columns/{level}/{bx}/{bz}"},
     {Route::kSquares, "/v2/squares"},
     {Route::kCached, "/v2/cached/{level}"},

@@ -21,6 +21,7 @@ enum class Route {
     kWorld,
     kBox,
     kBatch,
+    kArchive,
     kColumn,
     kSquares,
     kCached,
@@ -58,6 +59,7 @@ struct RouteFacts {
     Methods methods = Methods::kGet;
     bool open = false;               ///< requires no token
     std::size_t max_body_bytes = 0;  ///< of POST
+    bool shared = false;  ///< pages of origins that the operator names may read it (SharedOrigins)
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;

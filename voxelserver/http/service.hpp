@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
@@ -38,6 +39,7 @@ struct Service {
     const boxes::Preparer* preparer = nullptr;  ///< nullptr: no boxes are being prepared
     MapView* map = nullptr;                     ///< nullptr: there is no map
     jobs::JobQueue* jobs = nullptr;             ///< nullptr: no analyses are made
+    std::filesystem::path archive = {};  ///< the file of a world that is a box archive; else empty
     /// Identifies the state of all inputs of the boxes, for clients that must not mix boxes of two
     /// states.
     std::string edition = {};

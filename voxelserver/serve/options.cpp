@@ -179,6 +179,11 @@ void add_server_options(CLI::App& app, Options& o) {
                    "with --bind beyond loopback, this machine's name")
         ->expected(1)
         ->take_all();
+    app.add_option("--allow-origin", o.shared_origins,
+                   "of box archives: origin whose web pages may read /v2/archive.tvx (CORS), such "
+                   "as https://example.org, or * for any; may be given several times")
+        ->expected(1)
+        ->take_all();
     app.add_option("--token-file", o.token_file,
                    "file with the token that requests must bring, which only its owner may read; "
                    "default: TERRAVOX_SERVER_TOKEN, or none");
@@ -249,6 +254,7 @@ Plan finish(Options& o) {
     Plan plan;
     plan.token = own_token(o);
     plan.names = sockets::HttpNames(o.server.bind, o.public_names);
+    plan.origins = http::SharedOrigins(o.shared_origins);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
     plan.image_bytes =

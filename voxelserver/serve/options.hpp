@@ -6,6 +6,7 @@
 
 #include "voxelserver/boxes/box_cache.hpp"
 #include "voxelserver/http/server.hpp"
+#include "voxelserver/http/shared_origins.hpp"
 #include "voxelserver/jobs/job_request.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 #include "voxelserver/worlds/kind/world_options.hpp"
@@ -25,6 +26,7 @@ struct Options {
     http::ServerOptions server;
     /// Accepted host names in addition to those of sockets::HttpNames.
     std::vector<std::string> public_names;
+    std::vector<std::string> shared_origins;  ///< of pages that may read an archive; see Plan
     std::filesystem::path store;  ///< folder filled by the grabber; empty: the inputs are named
     int memory_mib = 2048;        ///< limit for the whole process
     /// Limit of the cache folder: half for prepared squares, half for finished boxes.
@@ -58,6 +60,7 @@ struct Plan {
     std::size_t image_bytes = 0;     ///< memory limit for decoded images
     std::string token;               ///< "" = none
     sockets::HttpNames names;        ///< host names that the server accepts
+    http::SharedOrigins origins;     ///< of pages that may read an archive
     std::filesystem::path facts;     ///< folder for the facts of worlds; empty: they are not stored
 };
 /// Derives the plan; also fills in the world's and the server's options.

@@ -95,6 +95,13 @@ void check_can_prepare(const Options& options, const worlds::ServedWorld& world)
             "a date");
 }
 
+/// @throws UsageError when pages of other origins are to read an archive that is not there
+void check_can_share(const Options& options, const worlds::ServedWorld& world) {
+    if (!options.shared_origins.empty() && world.archive_file().empty())
+        throw util::UsageError("share the archive with pages: --allow-origin with " +
+                               world.summary() + "; allowed: with a box archive of this machine");
+}
+
 /// Adjusts the settings of the plan that depend on the kind of world.
 void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
     plan.boxes.downsample = !world.makes_all_levels();
@@ -132,6 +139,7 @@ http::Service service_of(const Options& options, const OpenedForServing& opened,
         out.squares = [&opened] { return squares_of(*opened.lidar, opened.store); };
     out.health = [&world] { return health_of(world); };
     out.edition = edition_of(world);
+    out.archive = world.archive_file();
     out.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
     return out;
 }
@@ -205,7 +213,7 @@ void serve_boxes(const Options& options, const Plan& plan, const OpenedForServin
         jobs.emplace(options, plan, service);
         service.jobs = &jobs->queue();
     }
-    http::Router router(service, plan.token, plan.names);
+    http::Router router(service, plan.token, plan.names, plan.origins);
     http::Server server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
     // Everything that cached boxes do not need is done after the start, so that it does not delay
@@ -243,6 +251,7 @@ util::ExitCode serve(Options& options) {
     const OpenedForServing opened = open_for_serving(options, plan, times, stop);
     worlds::ServedWorld& world = *opened.world;
     check_can_prepare(options, world);
+    check_can_share(options, world);
     fit_to_world(world, plan);
     boxes::BoxCache cache(world, times, plan.boxes);
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";

@@ -40,6 +40,7 @@ constinit const WorldKind kArchiveKind{
     .open = open_file,
     .state = state_of_file,
     .is_archive = true,
+    .keeps_its_files = true,
 };
 
 constinit const WorldKind kRemoteArchiveKind{

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "common/voxel/world.hpp"
@@ -26,6 +27,8 @@ public:
     [[nodiscard]] virtual bool has_lasting_fingerprint() const noexcept { return true; }
     /// Whether its boxes come from another machine: they are then not prefetched.
     [[nodiscard]] virtual bool is_remote() const noexcept { return false; }
+    /// The file of a world that is a box archive of this machine; else empty.
+    [[nodiscard]] virtual std::filesystem::path archive_file() const { return {}; }
 };
 
 }  // namespace terravox::worlds

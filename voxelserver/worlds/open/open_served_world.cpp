@@ -1,13 +1,13 @@
 #include "voxelserver/worlds/open/open_served_world.hpp"
 
 #include <atomic>
-#include <optional>
 #include <random>
 #include <type_traits>
 #include <utility>
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "common/voxel/file_identity.hpp"
@@ -91,7 +91,8 @@ public:
         }
         out.add(edition);
         m_fingerprint = out.fingerprint();
-        check_files();
+        if (!has_same_files())
+            fail_as_changed();
     }
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_world->info(); }
@@ -137,6 +138,11 @@ public:
     [[nodiscard]] bool is_remote() const noexcept override {
         return m_kind.farm_access == FarmAccess::kByAddress;
     }
+    [[nodiscard]] std::filesystem::path archive_file() const override {
+        const bool is_file = m_kind.is_archive && m_kind.is_path;
+        return is_file ? std::filesystem::absolute(m_options.inputs.front())
+                       : std::filesystem::path();
+    }
 
 private:
     [[nodiscard]] std::string changed() const {
@@ -161,18 +167,31 @@ private:
         }
     }
 
-    /// @throws ChangedError where the files are no longer those of the fingerprint
+    /// @throws ChangedError where boxes are made of the files of this name, and these are no longer
+    /// those of the fingerprint
     void check_files() {
+        if (m_replaced || has_same_files())
+            return;
+        if (!m_kind.keeps_its_files)
+            fail_as_changed();
+        if (!m_replaced.exchange(true))
+            util::log_warn(
+                "the world {} was replaced or removed; what was opened is served until the server "
+                "is started again",
+                m_options.inputs.front());
+    }
+
+    [[nodiscard]] bool has_same_files() const {
         if (m_kind.state == nullptr)
-            return;
-        std::optional<Fingerprint> now;
+            return true;
         try {
-            now = m_kind.state(m_options);
+            return m_kind.state(m_options) == m_files_before;
         } catch (const util::Error&) {
-            // A file is gone: that is a change, too.
+            return false;  // a file is gone: that is a change, too
         }
-        if (now == m_files_before)
-            return;
+    }
+
+    [[noreturn]] void fail_as_changed() {
         m_changed = true;
         throw voxel::ChangedError(changed());
     }
@@ -186,6 +205,7 @@ private:
     Fingerprint m_fingerprint{};
     bool m_is_lasting = false;
     std::atomic<bool> m_changed{false};
+    std::atomic<bool> m_replaced{false};  ///< the files of these names are others now
     util::Cache<voxel::BoxKey, voxel::ColumnExtent, voxel::BoxKeyHash> m_columns{kColumns_bytes};
 };
 

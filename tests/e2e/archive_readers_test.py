@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+"""An archive that is patched while many read it over HTTP: from the server, and from nginx."""
+
+import asyncio
+import contextlib
+import pathlib
+import resource
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+from archive_readers import read_while
+from front_test import NGINX, Front
+from support import HANGS_S, Case, Run, Server, binary, hold_port, render, temporary_folder
+
+# Readers at the same time; a thousand with --long.
+READERS = 1000 if "--long" in sys.argv else 120
+PATCHES = 4
+OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet", "--steps=-material_guesses"]
+# Files as they are, which is how a large archive is best served.
+STATIC = """
+pid nginx.pid; error_log error.log; worker_processes 1; worker_rlimit_nofile 4096;
+events {{ worker_connections 2048; }}
+http {{
+    access_log off; sendfile on; tcp_nodelay on; keepalive_timeout 60s; keepalive_requests 1000000;
+    types {{ application/vnd.terravox.archive tvx; }}
+    client_body_temp_path body; proxy_temp_path proxy; fastcgi_temp_path fastcgi;
+    uwsgi_temp_path uwsgi; scgi_temp_path scgi;
+    server {{ listen 127.0.0.1:{port} backlog=4096; root {root}; }}
+}}
+"""
+
+
+class Static:
+    """nginx that gives the files of a folder."""
+
+    def __init__(self, root):
+        self.port = hold_port()
+        self.folder = temporary_folder()
+        self.folder.chmod(0o755)
+        (self.folder / "nginx.conf").write_text(STATIC.format(port=self.port, root=root))
+
+    def __enter__(self):
+        command = [NGINX, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf"]
+        self.process = subprocess.Popen([*command, "-g", "daemon off;"])
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(HANGS_S)
+
+
+def command(program, *words):
+    run = Run([binary(program), *words])
+    assert run.code == 0, run
+
+
+class ArchiveReaders(Case):
+    @classmethod
+    def setUpClass(cls):
+        hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 16384), hard))
+        made = temporary_folder()
+        data = {}
+        for density in (2, 3):
+            data[density] = made / f"flight{density}"
+            words = ["--seed", "7", "--squares", "3x3", "--square-m", "128"]
+            command("SURVEY", *words, "--density", density, "-o", data[density])
+        name = sorted(file.stem for file in data[2].glob("*.laz"))[4]
+        cls.first = made / "first.tvx"
+        cls.changes = [made / "to.tvx", made / "back.tvx"]
+        command("CONVERT", data[2], cls.first, *OPTIONS)
+        command("CONVERT", data[2], cls.changes[1], *OPTIONS, "--squares", name)
+        shutil.copy(data[3] / f"{name}.laz", data[2])
+        second = made / "second.tvx"
+        command("CONVERT", data[2], second, *OPTIONS)
+        command("CONVERT", data[2], cls.changes[0], *OPTIONS, "--squares", name)
+        cls.states = [cls.first.read_bytes(), second.read_bytes()]
+
+    def setUp(self):
+        self.folder = temporary_folder()
+        self.folder.chmod(0o755)
+        self.place = pathlib.Path(shutil.copy(self.first, self.folder / "place.tvx"))
+        self.place.chmod(0o644)
+
+    def patch(self, counts):
+        """Each state is opened by some before the next one replaces it."""
+        for n in range(PATCHES):
+            opened = counts.opened
+            deadline = time.monotonic() + HANGS_S
+            while counts.opened < opened + READERS and not counts.errors:
+                self.assertLess(time.monotonic(), deadline, "nobody reads")
+                time.sleep(0.01)
+            self.assertDone(
+                Run([binary("ARCHIVE"), "patch", self.place, self.changes[n % 2], "--quiet"])
+            )
+
+    def assertReadWell(self, port, path):
+        counts = asyncio.run(
+            read_while(self.patch, readers=READERS, port=port, path=path, states=self.states)
+        )
+        self.assertEqual(counts.errors, [])
+        self.assertEqual(counts.states, {0, 1}, "readers have met one state alone")
+        self.assertGreater(counts.changed, 0, "nobody has met a change")
+        self.assertGreater(counts.parts, READERS)
+
+    @contextlib.contextmanager
+    def served(self, *options):
+        server = Server(self.place, "--cache", "none", *options)
+        try:
+            yield server
+        finally:
+            self.assertEqual(server.stop(), 0, server.err)
+
+    def test_readers_of_the_server_see_whole_archives(self):
+        with self.served() as server:
+            self.assertReadWell(server.port, "/v2/archive.tvx")
+
+    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+    def test_readers_behind_the_front_see_whole_archives(self):
+        with self.served() as server, Front(server.port) as front:
+            self.assertReadWell(front.port, "/v2/archive.tvx")
+
+    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+    def test_readers_of_static_files_see_whole_archives(self):
+        with Static(self.folder) as host:
+            self.assertReadWell(host.port, "/place.tvx")
+
+    def test_the_server_goes_on_with_the_archive_that_it_has_opened(self):
+        with self.served("--no-ahead") as server:
+            edition = server.get("/v2/world")[1]["Terravox-Edition"]
+            with self.served("--no-ahead") as other:
+                expected = {path: other.get(path)[2] for path in other.box_paths()}
+            command("ARCHIVE", "patch", self.place, self.changes[0], "--quiet")
+            for path, body in expected.items():
+                status, _, now = server.get(path)
+                self.assertIn(status, (200, 204), path)
+                self.assertEqual(now, body, path)
+            self.assertEqual(server.get("/v2/world")[1]["Terravox-Edition"], edition)
+            self.assertEqual(server.get("/healthz")[0], 200)
+            self.place.unlink()
+            self.assertEqual(server.get("/healthz")[0], 200)
+            self.assertEqual(server.get("/v2/archive.tvx")[0], 404)
+            command("ARCHIVE", "patch", self.first, self.changes[0], "-o", self.place, "--quiet")
+        self.assertEqual(server.err.count("was replaced or removed"), 1, server.err)
+        with self.served() as server:
+            self.assertNotEqual(server.get("/v2/world")[1]["Terravox-Edition"], edition)
+
+    def test_a_picture_from_the_server_s_archive_is_that_of_the_file(self):
+        words = ["--size", "80x45", "--samples", "1", "--quiet", "-o"]
+        pictures = [self.folder / name for name in ("file.png", "served.png")]
+        self.assertDone(render(self.place, *words, pictures[0]))
+        with self.served() as server:
+            self.assertDone(render(server.url + "/v2/archive.tvx", *words, pictures[1]))
+        self.assertAlike(*pictures, exact=True)
+
+    def test_what_replies_say(self):
+        """Ranges, tags, caches; and pages of other origins where the operator says so alone."""
+        page = {"Origin": "https://maps.example"}
+        with self.served() as server:
+            status, headers, body = server.get("/v2/archive.tvx")
+            self.assertEqual((status, body), (200, self.states[0]))
+            self.assertEqual(headers["Cache-Control"], "no-cache")
+            self.assertEqual(headers["Accept-Ranges"], "bytes")
+            etag = headers["ETag"]
+            cases = (
+                ({"Range": "bytes=5-9"}, 206, self.states[0][5:10]),
+                ({"Range": "bytes=5-9", "If-Match": '"x"'}, 412, None),
+                ({"Range": "bytes=5-9", "If-Range": '"x"'}, 200, self.states[0]),
+                ({"If-None-Match": etag}, 304, b""),
+                ({"Range": f"bytes={len(self.states[0])}-"}, 416, None),
+                (page, 403, None),
+            )
+            for wanted, expected, part in cases:
+                with self.subTest(wanted):
+                    status, headers, body = server.get("/v2/archive.tvx", wanted)
+                    self.assertEqual(status, expected)
+                    if part is not None:
+                        self.assertEqual(body, part)
+                    self.assertFalse([h for h in headers if h.startswith("Access-Control")])
+        with self.served("--allow-origin", page["Origin"]) as server:
+            status, headers, _ = server.get("/v2/archive.tvx", {**page, "Range": "bytes=0-9"})
+            self.assertEqual(status, 206)
+            self.assertEqual(headers["Access-Control-Allow-Origin"], page["Origin"])
+            self.assertEqual(server.get("/v2/world", page)[0], 403)
+            other = {"Origin": "https://other.example"}
+            self.assertEqual(server.get("/v2/archive.tvx", other)[0], 403)
+        for world, origin, said in (
+            (self.place, "maps.example", "'maps.example'; allowed: origins"),
+            ("generated:1", "*", "allowed: with a box archive"),
+        ):
+            words = [world, "--allow-origin", origin, "--cache", "none", "--port", "0"]
+            self.assertRefused(Run([binary("VOXELSERVER"), *words]), 2, said)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[word for word in sys.argv if word != "--long"])

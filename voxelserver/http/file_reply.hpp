@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "voxelserver/http/message.hpp"
+
+namespace terravox::http {
+
+/// A plain file that stays open: a reply under way goes on with it when another one is renamed to
+/// its name.
+struct OpenFile {
+    std::shared_ptr<const int> descriptor;  ///< closed with the last owner
+    std::uint64_t bytes = 0;
+    std::int64_t changed_ns = 0;  ///< time of the last change of its bytes, since 1970
+};
+
+/// @param follow whether a symbolic link leads to the file
+/// @return nullopt where there is no plain file that can be read
+[[nodiscard]] std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow);
+
+/// The reply to GET and HEAD of a file: all of it, or the one range that the request names.
+///
+/// 412 for an If-Match without the tag, 304 for an If-None-Match with it, 206 or 416 for a range,
+/// which is ignored where If-Range has another tag. Clients revalidate what they keep, as
+/// add_validators() says. Ref: RFC 9110, 13 and 14.
+/// @param etag strong, with its quotes: another state of the file has another one
+[[nodiscard]] Response file_reply(const Request& request, const OpenFile& file,
+                                  std::string_view etag, std::string_view content_type);
+
+}  // namespace terravox::http
