@@ -66,6 +66,30 @@ test('an archive gives every box that it holds, its holes, and air for all else'
   }
 });
 
+test('an archive of ten million boxes opens with two requests and less than a MiB', async () => {
+  const side = 4096;
+  const oddBits = (number: number): number =>
+    [...Array(12).keys()].reduce((sum, bit) => sum | (((number >> (2 * bit)) & 1) << bit), 0);
+  const leaves = Array.from({ length: 9766 }, (_, leaf): RawLeaf => {
+    const place = leaf * 1024;
+    const first: Key = [0, oddBits(place), 0, oddBits(place >> 1)];
+    return { first, offset: 20_000, bytes: 16_384, entries: 1024 };
+  });
+  const host = archiveHost({
+    facts: { bounds: { min: [0, 0, 0], max: [64 * side, 256, 64 * side] }, levels: 13 },
+    gapBytes: 20_000,
+    changeLeaves: () => leaves,
+  });
+  const archive = await host.open();
+  assert.equal(archive.facts.world.levels, 13);
+  assert.equal(host.asked.length, 2);
+  const bytes = host.asked.map(({ init }) => {
+    const [, from, to] = /bytes=(\d+)-(\d+)/.exec(new Headers(init.headers).get('Range')!)!;
+    return Number(to) - Number(from) + 1;
+  });
+  assert.ok(bytes[0]! + bytes[1]! < 1024 * 1024, String(bytes));
+});
+
 test('a small archive opens with one request, a larger one with two', async () => {
   const small = archiveHost();
   await small.open();
