@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
 namespace terravox::output {
 namespace {
@@ -65,16 +66,18 @@ void Progress::show(bool last) {
     const double left = share > 0 ? elapsed / share - elapsed : 0;
     const auto tiles = static_cast<unsigned long long>(m_tiles);
     const auto total = static_cast<unsigned long long>(m_total_tiles);
-    const double rate = static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1);
+    std::array<char, 40> rate{};
+    if (m_rays > 0)
+        std::snprintf(rate.data(), rate.size(), "  %.2f Mray/s",
+                      static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1));
     if (m_terminal) {
         constexpr int kWidth = 32;
         std::string bar(kWidth, '.');
         for (int i = 0; i < static_cast<int>(share * kWidth) && i < kWidth; ++i)
             bar[static_cast<std::size_t>(i)] = '#';
         erase_details();
-        std::fprintf(stderr,
-                     "\r[%s] %3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left \x1b[K%s",
-                     bar.c_str(), share * 100, tiles, total, rate, left,
+        std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu%s  %.0f s left \x1b[K%s",
+                     bar.c_str(), share * 100, tiles, total, rate.data(), left,
                      last && m_details.empty() ? "\n" : "");
         for (const std::string& line : m_details)
             std::fprintf(stderr, "\n%s\x1b[K", line.c_str());
@@ -82,8 +85,8 @@ void Progress::show(bool last) {
         if (m_below > 0)
             std::fprintf(stderr, "\x1b[J%s", last ? "\n" : "");  // there may have been more lines
     } else {
-        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left\n", share * 100,
-                     tiles, total, rate, left);
+        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu%s  %.0f s left\n", share * 100, tiles,
+                     total, rate.data(), left);
         for (const std::string& line : m_details)
             std::fprintf(stderr, "%s\n", line.c_str());
     }

@@ -9,8 +9,9 @@
 
 namespace terravox::output {
 
-/// Reports the progress of a picture: on a terminal as a bar with tiles, rays per second and time
-/// left, elsewhere as an occasional plain line. Writes to standard error. Not thread-safe.
+/// Reports the progress of a picture: on a terminal as a bar with tiles, time left and, where
+/// there are rays, how many a second; elsewhere as an occasional plain line. Writes to standard
+/// error. Not thread-safe.
 class Progress {
 public:
     /// @param total_pixels the unit of progress

@@ -13,13 +13,12 @@
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/output/progress.hpp"
 #include "raytracer/pmtiles/tile_cutter.hpp"
 #include "voxelserver/map/png.hpp"
 
 namespace terravox::pmtiles {
 namespace {
-
-constexpr int kEdge = WebArea::kTile_px;
 
 /// The name of a file in memory, which goes with the object.
 class MemoryFile {
@@ -37,15 +36,15 @@ private:
     std::string m_name;
 };
 
-std::string webp_of(std::vector<map::Rgba8>& pixels, const std::string& attempt) {
+std::string webp_of(std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
     const output::GdalWatch watch(attempt);
     constexpr int kBands = 4;
     const output::GdalDataset picture(
-        GDALCreate(GDALGetDriverByName("MEM"), "", kEdge, kEdge, kBands, GDT_Byte, nullptr));
+        GDALCreate(GDALGetDriverByName("MEM"), "", edge, edge, kBands, GDT_Byte, nullptr));
     watch.check(picture != nullptr);
-    watch.check(GDALDatasetRasterIOEx(picture.get(), GF_Write, 0, 0, kEdge, kEdge, pixels.data(),
-                                      kEdge, kEdge, GDT_Byte, kBands, nullptr, kBands,
-                                      GSpacing{kBands} * kEdge, 1, nullptr) == CE_None);
+    watch.check(GDALDatasetRasterIOEx(picture.get(), GF_Write, 0, 0, edge, edge, pixels.data(),
+                                      edge, edge, GDT_Byte, kBands, nullptr, kBands,
+                                      GSpacing{kBands} * edge, 1, nullptr) == CE_None);
     GDALSetRasterColorInterpretation(GDALGetRasterBand(picture.get(), kBands), GCI_AlphaBand);
     const MemoryFile memory(".webp");
     output::GdalOptions options = {{"QUALITY", "85"}};
@@ -59,7 +58,7 @@ std::string webp_of(std::vector<map::Rgba8>& pixels, const std::string& attempt)
     return {reinterpret_cast<const char*>(packed), bytes};
 }
 
-std::string metadata_of(const MapTexts& texts) {
+std::string metadata_of(const MapTexts& texts, int tile_px) {
     nlohmann::json out = {{"name", texts.title},
                           {"type", "baselayer"},
                           {"generator", std::string("terravox ") + kVersion}};
@@ -67,7 +66,15 @@ std::string metadata_of(const MapTexts& texts) {
         out["attribution"] = texts.attribution;
     if (texts.holes > 0)
         out["holes"] = texts.holes;
+    out["tile_px"] = tile_px;
     return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::uint64_t tiles_of(const WebArea& area) {
+    std::uint64_t out = 0;
+    for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom)
+        out += area.tiles(zoom).size();
+    return out;
 }
 
 }  // namespace
@@ -79,13 +86,16 @@ void check_tile_format(TileFormat format) {
 
 std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& area,
                               const std::filesystem::path& out, TileFormat format,
-                              const MapTexts& texts, int threads,
+                              const MapTexts& texts, int threads, bool quiet,
                               const std::function<bool()>& is_stopped) {
     const std::string attempt = "write the map tiles " + out.string();
     check_tile_format(format);  // before other threads use GDAL
-    const TileCutter cutter(map, attempt);
+    const int edge = area.tile_px;
+    const TileCutter cutter(map, edge, attempt);
     ArchiveWriter writer(out);
     std::uint64_t count = 0;
+    const std::uint64_t all = tiles_of(area);
+    output::Progress progress(all, all, quiet);
     for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom) {
         const std::vector<TileAddress> tiles = area.tiles(zoom);
         util::log_info("tiles of zoom {} (to {}): {}", zoom, area.max_zoom, tiles.size());
@@ -95,10 +105,12 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
             std::vector<map::Rgba8> pixels = cutter.cut(tiles[i]);
             if (pixels.empty())
                 return std::string();
-            return format == TileFormat::kWebp ? webp_of(pixels, attempt)
-                                               : map::png_of(pixels, kEdge, kEdge);
+            return format == TileFormat::kWebp ? webp_of(pixels, edge, attempt)
+                                               : map::png_of(pixels, edge, edge);
         };
         const auto use = [&](std::size_t i, const std::string& bytes) {
+            progress.tile_done(1, 0);
+            progress.look({});
             if (bytes.empty())
                 return;
             writer.add(tile_id(tiles[i]), bytes);
@@ -106,7 +118,9 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
         };
         thread::in_order(tiles.size(), threads, make, use);
     }
-    writer.finish({format, area.min_zoom, area.max_zoom, area.bounds_deg(), metadata_of(texts)});
+    progress.finish();
+    writer.finish(
+        {format, area.min_zoom, area.max_zoom, area.bounds_deg(), metadata_of(texts, edge)});
     return count;
 }
 

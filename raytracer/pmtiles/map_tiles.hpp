@@ -25,12 +25,13 @@ void check_tile_format(TileFormat format);
 /// @param map as for TileCutter
 /// @param area of that map
 /// @param threads 0: one per core
+/// @param quiet shows no progress
 /// @param is_stopped asked for each tile, in any thread
 /// @return how many tiles there are
 /// @throws Error as TileCutter and check_tile_format(), and "interrupted"
 std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& area,
                               const std::filesystem::path& out, TileFormat format,
-                              const MapTexts& texts, int threads,
+                              const MapTexts& texts, int threads, bool quiet,
                               const std::function<bool()>& is_stopped);
 
 }  // namespace terravox::pmtiles

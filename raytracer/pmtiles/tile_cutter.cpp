@@ -15,7 +15,6 @@ namespace terravox::pmtiles {
 namespace {
 
 constexpr int kBands = 4;
-constexpr int kTile_px = WebArea::kTile_px;
 
 struct OptionsFree {
     void operator()(GDALWarpAppOptions* options) const noexcept { GDALWarpAppOptionsFree(options); }
@@ -79,8 +78,10 @@ private:
     std::vector<output::GdalDataset> m_idle;
 };
 
-TileCutter::TileCutter(const std::filesystem::path& map, std::string attempt)
-    : m_attempt(std::move(attempt)), m_maps(std::make_unique<DatasetPool>(map.string())) {
+TileCutter::TileCutter(const std::filesystem::path& map, int tile_px, std::string attempt)
+    : m_attempt(std::move(attempt)),
+      m_tile_px(tile_px),
+      m_maps(std::make_unique<DatasetPool>(map.string())) {
     const output::GdalWatch watch(m_attempt);
     const DatasetPool::Loan loan(*m_maps, watch);
     if (const int bands = GDALGetRasterCount(loan.get()); bands != kBands)
@@ -94,7 +95,7 @@ std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
     const output::GdalWatch watch(m_attempt);
     const DatasetPool::Loan loan(*m_maps, watch);
     const auto [west, south, east, north] = WebArea::bounds_of(tile);
-    const std::string side = std::to_string(kTile_px);
+    const std::string side = std::to_string(m_tile_px);
     std::vector<std::string> words = {"-of", "MEM", "-t_srs", "EPSG:3857", "-te"};
     words.insert(words.end(), {metres(west), metres(south), metres(east), metres(north)});
     words.insert(words.end(), {"-ts", side, side, "-r", "bilinear", "-srcalpha", "-dstalpha"});
@@ -107,11 +108,12 @@ std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
     GDALDatasetH from = loan.get();
     const output::GdalDataset warped(GDALWarp("", nullptr, 1, &from, options.get(), nullptr));
     watch.check(warped != nullptr);
-    std::vector<map::Rgba8> out(static_cast<std::size_t>(kTile_px) * kTile_px);
+    std::vector<map::Rgba8> out(static_cast<std::size_t>(m_tile_px) *
+                                static_cast<std::size_t>(m_tile_px));
     static_assert(sizeof(map::Rgba8) == kBands);
-    watch.check(GDALDatasetRasterIOEx(warped.get(), GF_Read, 0, 0, kTile_px, kTile_px, out.data(),
-                                      kTile_px, kTile_px, GDT_Byte, kBands, nullptr, kBands,
-                                      GSpacing{kBands} * kTile_px, 1, nullptr) == CE_None);
+    watch.check(GDALDatasetRasterIOEx(warped.get(), GF_Read, 0, 0, m_tile_px, m_tile_px, out.data(),
+                                      m_tile_px, m_tile_px, GDT_Byte, kBands, nullptr, kBands,
+                                      GSpacing{kBands} * m_tile_px, 1, nullptr) == CE_None);
     if (std::none_of(out.begin(), out.end(), [](const map::Rgba8& pixel) { return pixel.a > 0; }))
         out.clear();
     return out;

@@ -15,9 +15,10 @@ namespace terravox::pmtiles {
 /// construction.
 class TileCutter {
 public:
+    /// @param tile_px edge of a tile
     /// @param attempt beginning of messages
     /// @throws Error for a map that cannot be read, or has other bands
-    TileCutter(const std::filesystem::path& map, std::string attempt);
+    TileCutter(const std::filesystem::path& map, int tile_px, std::string attempt);
     ~TileCutter();
     TileCutter(const TileCutter&) = delete;
     TileCutter& operator=(const TileCutter&) = delete;
@@ -30,6 +31,7 @@ public:
 private:
     class DatasetPool;
     const std::string m_attempt;
+    const int m_tile_px;
     const std::unique_ptr<DatasetPool> m_maps;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
@@ -68,8 +69,8 @@ std::vector<std::array<double, 2>> border(double width, double height) {
 }
 
 /// The zoom at which a pixel has an edge, not rounded.
-double zoom_of(double pixel_m) noexcept {
-    return std::log2(2 * kHalf_m / WebArea::kTile_px / pixel_m);
+double zoom_of(double pixel_m, int tile_px) noexcept {
+    return std::log2(2 * kHalf_m / tile_px / pixel_m);
 }
 
 int whole_zoom(double zoom) noexcept {
@@ -81,6 +82,17 @@ int whole_zoom(double zoom) noexcept {
 std::array<double, 4> WebArea::bounds_deg() const noexcept {
     const auto& [west, south, east, north] = bounds;
     return {degrees_east(west), degrees_north(south), degrees_east(east), degrees_north(north)};
+}
+
+void WebArea::choose_zooms(int first, int last, const std::string& attempt) {
+    if (first < 0 || first > last || last > max_zoom)
+        throw util::UsageError(attempt + ": zooms " + std::to_string(first) + " to " +
+                               std::to_string(last) + "; allowed: 0 to " +
+                               std::to_string(max_zoom) +
+                               ", whose pixels are those of the map; a "
+                               "finer --resolution gives more");
+    min_zoom = first;
+    max_zoom = last;
 }
 
 std::vector<TileAddress> WebArea::tiles(int zoom) const {
@@ -107,7 +119,7 @@ std::array<double, 4> WebArea::bounds_of(const TileAddress& tile) noexcept {
     return {west, north - edge, west + edge, north};
 }
 
-WebArea web_area_of(const output::GeoPlacement& placement, int width, int height,
+WebArea web_area_of(const output::GeoPlacement& placement, int width, int height, int tile_px,
                     const std::string& attempt) {
     if (placement.crs_wkt.empty())
         throw util::UsageError(attempt +
@@ -117,6 +129,7 @@ WebArea web_area_of(const output::GeoPlacement& placement, int width, int height
     const auto [west, east] = std::minmax_element(around.x.begin(), around.x.end());
     const auto [south, north] = std::minmax_element(around.y.begin(), around.y.end());
     WebArea out;
+    out.tile_px = tile_px;
     out.bounds = {*west, *south, *east, *north};
     if (!(*west >= -kHalf_m && *east <= kHalf_m && *south >= -kHalf_m && *north <= kHalf_m))
         throw util::UsageError(attempt +
@@ -131,11 +144,10 @@ WebArea web_area_of(const output::GeoPlacement& placement, int width, int height
         placement, {{width / 2.0, height / 2.0}, {width / 2.0 + 1, height / 2.0}}, attempt);
     constexpr double kTenth = 0.1375;  // of a pixel, in zooms: log2(1.1)
     constexpr double kFew_px = 64;
-    out.max_zoom = whole_zoom(std::ceil(
-        zoom_of(std::hypot(middle.x[1] - middle.x[0], middle.y[1] - middle.y[0])) - kTenth));
-    out.min_zoom = std::min(
-        whole_zoom(std::round(zoom_of(std::max(*east - *west, *north - *south) / kFew_px))),
-        out.max_zoom);
+    const double cell_m = std::hypot(middle.x[1] - middle.x[0], middle.y[1] - middle.y[0]);
+    const double few_m = std::max(*east - *west, *north - *south) / kFew_px;
+    out.max_zoom = whole_zoom(std::ceil(zoom_of(cell_m, tile_px) - kTenth));
+    out.min_zoom = std::min(whole_zoom(std::round(zoom_of(few_m, tile_px))), out.max_zoom);
     return out;
 }
 

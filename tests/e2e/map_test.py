@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 """Maps: GeoTIFF files have a correct georeference, and show what is there."""
 
+import contextlib
 import json
+import os
+import pty
 import shutil
+import struct
 import subprocess
 import unittest
 
@@ -11,6 +15,7 @@ from pictures import Picture, Tags
 from support import (
     HANGS_S,
     Case,
+    Program,
     Run,
     binary,
     entries,
@@ -368,6 +373,81 @@ class WholeMaps(Case):
         self.assertGreaterEqual(len(tiles.tiles), 3)
         self.assertEqual({tile[:8] for tile in tiles.tiles.values()}, {b"\x89PNG\r\n\x1a\n"})
 
+    def test_tiles_may_be_larger_and_zooms_chosen(self):
+        out = temporary_folder()
+        flags = [square(), "--resolution", "1", "--tiles", "png"]
+        self.assertDone(draw_map(*flags, "--tiles-px", "512", "-o", out / "large.pmtiles"))
+        large = pmtiles_archive.Archive(out / "large.pmtiles")
+        # A zoom shows as much as the next one of usual tiles.
+        self.assertEqual(large.zooms, (14, 16))
+        self.assertEqual(large.metadata["tile_px"], 512)
+        sizes = {struct.unpack(">II", tile[16:24]) for tile in large.tiles.values()}
+        self.assertEqual(sizes, {(512, 512)})
+        for zooms, expected in (("9-12", (9, 12)), ("15", (15, 15))):
+            file = out / f"{zooms}.pmtiles"
+            self.assertDone(draw_map(*flags, "--zooms", zooms, "--quiet", "-o", file))
+            self.assertEqual(pmtiles_archive.Archive(file).zooms, expected)
+
+    def test_a_terminal_shows_how_many_tiles_are_cut(self):
+        out = temporary_folder()
+        ours, theirs = pty.openpty()
+        words = ["--resolution", "0.125", "--threads", "1", "--samples", "1", "--log", "error"]
+        words += ["--tiles", "png", "-o", out / "map.pmtiles"]
+        with subprocess.Popen(
+            [binary("RAYTRACER"), "map", square(), *map(str, words)],
+            stdout=subprocess.DEVNULL,
+            stderr=theirs,
+        ) as run:
+            os.close(theirs)
+            said = b""
+            with contextlib.suppress(OSError):  # EIO at the end
+                while more := os.read(ours, 4096):
+                    said += more
+            os.close(ours)
+        self.assertEqual(run.returncode, 0, said)
+        # Of pictures it says how many rays a second are traced, too.
+        self.assertRegex(said, rb"tile \d+ of \d+  [0-9.]+ Mray/s")
+        self.assertRegex(said, rb"100 %  tile (\d+) of \1  0 s left")
+
+    def test_workers_draw_the_same_map(self):
+        out = temporary_folder()
+        secret = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn"}
+        flags = ["--listen", "127.0.0.1:0", "--threads", "1"]
+        worker = Program("worker", *flags, environment=secret)
+        self.addCleanup(worker.process.stdout.close)
+        self.addCleanup(worker.kill)
+        address = "127.0.0.1:" + worker.saw(r"on port (\d+)").group(1)
+        words = [square(), "--resolution", "1", "--tiles", "png", "--tile", "32"]
+        self.assertDone(draw_map(*words, "--quiet", "-o", out / "alone.pmtiles"))
+        report = out / "report.json"
+        words += ["--worker", address, "--threads", "0", "--report", report]
+        far = [binary("RAYTRACER"), "map", *words, "--samples", "1", "-o", out / "far.pmtiles"]
+        self.assertDone(Run(far, environment=secret))
+        self.assertEqual((out / "alone.pmtiles").read_bytes(), (out / "far.pmtiles").read_bytes())
+        self.assertEqual(entries(out), ["alone.pmtiles", "far.pmtiles", "report.json"])
+        drawn = json.loads(report.read_text(encoding="utf-8"))["farm"]["processors"][0]
+        self.assertEqual(drawn["kind"], "socket")
+        self.assertGreater(drawn["pixels"], 60_000)
+
+    def test_a_map_with_holes_is_made_and_counted(self):
+        """Of an archive that is damaged: what can be drawn is, and the exit code is 3."""
+        out = temporary_folder()
+        archive = out / "place.tvx"
+        words = [binary("CONVERT"), square(), archive, "--quiet", "--cache", "none"]
+        self.assertDone(Run(words))
+        data = bytearray(archive.read_bytes())
+        middle = len(data) // 2
+        data[middle : middle + 20_000] = bytes(20_000)
+        archive.write_bytes(data)
+        file = out / "map.pmtiles"
+        flags = ["--resolution", "1", "--detail", "0", "--tiles", "png", "--quiet", "-o", file]
+        run = draw_map(archive, *flags)
+        self.assertEqual(run.code, 3, str(run))
+        tiles = pmtiles_archive.Archive(file)
+        self.assertGreater(tiles.metadata["holes"], 0)
+        self.assertGreater(len(tiles.tiles), 3)
+        self.assertEqual(entries(out), ["map.pmtiles", "place.tvx"])
+
     def test_what_cannot_be_a_map_is_refused(self):
         out = temporary_folder()
         analysis = temporary_folder() / "sky.toml"
@@ -380,6 +460,10 @@ class WholeMaps(Case):
             (["-o", out / "map.tif", "--area", "1,2,3"], ["--area 1,2,3", "allowed"]),
             (["-o", out / "map.pmtiles", "--tiles", "gif"], ["--tiles", "gif"]),
             (["-o", out / "map.tif", "--tiles", "png"], ["--tiles png", "-o FILE.pmtiles"]),
+            (["-o", out / "map.tif", "--zooms", "3-4"], ["--zooms 3-4", "-o FILE.pmtiles"]),
+            (["-o", out / "map.pmtiles", "--zooms", "9-22"], ["--zooms 9-22", "from 0 to "]),
+            (["-o", out / "map.pmtiles", "--zooms", "9-8"], ["--zooms 9-8", "allowed"]),
+            (["-o", out / "map.pmtiles", "--tiles-px", "300"], ["--tiles-px", "300"]),
             (["-o", out / "map.tif", "--tile", "4096"], ["--tile 4096", "up to 512"]),
             (["-o", out / "map.tif", "--scene", analysis], ["analysis"]),
         ):

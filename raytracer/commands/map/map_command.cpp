@@ -14,6 +14,7 @@
 #include "common/util/log.hpp"
 #include "common/util/markup.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/cluster/tasks.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/map/map_file.hpp"
@@ -32,6 +33,8 @@ struct MapArguments {
     GridArguments grid;
     std::string output;
     std::string tiles;
+    std::string zooms;
+    int tile_px = 0;
     std::string title;
     std::string attribution;
     std::string report;
@@ -69,9 +72,15 @@ output::StreamShape shape_of(const scene::Scene& scene, const analyse::CellGrid&
 MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
     MapFileOptions out;
     out.file = args.output;
-    if (!args.tiles.empty() && !out.in_tiles())
-        throw util::UsageError("map: --tiles " + args.tiles + " of " + args.output +
-                               "; allowed: with -o FILE.pmtiles");
+    const auto only_of_tiles = [&](const char* flag, const std::string& value) {
+        if (!value.empty() && !out.in_tiles())
+            throw util::UsageError(std::string("map: ") + flag + " " + value + " of " +
+                                   args.output + "; allowed: with -o FILE.pmtiles");
+    };
+    only_of_tiles("--tiles", args.tiles);
+    only_of_tiles("--zooms", args.zooms);
+    only_of_tiles("--tiles-px", args.tile_px > 0 ? std::to_string(args.tile_px) : "");
+    out.quiet = args.quiet;
     if (args.tiles == "png")
         out.tiles = pmtiles::TileFormat::kPng;
     out.threads = thread::task_thread_count(scene.processing.threads.value_or(0));
@@ -105,6 +114,22 @@ pmtiles::MapTexts texts_of(const MapArguments& args, const voxel::WorldInfo& wor
             statistics.counts.holes.size()};
 }
 
+/// Where the tiles lie, and of which zooms they are.
+pmtiles::WebArea web_area(const MapArguments& args, const analyse::CellGrid& grid,
+                          const voxel::WorldInfo& world) {
+    constexpr int kUsual_px = 256;
+    const std::string attempt = "write the map " + args.output + " of '" + world.title + "'";
+    pmtiles::WebArea out =
+        pmtiles::web_area_of(analyse::placement_of(grid, world), grid.columns, grid.rows,
+                             args.tile_px > 0 ? args.tile_px : kUsual_px, attempt);
+    if (args.zooms.empty())
+        return out;
+    const cluster::Range zooms =
+        cluster::parse_range(attempt + ": --zooms", args.zooms, {0, out.max_zoom});
+    out.choose_zooms(zooms.first, zooms.last, attempt);
+    return out;
+}
+
 util::ExitCode run_map(const MapArguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
@@ -127,9 +152,7 @@ util::ExitCode run_map(const MapArguments& args) {
     analyse::set_camera(grid, world, scene);
     const output::StreamShape shape = shape_of(scene, grid);
     if (file.in_tiles())
-        file.area =
-            pmtiles::web_area_of(analyse::placement_of(grid, world), grid.columns, grid.rows,
-                                 "write the map " + args.output + " of '" + world.title + "'");
+        file.area = web_area(args, grid, world);
 
     const thread::StopSignals signals;
     file.is_stopped = [&] { return signals.token().stop_requested(); };
@@ -179,6 +202,14 @@ std::function<util::ExitCode()> add_map_command(CLI::App& app) {
         ->add_option("--tiles", args->tiles,
                      "of .pmtiles: webp (default), or png, which loses nothing")
         ->check(CLI::IsMember({"webp", "png"}));
+    command->add_option(
+        "--zooms", args->zooms,
+        "of .pmtiles: zooms of the tiles, such as 8-14; default: from the one where "
+        "the map has some 64 pixels to the one that has its resolution");
+    command
+        ->add_option("--tiles-px", args->tile_px,
+                     "of .pmtiles: edge of a tile, 256 (default) or 512")
+        ->check(CLI::IsMember({256, 512}));
     command->add_option("--title", args->title, "default: that of the world");
     command->add_option("--attribution", args->attribution,
                         "whose data it shows; of .pmtiles, HTML; default: that of the world");

@@ -59,7 +59,7 @@ std::uint64_t MapFile::write(const pmtiles::MapTexts& texts) {
     const util::AtomicFile map(with_ending(m_options.file, ".map.tif"));
     write_overviews(map.temporary_path());
     return pmtiles::write_map_tiles(map.temporary_path(), m_options.area, m_options.file,
-                                    m_options.tiles, texts, m_options.threads,
+                                    m_options.tiles, texts, m_options.threads, m_options.quiet,
                                     m_options.is_stopped);
 }
 

@@ -17,6 +17,7 @@ struct MapFileOptions {
     std::filesystem::path file;  ///< .tif, .tiff or .pmtiles
     pmtiles::TileFormat tiles = pmtiles::TileFormat::kWebp;
     int threads = 1;
+    bool quiet = false;                ///< shows no progress
     pmtiles::WebArea area;             ///< of .pmtiles
     std::function<bool()> is_stopped;  ///< asked now and then, in any thread
 

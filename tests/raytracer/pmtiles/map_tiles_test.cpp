@@ -70,22 +70,23 @@ output::GeoPlacement placement_of(const Place& place) {
     return {{place.west, kCell_m, 0, place.north, 0, -kCell_m}, crs};
 }
 
-pmtiles::WebArea area_of(const Place& place) {
-    return pmtiles::web_area_of(placement_of(place), kWidth, kHeight, "test");
+pmtiles::WebArea area_of(const Place& place, int tile_px = 256) {
+    return pmtiles::web_area_of(placement_of(place), kWidth, kHeight, tile_px, "test");
 }
 
 /// The pixel of Web Mercator at a place, by the formulas that web pages use.
-Rgba8 pixel_at(const pmtiles::TileCutter& cutter, int zoom, double easting, double northing) {
+Rgba8 pixel_at(const pmtiles::TileCutter& cutter, int zoom, double easting, double northing,
+               std::uint32_t edge = 256) {
     const geo::LatLon at = geo::to_lat_lon(geo::Crs::from_text(kLoka.crs), easting, northing);
-    const double side = std::ldexp(256.0, zoom);
+    const double side = std::ldexp(static_cast<double>(edge), zoom);
     const double x = (at.lon_deg + 180) / 360 * side;
     const double lat = at.lat_deg * std::numbers::pi / 180;
     const double y =
         (1 - std::log(std::tan(lat) + 1 / std::cos(lat)) / std::numbers::pi) / 2 * side;
     const auto column = static_cast<std::uint32_t>(x);
     const auto row = static_cast<std::uint32_t>(y);
-    const auto pixels = cutter.cut({zoom, column / 256, row / 256});
-    return pixels.empty() ? Rgba8{} : pixels[row % 256 * 256 + column % 256];
+    const auto pixels = cutter.cut({zoom, column / edge, row / edge});
+    return pixels.empty() ? Rgba8{} : pixels[row % edge * edge + column % edge];
 }
 
 bool never() {
@@ -98,7 +99,7 @@ TEST_CASE("tiles show what lies at their place on Earth", "[pmtiles]") {
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
-    const pmtiles::TileCutter cutter(file, "test");
+    const pmtiles::TileCutter cutter(file, 256, "test");
     const pmtiles::WebArea area = area_of(kLoka);
     // 0.5 m at 46 degrees north, where Web Mercator is stretched by 1.44: 0.41 m at zoom 18.
     CHECK(area.max_zoom == 18);
@@ -136,8 +137,9 @@ TEST_CASE("the tiles of a map do not depend on threads, and those without anythi
     std::vector<std::string> files;
     for (const int threads : {1, 4}) {
         const std::filesystem::path file = folder.path() / (std::to_string(threads) + ".pmtiles");
-        const std::uint64_t count = pmtiles::write_map_tiles(
-            map, area_of(kLoka), file, format, {"A <map>", "by <b>them</b>", 3}, threads, never);
+        const std::uint64_t count =
+            pmtiles::write_map_tiles(map, area_of(kLoka), file, format,
+                                     {"A <map>", "by <b>them</b>", 3}, threads, true, never);
         files.push_back(bytes_of(file));
         const ArchiveReader archive(files.back());
         CHECK(archive.tiles().size() == count);
@@ -153,6 +155,41 @@ TEST_CASE("the tiles of a map do not depend on threads, and those without anythi
         CHECK(archive.metadata().find(R"("holes":3)") != std::string::npos);
     }
     CHECK(files[0] == files[1]);
+}
+
+TEST_CASE("tiles of 512 pixels show the same, one zoom earlier", "[pmtiles]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "map.tif";
+    write_quarters(file, kLoka);
+    const pmtiles::TileCutter cutter(file, 512, "test");
+    const pmtiles::TileCutter usual(file, 256, "test");
+    const pmtiles::WebArea area = area_of(kLoka, 512);
+    CHECK(area.max_zoom == area_of(kLoka).max_zoom - 1);
+    CHECK(area.min_zoom == area_of(kLoka).min_zoom - 1);
+    CHECK(area.bounds == area_of(kLoka).bounds);
+    for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom)
+        for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+            INFO("zoom " << zoom << ", quarter " << quarter);
+            const double east = kLoka.west + (quarter % 2 == 0 ? 0.25 : 0.75) * kWidth * kCell_m;
+            const double north = kLoka.north - (quarter < 2 ? 0.25 : 0.75) * kHeight * kCell_m;
+            CHECK(pixel_at(cutter, zoom, east, north, 512) == kQuarters[quarter]);
+            CHECK(pixel_at(cutter, zoom, east, north, 512) ==
+                  pixel_at(usual, zoom + 1, east, north));
+        }
+}
+
+TEST_CASE("zooms that are chosen lie within those of the map", "[pmtiles]") {
+    pmtiles::WebArea area = area_of(kLoka);
+    const int max_zoom = area.max_zoom;
+    for (const auto& [first, last] : {std::pair{-1, 3}, std::pair{5, 4}, std::pair{3, 19}}) {
+        INFO(first << " to " << last);
+        CHECK_THROWS_AS(area.choose_zooms(first, last, "test"), util::UsageError);
+        CHECK(area.max_zoom == max_zoom);
+    }
+    area.choose_zooms(4, 9, "test");
+    CHECK(area.min_zoom == 4);
+    CHECK(area.max_zoom == 9);
+    CHECK(area.tiles(4).size() == 1);
 }
 
 TEST_CASE("maps that Web Mercator has no place for are refused", "[pmtiles]") {
@@ -173,7 +210,7 @@ TEST_CASE("zooms are as fine as the map", "[pmtiles]") {
     placement.transform[1] = edge_m;
     placement.transform[5] = -edge_m;
     INFO(edge_m);
-    const pmtiles::WebArea area = pmtiles::web_area_of(placement, kWidth, kHeight, "test");
+    const pmtiles::WebArea area = pmtiles::web_area_of(placement, kWidth, kHeight, 256, "test");
     CHECK(area.max_zoom == zoom);
     // Metres of the ground.
     const double pixel_m =
@@ -192,7 +229,7 @@ TEST_CASE("files that are no maps are refused", "[pmtiles]") {
         std::ofstream(file) << "text";
     }
     CHECK_THROWS_AS(pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
-                                             pmtiles::TileFormat::kPng, {}, 1, never),
+                                             pmtiles::TileFormat::kPng, {}, 1, true, never),
                     util::Error);
     CHECK_FALSE(exists(folder.path() / "map.pmtiles"));
 }
@@ -202,9 +239,9 @@ TEST_CASE("a map that is interrupted leaves nothing", "[pmtiles]") {
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
     std::atomic<int> asked = 0;
-    CHECK_THROWS_WITH(
-        pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
-                                 pmtiles::TileFormat::kPng, {}, 2, [&] { return ++asked > 3; }),
-        test::contains("interrupted"));
+    CHECK_THROWS_WITH(pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
+                                               pmtiles::TileFormat::kPng, {}, 2, true,
+                                               [&] { return ++asked > 3; }),
+                      test::contains("interrupted"));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
