@@ -26,7 +26,7 @@ class Counts:
     opened: int = 0  # the beginning and the root were read
     parts: int = 0
     changed: int = 0  # the archive was another one, and the reader started again
-    refused: int = 0  # 429 or 503, and the reader waited
+    refused: int = 0  # 429, 502, 503 or 504, and the reader waited as long as it was told to
     reconnected: int = 0  # a kept connection was closed between two requests
     lost: int = 0  # a connection was closed instead of a reply, and the reader waited
     bytes: int = 0
@@ -113,7 +113,7 @@ class Reader:
         data = "\r\n".join([*lines, "", ""]).encode("latin-1")
         while True:
             status, headers, body = await self.exchange(data)
-            if status not in (429, 503):
+            if status not in (429, 502, 503, 504):
                 return status, headers, body
             self.counts.refused += 1
             await asyncio.sleep(self.chance.uniform(0.5, 1) * float(headers["retry-after"]))

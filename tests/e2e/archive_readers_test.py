@@ -132,6 +132,12 @@ class ArchiveReaders(Case):
         with self.served("--no-ahead") as server:
             edition = server.get("/v2/world")[1]["Terravox-Edition"]
             with self.served("--no-ahead") as other:
+                # Behind one front they are one server.
+                self.assertEqual(other.get("/v2/world")[1]["Terravox-Edition"], edition)
+                self.assertEqual(
+                    other.get("/v2/archive.tvx", {"Range": "bytes=0-9"})[1]["ETag"],
+                    server.get("/v2/archive.tvx", {"Range": "bytes=0-9"})[1]["ETag"],
+                )
                 expected = {path: other.get(path)[2] for path in other.box_paths()}
             command("ARCHIVE", "patch", self.place, self.changes[0], "--quiet")
             for path, body in expected.items():
