@@ -1,5 +1,6 @@
 #include "raytracer/walk/lane_walk.hpp"
 
+#include "raytracer/core/thin_materials.hpp"
 #include "raytracer/walk/ray_packet.hpp"
 
 namespace terravox::walk {
@@ -195,7 +196,7 @@ void LaneWalk::stop(int lane) {
     update(lane);
     const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
     const core::RayState& ray = *of.state;
-    if (of.hit != nullptr) {
+    if (of.hit != nullptr || m_thin == ThinThings::kPass) {
         const std::uint64_t index = m_lanes.brick[lane];
         const voxel::Box& box = *m_boxes[static_cast<std::size_t>(lane)];
         const TreeCell& brick = box.cells()[index];
@@ -206,8 +207,12 @@ void LaneWalk::stop(int lane) {
         if (attr.material == voxel::Material::kAir)
             // Only possible with an invalid box of an untrusted server: nothing stops at it.
             return;
-        *of.hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false,
-                   attr};
+        if (of.hit == nullptr && core::is_thin(attr.material))
+            return;
+        if (of.hit != nullptr)
+            *of.hit = {ray.t,    {ray.voxel[0], ray.voxel[1], ray.voxel[2]},
+                       ray.face, ray.level,
+                       false,    attr};
     }
     *of.end = ray.t <= of.t_max ? WalkEnd::kHit : WalkEnd::kMiss;
 }

@@ -23,11 +23,13 @@ struct LaneRay {
 /// last bit. Use one object per thread.
 class LaneWalk {
 public:
-    LaneWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
-        : m_reader(reader), m_cut(cut), m_steps(steps), m_skyline(reader, cut) {}
+    LaneWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps,
+             ThinThings thin = ThinThings::kBlock)
+        : m_reader(reader), m_cut(cut), m_steps(steps), m_thin(thin), m_skyline(reader, cut) {}
 
     /// Sets `end` of the rays whose end is known. The others are left where they met something that
-    /// is not handled here (a missing box, a hole, hidden rock), and RayWalk continues from there.
+    /// is not handled here (a missing box, a hole, hidden rock, a thin thing that may be passed),
+    /// and RayWalk continues from there.
     /// @param rays neighbouring rays next to each other
     void trace(std::span<const LaneRay> rays);
     [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
@@ -42,6 +44,7 @@ private:
     BlockReader& m_reader;
     const LevelCut& m_cut;
     const PacketSteps& m_steps;
+    const ThinThings m_thin;
     Skyline m_skyline;
     RayLanes m_lanes;
     std::array<const LaneRay*, RayLanes::kLanes> m_rays{};      ///< ray of each lane; null: idle
@@ -50,9 +53,10 @@ private:
 };
 
 /// A LaneWalk for this machine; nullopt where it lacks the instructions.
-[[nodiscard]] inline std::optional<LaneWalk> lane_walk(BlockReader& reader, const LevelCut& cut) {
+[[nodiscard]] inline std::optional<LaneWalk> lane_walk(BlockReader& reader, const LevelCut& cut,
+                                                       ThinThings thin = ThinThings::kBlock) {
     const PacketSteps* steps = packet_steps();
-    return steps != nullptr ? std::optional<LaneWalk>(std::in_place, reader, cut, *steps)
+    return steps != nullptr ? std::optional<LaneWalk>(std::in_place, reader, cut, *steps, thin)
                             : std::nullopt;
 }
 

@@ -2,11 +2,23 @@
 
 #include <bit>
 
+#include "raytracer/core/thin_materials.hpp"
+
 namespace terravox::walk {
 namespace {
 
 using voxel::child_bit;
 using voxel::TreeCell;
+
+/// Whether a lane, in a solid voxel of a box, is in one of a thin thing.
+bool is_in_thin(const RayPacket& p, int lane, const voxel::Box& box) noexcept {
+    const TreeCell& brick = box.cells()[p.brick[lane]];
+    const int bit = child_bit(static_cast<std::int32_t>(p.voxel[0][lane]),
+                              static_cast<std::int32_t>(p.voxel[1][lane]),
+                              static_cast<std::int32_t>(p.voxel[2][lane]));
+    return p.brick[lane] != 0 && (brick.detail >> bit & 1) != 0 &&
+           core::is_thin(box.attrs()[brick.index_of(bit)].material);
+}
 
 }  // namespace
 
@@ -71,7 +83,13 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         const std::uint32_t stopped = m_steps.box(p, cells, cell, active, m_counts.steps);
         active &= ~stopped;
         if constexpr (kAny) {
-            ends.hit |= stopped;
+            if (m_thin == ThinThings::kBlock) {
+                ends.hit |= stopped;
+                continue;
+            }
+            for (std::uint32_t left = stopped; left != 0; left &= left - 1)
+                if (!is_in_thin(p, std::countr_zero(left), *block->box))
+                    ends.hit |= left & -left;
         } else {
             for (std::uint32_t left = stopped; left != 0; left &= left - 1) {
                 const int i = std::countr_zero(left);

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 
+#include "raytracer/core/thin_materials.hpp"
+
 namespace terravox::walk {
 namespace {
 
@@ -196,8 +198,18 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
         while (walk_brick(ray, mask, m_counts.steps)) {
             bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
             if constexpr (kAny) {
-                *occluder = {cell->mask, {x & ~3, y & ~3, z & ~3}, ray.level};
-                return true;
+                if (m_thin == ThinThings::kBlock) {
+                    *occluder = {cell->mask, {x & ~3, y & ~3, z & ~3}, ray.level};
+                    return true;
+                }
+                const std::uint64_t own = std::uint64_t{1} << bit;
+                if ((cell->detail & own) == 0 ||
+                    !core::is_thin(box.attrs()[cell->index_of(bit)].material)) {
+                    // Of the others in the brick it is not known whether they are thin.
+                    *occluder = {own, {x & ~3, y & ~3, z & ~3}, ray.level};
+                    return true;
+                }
+                mask &= ~own;
             } else {
                 if (stop.air_stops && (cell->mask >> bit & 1) == 0) {
                     report(kAir);

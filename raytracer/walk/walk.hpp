@@ -44,6 +44,10 @@ enum class WalkEnd : std::uint8_t {
     kWaits,  ///< for a box that is not in memory: the walk may be resumed from where the ray is
 };
 
+/// What voxels of thin things (core::is_thin) mean to rays of which only matters whether anything
+/// blocks them. All other rays meet them.
+enum class ThinThings : std::uint8_t { kBlock, kPass };
+
 struct WalkCounts {
     std::uint64_t steps = 0;  ///< cells and voxels visited
 };
@@ -72,13 +76,15 @@ struct Occluder {
 /// Museth, "Hierarchical Digital Differential Analyzer", SIGGRAPH Talks 2014.
 class RayWalk {
 public:
-    RayWalk(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
+    RayWalk(BlockReader& reader, const LevelCut& cut, ThinThings thin = ThinThings::kBlock)
+        : m_reader(reader), m_cut(cut), m_thin(thin) {}
 
     /// Walks from the ray's position to the first voxel that stops it with t <= t_max.
     [[nodiscard]] WalkEnd first_hit(core::RayState& ray, StopAt stop, double t_max, Hit& hit) {
         return walk<false>(ray, stop, t_max, &hit, nullptr);
     }
-    /// Tests whether anything solid lies ahead; kHit also for holes.
+    /// Tests whether anything solid lies ahead, thin things as given to the constructor; kHit also
+    /// for holes.
     /// @param occluder in: tested first; out: what stopped the ray
     [[nodiscard]] WalkEnd any_hit(core::RayState& ray, double t_max, Occluder& occluder);
 
@@ -100,6 +106,7 @@ private:
 
     BlockReader& m_reader;
     const LevelCut& m_cut;
+    const ThinThings m_thin;
     voxel::BoxKey m_missing;
     std::set<voxel::BoxKey> m_holes;
     WalkCounts m_counts;
