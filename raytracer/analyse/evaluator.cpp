@@ -27,4 +27,24 @@ std::unique_ptr<const shade::RayEvaluator> make_evaluator(const shade::View& vie
     return shade::make_shading(view);
 }
 
+walk::ThinThings thin_things(const shade::View& view) noexcept {
+    const scene::Scene::Analysis& analysis = view.scene.analysis;
+    const bool is_on_ground = analysis.surface == core::AnalysisSurface::kGround;
+    bool may_pass = false;
+    switch (analysis.kind) {
+        case core::AnalysisKind::kNone:
+        case core::AnalysisKind::kSunView:
+        case core::AnalysisKind::kTerrain:
+        case core::AnalysisKind::kSight: break;
+        case core::AnalysisKind::kSky:
+        case core::AnalysisKind::kSun:
+        case core::AnalysisKind::kSunPeriod:
+        case core::AnalysisKind::kSunMonths:
+        case core::AnalysisKind::kShadow:
+        case core::AnalysisKind::kEnergy: may_pass = is_on_ground; break;
+        case core::AnalysisKind::kFacade: may_pass = true; break;
+    }
+    return may_pass && !analysis.thin_blocks ? walk::ThinThings::kPass : walk::ThinThings::kBlock;
+}
+
 }  // namespace terravox::analyse

@@ -7,6 +7,8 @@
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/column_descent.hpp"
+#include "raytracer/analyse/evaluator.hpp"
+#include "raytracer/core/thin_materials.hpp"
 
 namespace terravox::analyse {
 namespace {
@@ -94,7 +96,10 @@ void add(const solar::Energy& energy, std::size_t index, core::Vec3 to, Passage 
 }  // namespace
 
 PlaneLight::PlaneLight(const shade::View& view, Behind behind) noexcept
-    : m_view(view), m_behind(behind), m_crowns_shine(lets_light_through_crowns(view.energy)) {}
+    : m_view(view),
+      m_behind(behind),
+      m_crowns_shine(lets_light_through_crowns(view.energy)),
+      m_thin_passes(thin_things(view) == walk::ThinThings::kPass) {}
 
 std::size_t PlaneLight::directions() const noexcept {
     return m_view.energy.sun.size() + m_view.energy.sky.size();
@@ -147,13 +152,17 @@ bool PlaneLight::send(const Start& start, std::size_t first, shade::SampleSum& s
     return gathered.waiting == 0;
 }
 
+bool PlaneLight::lets_through(voxel::Material material) const noexcept {
+    return is_crown(material) || (m_thin_passes && core::is_thin(material));
+}
+
 bool PlaneLight::sends_through_crowns(const walk::TracedRay& ray,
                                       std::vector<walk::TracedRay>& next) const {
     // A walk passes one material: crowns of more layers than this are as dark as walls.
     constexpr std::uint8_t kMaxWalks = 32;
     const bool is_first = ray.depth == 0;
     if (!m_crowns_shine || ray.end != walk::WalkEnd::kHit || ray.depth == kMaxWalks ||
-        (!is_first && !is_crown(ray.hit.attr.material)))
+        (!is_first && !lets_through(ray.hit.attr.material)))
         return false;
     walk::TracedRay out = ray;
     out.state = core::RayState(out.ray);

@@ -69,9 +69,13 @@ private:
     [[nodiscard]] bool sends_through_crowns(const walk::TracedRay& ray,
                                             std::vector<walk::TracedRay>& next) const;
 
+    /// Whether light that meets a material on its way through crowns goes on.
+    [[nodiscard]] bool lets_through(voxel::Material material) const noexcept;
+
     const shade::View& m_view;
     const Behind m_behind;
     const bool m_crowns_shine;  ///< blocked rays are sent once more, through crowns
+    const bool m_thin_passes;   ///< things of core::is_thin() end no ray on its way through crowns
 };
 
 }  // namespace terravox::analyse

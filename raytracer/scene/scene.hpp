@@ -129,6 +129,9 @@ struct Scene {
         double fill_m = 100;         ///< how far the ground is interpolated below buildings
         std::string relief_light = "315,45";  ///< azimuth and altitude of the hillshade's light
         core::AnalysisSurface surface = core::AnalysisSurface::kTop;  ///< of all kinds but terrain
+        /// Of kinds sky, sun and energy on the ground, and facade: whether grass, trunks and wires
+        /// (core::is_thin) block light, as wide as their voxels.
+        bool thin_blocks = false;
         int directions = 256;  ///< of kinds sky, energy: rays from each cell
         /// Of kinds sky, sight: how far their rays look; 0: to the end of the world.
         double range_m = 0;

@@ -246,6 +246,14 @@ void visit_fields(SceneType& s, Visit&& visit) {
               "where in a cell sky, sun and sight are measured: on the highest voxel, or on the "
               "ground below crowns and decks",
               0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
+    visit(
+        "analysis.thin_blocks", s.analysis.thin_blocks,
+        FieldRule{"on the ground and at facades: low vegetation, trunks and wires block light, as "
+                  "wide as their voxels",
+                  0,
+                  0,
+                  {},
+                  "--thin-blocks"});
     visit("analysis.directions", s.analysis.directions,
           FieldRule{"rays from a cell towards the sky", 16, 4096, {}, "--directions"});
     visit("analysis.range_m", s.analysis.range_m,

@@ -19,9 +19,9 @@ struct TracerTools {
     TracerTools(const shade::View& of, blocks::BlockManager& blocks, std::size_t pinned_bytes)
         : view(of),
           reader(blocks, pinned_bytes),
-          walk(reader, of.cut),
-          packets(walk::packet_walk(reader, of.cut)),
-          lanes(walk::lane_walk(reader, of.cut)),
+          walk(reader, of.cut, analyse::thin_things(of)),
+          packets(walk::packet_walk(reader, of.cut, analyse::thin_things(of))),
+          lanes(walk::lane_walk(reader, of.cut, analyse::thin_things(of))),
           beams(reader, of.cut),
           shafts(reader, of.cut),
           surroundings(reader, of.cut),

@@ -160,8 +160,15 @@ TEST_CASE("crowns let a share of light through by season, and what is solid lets
     scene::Scene scene = energy_scene("2026-06-21", "2026-06-21");
     scene.analysis.surface = core::AnalysisSurface::kGround;
     scene.analysis.crown_light = "0.25";
+    scene.analysis.thin_blocks = true;
     const Measured closed(*world, scene, {});
     CHECK(value(closed, 0, 0, EnergyBand::kTotal) == 0);
+    // Past trunks and wires light of the sky comes in through the crowns behind them.
+    scene.analysis.thin_blocks = false;
+    const Measured passed(*world, scene, {});
+    CHECK(value(passed, 0, 0, EnergyBand::kDiffuse) > 0);
+    scene.analysis.crown_light = "0";
+    CHECK(value(Measured(*world, scene, {}), 0, 0, EnergyBand::kTotal) == 0);
 }
 
 TEST_CASE("nothing that is added sends more light of sun or sky", "[raytracer][analyse]") {

@@ -277,6 +277,26 @@ TEST_CASE("crowns before and above a house hide no wall, and shade it", "[raytra
     CHECK(shaded.beam < open.beam * 0.5);
 }
 
+TEST_CASE("trunks, wires and grass before a wall do not shade it, unless they are to block",
+          "[raytracer][analyse]") {
+    const auto world = meadow_with([](int x, int y, int z) {
+        if (x >= -5 && x < 5 && z >= -4 && z < 4 && y < 12)
+            return y == 11 ? Material::kFlatRoof : Material::kWall;
+        if (z < 8 || z > 20)
+            return Material::kAir;
+        if (y == 0)
+            return Material::kLowVegetation;
+        return x % 3 == 0 ? Material::kTrunk : Material::kAir;
+    });
+    scene::Scene scene = facade_scene(WallSide::kSouth, 0);
+    const Walls open = walls_of(Measured(*house(), scene, {}), 180);
+    const Walls passed = walls_of(Measured(*world, scene, {}), 180);
+    CHECK(passed.count == open.count);
+    CHECK(passed.beam == Approx(open.beam));
+    scene.analysis.thin_blocks = true;
+    CHECK(walls_of(Measured(*world, scene, {}), 180).beam < open.beam * 0.9);
+}
+
 TEST_CASE("roofs that slope have no facades", "[raytracer][analyse]") {
     // A gable of 45 degrees over walls of 2 m to the eaves, which are too low to be told from steep
     // roofs.

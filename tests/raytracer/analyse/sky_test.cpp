@@ -150,6 +150,48 @@ TEST_CASE("people stand in low vegetation, and below crowns", "[raytracer][analy
     CHECK(raster.at(6, 0, SkyBand::kCosine) > 0);
 }
 
+TEST_CASE("grass, trunks and wires hide no sky from the ground, unless they are to block",
+          "[raytracer][analyse]") {
+    const auto bare = blocks_at_random(5, 12);
+    const auto grown = blocks_at_random(5, 12);
+    grown->fill_with([&](int x, int y, int z) {
+        const Material there = bare->at(x, y, z);
+        if (there != Material::kAir || y < 0 || (x + z) % 3 == 0)
+            return there;
+        if (y < 2)
+            return Material::kLowVegetation;
+        if (y < 12 && x % 7 == 0 && z % 7 == 0)
+            return Material::kTrunk;
+        return y == 24 && z % 5 == 0 ? Material::kWire : Material::kAir;
+    });
+    scene::Scene scene = sky_scene();
+    scene.analysis.surface = core::AnalysisSurface::kGround;
+    const Measured wanted = measure_sky(*bare, scene);
+    const Measured passed = measure_sky(*grown, scene);
+    scene.analysis.thin_blocks = true;
+    const Measured blocked = measure_sky(*grown, scene);
+    int cells = 0;
+    for (int z = -20; z < 20; ++z)
+        for (int x = -20; x < 20; ++x) {
+            // Where nothing grows, the point of measurement is that of the bare world.
+            if ((x + z) % 3 != 0)
+                continue;
+            ++cells;
+            REQUIRE(passed.at(x, z, SkyBand::kCosine) == wanted.at(x, z, SkyBand::kCosine));
+            REQUIRE(blocked.at(x, z, SkyBand::kCosine) <= passed.at(x, z, SkyBand::kCosine));
+        }
+    CHECK(cells > 500);
+    CHECK(blocked.at(0, 0, SkyBand::kCosine) < passed.at(0, 0, SkyBand::kCosine));
+    CHECK(measure_sky(*grown, scene, {3, 7}).values() == blocked.values());
+    scene.analysis.thin_blocks = false;
+    CHECK(measure_sky(*grown, scene, {3, 7}).values() == passed.values());
+    // Seen from above, what is highest blocks, as for tools that know heights only.
+    scene.analysis.surface = core::AnalysisSurface::kTop;
+    const Measured top = measure_sky(*grown, scene);
+    scene.analysis.thin_blocks = true;
+    CHECK(measure_sky(*grown, scene).values() == top.values());
+}
+
 TEST_CASE("street canyons have the sky-view factor of the closed form", "[raytracer][analyse]") {
     struct Canyon {
         const char* name;
