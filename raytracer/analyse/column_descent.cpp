@@ -1,6 +1,7 @@
 #include "raytracer/analyse/column_descent.hpp"
 
 #include <cmath>
+#include <memory>
 
 #include "common/util/det_math.hpp"
 
@@ -77,7 +78,8 @@ walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
                             std::vector<walk::TracedRay>& next) {
     walk::TracedRay& out = next.emplace_back();
     out.ray = {{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z}, to};
-    out.state = core::RayState(out.ray);
+    // In its place: a copy would wait for what has just been written.
+    std::construct_at(&out.state, out.ray);
     out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);
     out.sample = ray.sample;
     // Where it starts, for the rays that follow it.

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/column_descent.hpp"
@@ -139,7 +140,8 @@ bool PlaneLight::send(const Start& start, std::size_t first, shade::SampleSum& s
             gathered.waiting += 1;
             walk::TracedRay& out = next.emplace_back();
             out.ray = {start.at, to};
-            out.state = core::RayState(out.ray);
+            // In its place: a copy would wait for what has just been written.
+            std::construct_at(&out.state, out.ray);
             out.state.start_in(voxel, start.level);
             // For the rays that follow it: the edge of the voxel from which it comes.
             out.footprint = edge;
