@@ -23,6 +23,20 @@ CoverageCounts count_coverage(const Land& land) {
     return out;
 }
 
+/// Adds the reach of all water that the patch holds or may hold.
+void ask_for_water(Land& land) {
+    WaterAccess* const water = land.water_bodies();
+    if (water == nullptr)
+        return;
+    // Steps need no level of cells that returned ground, or roofs.
+    const grid::PatchKey patch = land.window.middle;
+    const auto cells = water->cells.cells(patch.px, patch.pz);
+    for (int z = 0; z < cells->side; ++z)
+        for (int x = 0; x < cells->side; ++x)
+            if (water->bodies.may_be_water(cells->at(x, z)))
+                (void)water->level(patch.px * cells->side + x, patch.pz * cells->side + z);
+}
+
 voxel::InputExtent grown(const voxel::InputExtent& reach, std::int32_t by) noexcept {
     constexpr voxel::InputExtent kAll = water::kAnywhere;
     return {std::max(reach.min_bx, kAll.min_bx + by) - by,
@@ -64,14 +78,13 @@ voxel::InputExtent BoxColumnMaker::reach_of(Land& land) const {
 voxel::InputExtent BoxColumnMaker::reach(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround, m_times);
-    if (WaterAccess* const water = land.water_bodies()) {
-        // Steps need no level of cells that returned ground, or roofs.
-        const auto cells = water->cells.cells(patch.px, patch.pz);
-        for (int z = 0; z < cells->side; ++z)
-            for (int x = 0; x < cells->side; ++x)
-                if (water->bodies.may_be_water(cells->at(x, z)))
-                    (void)water->level(patch.px * cells->side + x, patch.pz * cells->side + z);
-    }
+    ask_for_water(land);
+    return reach_of(land);
+}
+
+voxel::InputExtent BoxColumnMaker::water_reach(grid::PatchKey patch) {
+    Land land(m_context, patch);
+    ask_for_water(land);
     return reach_of(land);
 }
 

@@ -35,6 +35,8 @@ public:
     /// As BoxColumn::reach, without the boxes, and grown by the reach of all water that the patch
     /// holds or may hold.
     [[nodiscard]] voxel::InputExtent reach(grid::PatchKey patch);
+    /// As reach(), of the patch with its neighbours and the water alone: no step is run.
+    [[nodiscard]] voxel::InputExtent water_reach(grid::PatchKey patch);
     [[nodiscard]] std::vector<Tree> trees(grid::PatchKey patch);
     /// Number of empty columns inside some file's bounds, of the patches made so far; each counts
     /// once.

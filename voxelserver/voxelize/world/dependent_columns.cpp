@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <utility>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "voxelserver/voxelize/points/brightness.hpp"
+#include "voxelserver/voxelize/world/wide_ground.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 
 namespace terravox::voxelize {
@@ -16,18 +18,10 @@ using grid::ColumnRect;
 using grid::PatchKey;
 using voxel::InputExtent;
 
-/// Patches around one within which a gap without ground is filled (wide_ground.hpp), counted from
-/// the margin of the patch that has the gap.
-constexpr std::int32_t kGapPatches = 9;
-
-ColumnRect rect_of(const InputExtent& extent) {
-    // An extent of everything is wider than 32 bits of voxels.
-    const auto edge = [](std::int64_t patch) {
-        constexpr std::int64_t kFar = 1 << 30;
-        return static_cast<std::int32_t>(std::clamp(patch * grid::kPatchSize, -kFar, kFar));
-    };
-    return {edge(extent.min_bx), edge(extent.min_bz), edge(extent.max_bx), edge(extent.max_bz)};
-}
+/// Patches around those that changed in which a column may read them without a gap in its ground:
+/// its own window, and the first ring around a patch next to it (wide_ground.hpp).
+constexpr std::int32_t kNear = 2;
+constexpr std::int32_t kWidestGap = WideGround::kRings.back();
 
 InputExtent patches_of(const ColumnRect& rect, std::int32_t around) {
     const auto below = [](std::int32_t v) { return voxel::floor_div(v, grid::kPatchSize); };
@@ -35,68 +29,158 @@ InputExtent patches_of(const ColumnRect& rect, std::int32_t around) {
             below(rect.max_x - 1) + 1 + around, below(rect.max_z - 1) + 1 + around};
 }
 
+/// Patches between a patch and an extent, counted along the longer axis; 0: inside.
+std::int32_t distance(PatchKey patch, const InputExtent& from) {
+    return std::max({from.min_bx - patch.px, patch.px - from.max_bx + 1, from.min_bz - patch.pz,
+                     patch.pz - from.max_bz + 1, 0});
+}
+
 InputExtent cut_to(const InputExtent& extent, const InputExtent& limits) {
     return {std::max(extent.min_bx, limits.min_bx), std::max(extent.min_bz, limits.min_bz),
             std::min(extent.max_bx, limits.max_bx), std::min(extent.max_bz, limits.max_bz)};
 }
 
-/// Looks at columns, and at more where one of them reads farther, until no more come.
+/// Looks at the columns that may read what changed, and at more where one of them reads farther,
+/// until no more come.
+///
+/// What a column reads follows from what it has read before, so which columns read a square is the
+/// same before and after it changed, and is found from the data as they are.
 class Search {
 public:
     Search(LidarWorld& world, std::vector<ColumnRect> changed, int threads)
-        : m_world(world), m_changed(std::move(changed)), m_threads(threads) {
+        : m_world(world), m_threads(threads) {
         const voxel::VoxelBounds& bounds = world.info().bounds;
         m_limits = patches_of({bounds.min[0], bounds.min[2], bounds.max[0], bounds.max[2]}, 0);
+        for (const ColumnRect& rect : changed)
+            m_changed.push_back(patches_of(rect, world.shadow_patches()));
     }
 
     DependentColumns run() {
-        for (const ColumnRect& rect : m_changed)
-            want(patches_of(rect, kGapPatches + 1 + m_world.shadow_patches()));
-        while (!m_wanted.empty()) {
-            const std::vector<PatchKey> some = std::exchange(m_wanted, {});
-            std::vector<InputExtent> reaches(some.size());
-            thread::parallel_for(some.size(), m_threads, [&](std::size_t i) {
-                reaches[i] = m_world.reach(some[i].px, some[i].pz);
-            });
-            for (std::size_t i = 0; i < some.size(); ++i)
-                look_at(some[i], reaches[i]);
-        }
+        for (const InputExtent& changed : m_changed)
+            want(grown(changed, kNear));
+        look_at_wanted();
+        for (const InputExtent& changed : m_changed)
+            want_gaps(changed);
+        look_at_wanted();
         choose_neighbours();
         return std::move(m_out);
     }
 
 private:
-    void want(const InputExtent& extent) {
+    [[nodiscard]] static InputExtent grown(const InputExtent& extent, std::int32_t by) {
+        return {extent.min_bx - by, extent.min_bz - by, extent.max_bx + by, extent.max_bz + by};
+    }
+
+    template <class Visit>
+    void each_on_land(const InputExtent& extent, const Visit& visit) const {
         const InputExtent inside = cut_to(extent, m_limits);
         for (std::int32_t z = inside.min_bz; z < inside.max_bz; ++z)
             for (std::int32_t x = inside.min_bx; x < inside.max_bx; ++x)
-                if (m_world.facts().touches_land(0, x, z) && m_seen.insert({x, z}).second)
-                    m_wanted.push_back({x, z});
+                if (m_world.facts().touches_land(0, x, z))
+                    visit(PatchKey{x, z});
+    }
+
+    void want(const InputExtent& extent) {
+        each_on_land(extent, [&](PatchKey column) {
+            if (m_seen.insert(column).second)
+                m_wanted.push_back(column);
+        });
+    }
+
+    void look_at_wanted() {
+        while (!m_wanted.empty()) {
+            const std::vector<PatchKey> some = std::exchange(m_wanted, {});
+            std::vector<InputExtent> reaches(some.size());
+            thread::parallel_for(some.size(), m_threads, [&](std::size_t i) {
+                reaches[i] = has_in_window(some[i]) ? m_world.water_reach(some[i].px, some[i].pz)
+                                                    : m_world.reach(some[i].px, some[i].pz);
+            });
+            for (std::size_t i = 0; i < some.size(); ++i)
+                look_at(some[i], reaches[i]);
+        }
+    }
+
+    /// Whether what changed is one of the nine patches that each column reads: then only its water
+    /// leads farther.
+    [[nodiscard]] bool has_in_window(PatchKey column) const {
+        return std::any_of(m_changed.begin(), m_changed.end(), [&](const InputExtent& changed) {
+            return distance(column, changed) <= 1;
+        });
     }
 
     // What depends on a square through a body of water has a cell of it in or next to itself, and
     // one column that was looked at at first has another one: that column's reach holds the body.
     void look_at(PatchKey column, const InputExtent& reach) {
-        const ColumnRect rect = rect_of(reach);
-        const bool reads = std::any_of(m_changed.begin(), m_changed.end(),
-                                       [&](const ColumnRect& c) { return c.overlaps(rect); });
+        const bool reads = std::any_of(
+            m_changed.begin(), m_changed.end(),
+            [&](const InputExtent& changed) { return !cut_to(reach, changed).empty(); });
         if (!reads)
             return;
         m_out.dependent.insert(column);
-        want({reach.min_bx - 1, reach.min_bz - 1, reach.max_bx + 1, reach.max_bz + 1});
+        want(grown(reach, 1));
     }
 
-    /// Some of those that were looked at, evenly; where all of these depend on the squares, of
-    /// those in other islands.
+    /// Wants the columns next to patches whose ground may be found as far away as what changed:
+    /// those around which smaller rings hold too little ground.
+    void want_gaps(const InputExtent& changed) {
+        std::vector<PatchKey> gaps;
+        each_on_land(grown(changed, kWidestGap), [&](PatchKey patch) {
+            const std::int32_t away = distance(patch, changed);
+            if (away > WideGround::kRings.front() && !has_ground(patch, away, changed))
+                gaps.push_back(patch);
+        });
+        for (const PatchKey& gap : gaps)
+            want({gap.px - 1, gap.pz - 1, gap.px + 2, gap.pz + 2});
+    }
+
+    /// Whether a patch reads no ring that is as wide as it is away.
+    [[nodiscard]] bool has_ground(PatchKey patch, std::int32_t away, const InputExtent& changed) {
+        const auto wide =
+            std::lower_bound(WideGround::kRings.begin(), WideGround::kRings.end(), away);
+        const std::int32_t rings = *std::prev(wide);
+        // Those near what changed are decoded already, and one mostly has enough.
+        std::vector<std::pair<std::int32_t, PatchKey>> around;
+        for (std::int32_t z = patch.pz - rings; z <= patch.pz + rings; ++z)
+            for (std::int32_t x = patch.px - rings; x <= patch.px + rings; ++x)
+                around.emplace_back(distance({x, z}, changed), PatchKey{x, z});
+        std::sort(around.begin(), around.end());
+        std::size_t cells = 0;
+        for (const auto& [apart, key] : around) {
+            cells += ground_cells(key);
+            if (cells >= WideGround::kEnough)
+                return true;
+        }
+        return false;
+    }
+
+    [[nodiscard]] std::size_t ground_cells(PatchKey patch) {
+        const auto [found, is_new] = m_ground_cells.try_emplace(patch);
+        if (is_new)
+            found->second = m_world.ground_cells(patch.px, patch.pz);
+        return found->second;
+    }
+
+    /// Some of those near what changed, evenly; where all of these depend on it, of those farther
+    /// away, and at last of those in other islands.
     void choose_neighbours() {
         std::vector<PatchKey> others;
-        std::set_difference(m_seen.begin(), m_seen.end(), m_out.dependent.begin(),
-                            m_out.dependent.end(), std::back_inserter(others));
+        for (std::int32_t near = kNear; others.empty() && near <= kWidestGap + kNear; near += kNear)
+            others = independent(near);
         if (others.empty())
             others = other_islands();
         const std::size_t count = std::min(others.size(), DependentColumns::kNeighbours);
         for (std::size_t k = 0; k < count; ++k)
             m_out.neighbours.push_back(others[others.size() * (2 * k + 1) / (2 * count)]);
+    }
+
+    [[nodiscard]] std::vector<PatchKey> independent(std::int32_t near) const {
+        std::set<PatchKey> out;
+        for (const InputExtent& changed : m_changed)
+            each_on_land(grown(changed, near), [&](PatchKey column) {
+                if (!m_out.dependent.contains(column))
+                    out.insert(column);
+            });
+        return {out.begin(), out.end()};
     }
 
     /// Some columns of each island that does not depend on the squares: where one of its columns
@@ -123,9 +207,10 @@ private:
     }
 
     LidarWorld& m_world;
-    const std::vector<ColumnRect> m_changed;
+    std::vector<InputExtent> m_changed;  ///< in patches, with those that they shade
     const int m_threads;
     InputExtent m_limits;
+    std::map<PatchKey, std::size_t> m_ground_cells;
     std::set<PatchKey> m_seen;
     std::vector<PatchKey> m_wanted;
     DependentColumns m_out;

@@ -1,6 +1,7 @@
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "common/util/cache.hpp"
@@ -68,6 +69,18 @@ public:
 
     [[nodiscard]] InputExtent reach(std::int32_t bx, std::int32_t bz) override {
         return m_maker.reach({bx, bz});
+    }
+
+    [[nodiscard]] InputExtent water_reach(std::int32_t bx, std::int32_t bz) override {
+        return m_maker.water_reach({bx, bz});
+    }
+
+    [[nodiscard]] std::size_t ground_cells(std::int32_t bx, std::int32_t bz) override {
+        const auto columns = m_points.columns({bx, bz});
+        const std::vector<water::WaterCell>& cells = columns->cells.cells;
+        return static_cast<std::size_t>(
+            std::count_if(cells.begin(), cells.end(),
+                          [](const water::WaterCell& cell) { return !std::isnan(cell.ground); }));
     }
 
     [[nodiscard]] std::int32_t shadow_patches() const noexcept override {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <set>
@@ -57,6 +58,13 @@ public:
     /// The reach of the boxes of column (bx, bz), without making them, and of all water that the
     /// column holds or may hold.
     [[nodiscard]] virtual voxel::InputExtent reach(std::int32_t bx, std::int32_t bz) = 0;
+
+    /// As reach(), of the patch with its neighbours and the water alone: cheaper, since no ground
+    /// is made.
+    [[nodiscard]] virtual voxel::InputExtent water_reach(std::int32_t bx, std::int32_t bz) = 0;
+
+    /// The water cells of a column in which ground was seen (wide_ground.hpp).
+    [[nodiscard]] virtual std::size_t ground_cells(std::int32_t bx, std::int32_t bz) = 0;
 
     /// Patches around a column in which the shadows on its photograph are searched for; 0: colours
     /// of photographs are left as they are.

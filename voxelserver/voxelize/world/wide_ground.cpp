@@ -25,9 +25,8 @@ struct WideGround::Around {
 std::shared_ptr<const WideGround::Around> WideGround::make(grid::PatchKey patch) {
     auto out = std::make_shared<Around>();
     const int cell = m_points.cell_voxels();
-    constexpr std::size_t kEnough = 16;  // cells, for an interpolation from several sides
     std::vector<ScatteredHeights::Sample> samples;
-    for (const int rings : {1, 2, 4, 8}) {
+    for (const int rings : kRings) {
         samples.clear();
         for (int dz = -rings; dz <= rings; ++dz)
             for (int dx = -rings; dx <= rings; ++dx) {

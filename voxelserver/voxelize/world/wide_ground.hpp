@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "common/util/cache.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
 #include "voxelserver/voxelize/steps/scattered.hpp"
@@ -11,6 +14,11 @@ namespace terravox::voxelize {
 /// a patch at its first query. Thread-safe.
 class WideGround {
 public:
+    /// Rings of patches around a patch that are read, one after the other, until they hold enough
+    /// water cells with ground.
+    static constexpr std::array kRings{1, 2, 4, 8};
+    static constexpr std::size_t kEnough = 16;  ///< for an interpolation from several sides
+
     WideGround(PointSet& points, std::size_t memory_bytes)
         : m_points(points), m_around(memory_bytes) {}
 
