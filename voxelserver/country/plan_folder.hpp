@@ -17,6 +17,9 @@ public:
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] std::filesystem::path plan() const { return m_path / "plan.json"; }
+    /// What opening has found of the squares, so that tasks need not read all of them
+    /// (voxelize/points/known_squares.hpp). Without it they do.
+    [[nodiscard]] std::filesystem::path known_squares() const { return m_path / "squares.known"; }
     /// Facts of the last `country run`: where its archive goes.
     [[nodiscard]] std::filesystem::path run() const { return m_path / "run.json"; }
     [[nodiscard]] std::filesystem::path run_lock() const { return m_path / "run.lock"; }

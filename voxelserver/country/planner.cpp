@@ -22,7 +22,7 @@ class Planner {
 public:
     explicit Planner(const PlanOptions& options) : m_options(options) {}
 
-    Plan run(const std::function<void(std::size_t, std::size_t)>& progress) {
+    PlannedCountry run(const std::function<void(std::size_t, std::size_t)>& progress) {
         look();
         worlds::WorldOptions world = m_plan.world;
         world.threads = m_options.world.threads;
@@ -44,7 +44,7 @@ public:
         });
         sample.open_cpu_s = open_cpu_s;
         foresee(sample, survey, columns);
-        return std::move(m_plan);
+        return {std::move(m_plan), country.world().known_squares()};
     }
 
 private:
@@ -102,8 +102,8 @@ private:
 
 }  // namespace
 
-Plan make_plan(const PlanOptions& options,
-               const std::function<void(std::size_t, std::size_t)>& progress) {
+PlannedCountry make_plan(const PlanOptions& options,
+                         const std::function<void(std::size_t, std::size_t)>& progress) {
     if (options.shards < 0 || options.shards > kMaxShards)
         throw util::UsageError("plan the country: --shards = " + std::to_string(options.shards) +
                                "; allowed: 1 to " + std::to_string(kMaxShards));

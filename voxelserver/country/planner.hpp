@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "voxelserver/country/plan.hpp"
@@ -21,12 +22,17 @@ struct PlanOptions {
     static constexpr double kUsualTask_s = 900;
 };
 
+struct PlannedCountry {
+    Plan plan;
+    std::string known_squares;  ///< bytes of PlanFolder::known_squares()
+};
+
 /// Plans a country: looks at all inputs, opens the world of those that can be read, measures some
 /// places, and foresees the rest.
 /// @param progress called with the places that were measured, and all of them
 /// @throws UsageError for inputs and options that do not apply; Error when the world cannot be
 /// opened
-[[nodiscard]] Plan make_plan(const PlanOptions& options,
-                             const std::function<void(std::size_t, std::size_t)>& progress = {});
+[[nodiscard]] PlannedCountry make_plan(
+    const PlanOptions& options, const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 }  // namespace terravox::country

@@ -71,6 +71,7 @@ private:
         const ScratchFolder own(m_folder.scratch() / std::to_string(m_number));
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
+        options.known_squares = m_folder.known_squares();
         options.cache_dir = m_options.scratch.empty() ? own.path() : m_options.scratch;
         options.cache_bytes =
             m_options.scratch_bytes > 0 ? m_options.scratch_bytes : m_plan.scratch_bytes;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <system_error>
 
+#include "common/util/atomic_file.hpp"
 #include "common/util/file_lock.hpp"
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
@@ -105,14 +106,17 @@ util::ExitCode run_plan(const PlanArguments& args) {
     const EmptyFolders unused(folder);
     const country::ScratchFolder scratch(folder.scratch() / "sample");
     options.scratch = scratch.path();
+    options.world.known_squares = folder.known_squares();
     exports::Meter meter("sample", options.sample, args.quiet);
     std::size_t shown = 0;
-    const country::Plan plan = country::make_plan(options, [&](std::size_t done, std::size_t) {
-        meter.add(done - shown);
-        shown = done;
-    });
+    const auto [plan, known_squares] =
+        country::make_plan(options, [&](std::size_t done, std::size_t) {
+            meter.add(done - shown);
+            shown = done;
+        });
     meter.finish();
     country::write_plan(folder, plan);
+    util::write_file_atomically(folder.known_squares(), known_squares);
     args.scripts.write(folder, plan, args.out);
     const std::string said = args.json ? json_of(plan, args.out) + "\n" : text_of(plan);
     std::fputs(said.c_str(), stdout);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/thread/parallel.hpp"
-
 namespace terravox::voxelize {
 namespace {
 
@@ -173,12 +171,11 @@ std::uint8_t BrightnessScale::brightness(std::uint16_t intensity,
 }
 
 BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m) {
-    BrightnessScale out;
     if (echoes.size() < kMinEchoes)
-        return out;
+        return {};
     std::vector<std::uint16_t> numbers = numbers_of(echoes);
     if (numbers.size() > kMaxLines)
-        return out;
+        return {};
     Lines lines(std::move(numbers));
     const double cell = kComparedCell_m / voxel_m;
     std::vector<Sorted> sorted;
@@ -206,24 +203,19 @@ BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m) {
             found.push_back({lines.number(line), bright * lines.gain(line)});
     }
     if (!contrast)
-        return out;
+        return {};
     std::sort(found.begin(), found.end(),
               [](const auto& a, const auto& b) { return a.number < b.number; });
-    out.m_lines = std::move(found);
-    return out;
+    return BrightnessScale(std::move(found));
 }
 
-std::vector<BrightnessScale> brightness_scales(std::span<const std::vector<GroundEcho>> echoes,
-                                               std::span<const grid::ColumnRect> bounds,
-                                               double voxel_m, int threads) {
-    std::vector<BrightnessScale> out(echoes.size());
-    thread::parallel_for(echoes.size(), threads, [&](std::size_t i) {
-        std::vector<GroundEcho> near;
-        for (std::size_t k = 0; k < echoes.size(); ++k)
-            if (within(bounds[i], bounds[k], kSharedScale_m / voxel_m))
-                near.insert(near.end(), echoes[k].begin(), echoes[k].end());
-        out[i] = scale_of(std::move(near), voxel_m);
-    });
+std::vector<std::size_t> files_sharing_scale(std::size_t file,
+                                             std::span<const grid::ColumnRect> bounds,
+                                             double voxel_m) {
+    std::vector<std::size_t> out;
+    for (std::size_t k = 0; k < bounds.size(); ++k)
+        if (within(bounds[file], bounds[k], kSharedScale_m / voxel_m))
+            out.push_back(k);
     return out;
 }
 

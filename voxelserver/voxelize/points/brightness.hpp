@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "voxelserver/grid/patch.hpp"
@@ -24,22 +26,26 @@ public:
     static constexpr std::uint8_t kUnknown = 0;
     static constexpr double kBrightGround = 100;  ///< brightness of bright ground
 
-    /// @return kUnknown for an intensity of 0 and for a line that the samples do not show
-    [[nodiscard]] std::uint8_t brightness(std::uint16_t intensity,
-                                          std::uint16_t line) const noexcept;
-    [[nodiscard]] bool is_known() const noexcept { return !m_lines.empty(); }
-
     /// A flight line and the intensity of its bright ground.
     struct Line {
         std::uint16_t number = 0;
         double bright_ground = 0;
         friend bool operator==(const Line&, const Line&) = default;
     };
+
+    BrightnessScale() = default;
+    /// @param lines by number
+    explicit BrightnessScale(std::vector<Line> lines) : m_lines(std::move(lines)) {}
+
+    /// @return kUnknown for an intensity of 0 and for a line that the samples do not show
+    [[nodiscard]] std::uint8_t brightness(std::uint16_t intensity,
+                                          std::uint16_t line) const noexcept;
+    [[nodiscard]] bool is_known() const noexcept { return !m_lines.empty(); }
+
     /// By number; empty = nothing is known.
     [[nodiscard]] const std::vector<Line>& lines() const noexcept { return m_lines; }
 
 private:
-    friend BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m);
     std::vector<Line> m_lines;
 };
 
@@ -53,11 +59,11 @@ private:
 /// Files this near each other share echoes.
 inline constexpr double kSharedScale_m = 500;
 
-/// The scale of each file, from its own echoes and those of the files within kSharedScale_m, so
-/// that neighbours agree about the ground along their border.
-/// @param echoes, bounds  of each file
-[[nodiscard]] std::vector<BrightnessScale> brightness_scales(
-    std::span<const std::vector<GroundEcho>> echoes, std::span<const grid::ColumnRect> bounds,
-    double voxel_m, int threads);
+/// The files whose echoes have a part in the scale of one file: its own, and those of the files
+/// within kSharedScale_m, so that neighbours agree about the ground along their border.
+/// @param bounds of each file
+[[nodiscard]] std::vector<std::size_t> files_sharing_scale(std::size_t file,
+                                                           std::span<const grid::ColumnRect> bounds,
+                                                           double voxel_m);
 
 }  // namespace terravox::voxelize

@@ -21,6 +21,9 @@ struct LidarWorldOptions {
     /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.
     std::optional<std::string> vertical_unit;
     double voxel_m = 1;
+    /// File with what an earlier opening has found of the files (known_squares.hpp): those that
+    /// have not changed are not read again. Empty: none.
+    std::filesystem::path known_squares;
     /// For decoded squares, columns and boxes together; at least 24 MiB are used.
     std::size_t memory_bytes = std::size_t{4} << 30;
     int threads = 0;  ///< 0 = one for each core

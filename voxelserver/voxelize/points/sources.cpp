@@ -4,16 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <fstream>
+#include <iterator>
+#include <map>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/file_identity.hpp"
+#include "voxelserver/pointcloud/formats/deferred_source.hpp"
+#include "voxelserver/pointcloud/formats/files.hpp"
 #include "voxelserver/pointcloud/formats/open.hpp"
+#include "voxelserver/voxelize/points/brightness_scales.hpp"
 #include "voxelserver/voxelize/points/extent.hpp"
 #include "voxelserver/voxelize/points/file_crs.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
+#include "voxelserver/voxelize/points/square_sample.hpp"
 #include "voxelserver/voxelize/points/vertical_datums.hpp"
 
 namespace terravox::voxelize {
@@ -33,14 +39,25 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
     return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
 }
 
-std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
+void open_file(SquareSource& file, const std::filesystem::path& path, const KnownSquares& known) {
+    file.identity = voxel::file_identity(path, "point cloud");
+    if (const auto side_file = pointcloud::side_file_of(path))
+        file.side_identity = voxel::file_identity(*side_file, "side file");
+    if (const KnownSquare* const found = known.find(file.identity, file.side_identity)) {
+        file.info = found->stated;
+        file.info.path = path;
+        file.points = std::make_shared<const pointcloud::DeferredSource>(file.info);
+        return;
+    }
+    file.points = pointcloud::open_point_source(path);
+    file.info = file.points->info();
+}
+
+std::vector<SquareSource> open_files(const LidarWorldOptions& options, const KnownSquares& known) {
     const auto paths = lidar_files(options);
     std::vector<SquareSource> files(paths.size());
-    thread::parallel_for(paths.size(), options.threads, [&](std::size_t i) {
-        files[i].points = pointcloud::open_point_source(paths[i]);
-        files[i].identity = voxel::file_identity(paths[i], "point cloud");
-        files[i].info = files[i].points->info();
-    });
+    thread::parallel_for(paths.size(), options.threads,
+                         [&](std::size_t i) { open_file(files[i], paths[i], known); });
     std::erase_if(files, [](const SquareSource& file) {
         if (file.info.point_count == 0)
             util::log_warn("{}: holds no points; left out", file.info.path.string());
@@ -50,6 +67,42 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
         throw util::Error("open the LiDAR data: none of the " + std::to_string(paths.size()) +
                           " files holds a point");
     return files;
+}
+
+// What cannot be read is not known: opening takes longer then, and gives the same.
+KnownSquares read_known(const LidarWorldOptions& options, const voxel::Fingerprint& way) {
+    if (options.known_squares.empty())
+        return {};
+    std::ifstream in(options.known_squares, std::ios::binary);
+    if (!in)
+        return {};
+    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    try {
+        return KnownSquares::from_bytes(bytes, way);
+    } catch (const util::Error& e) {
+        util::log_info("{}: {}; all files are read", options.known_squares.string(), e.what());
+        return {};
+    }
+}
+
+// Of each file what is known of it, unless another CRS applies now.
+std::vector<const KnownSquare*> trusted_squares(const std::vector<SquareSource>& files,
+                                                const KnownSquares& known) {
+    std::vector<const KnownSquare*> out(files.size(), nullptr);
+    // Writing a CRS takes longer than all else, and thousands of files have the same one.
+    std::map<const OGRSpatialReference*, std::string> texts;
+    for (std::size_t i = 0; i < files.size() && !known.empty(); ++i) {
+        const KnownSquare* const found = known.find(files[i].identity, files[i].side_identity);
+        if (found == nullptr)
+            continue;
+        const geo::Crs& crs = *files[i].info.crs;
+        const auto [text, is_new] = texts.try_emplace(&crs.ogr());
+        if (is_new)
+            text->second = crs.wkt();
+        if (text->second == found->crs_wkt)
+            out[i] = found;
+    }
+    return out;
 }
 
 std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>& files) {
@@ -136,59 +189,10 @@ void check_apart(const Sources& sources) {
     }
 }
 
-/// What a few thousand points reveal about a file before it is decoded.
-struct Sample {
-    std::vector<GroundEcho> echoes;  ///< in coordinates of the file; none where points have colours
-    double low = 0, high = 0;        ///< heights that nearly all points keep, file units
-    bool water = false;
-    std::vector<PlanRect> islands;
-};
-
-// Samples some points, and determines with them where the file lies.
-Sample take_sample(SquareSource& source, const ClassTable& classes, const Settings::Points& filters,
-                   int threads) {
-    constexpr std::size_t kAbout = 4096;
-    const KeepsPoint keeps = [&](const pointcloud::Point& p) {
-        return filter_result_of(p, filters, classes) == FilterResult::kKept;
-    };
-    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
-    Sample out;
-    std::uint16_t brightest = 0;
-    for (const pointcloud::Point& p : sample) {
-        for (const std::uint16_t c : p.rgb)
-            brightest = std::max(brightest, c);
-        out.water = out.water || classes.meaning[p.classification].role == Role::kWater;
-    }
-    source.has_colour = brightest > 0;
-    source.colour_shift = brightest > 255 ? 8 : 0;
-    std::erase_if(sample, [&](const pointcloud::Point& p) { return !keeps(p); });
-    pointcloud::PointCloudInfo& info = source.info;
-    out.islands = settle_extent(*source.points, info, sample, keeps, threads);
-    out.low = info.min[2];
-    out.high = info.max[2];
-    if (sample.empty())
-        return out;
-    std::vector<double> heights;
-    for (const pointcloud::Point& p : sample)
-        heights.push_back(p.z);
-    // Points outside of the extent may lie where the CRS is not defined.
-    const auto is_inside = [&](const pointcloud::Point& p) {
-        return p.x >= info.min[0] && p.x <= info.max[0] && p.y >= info.min[1] && p.y <= info.max[1];
-    };
-    for (const pointcloud::Point& p : sample)
-        if (!source.has_colour && p.return_count == 1 && p.intensity > 0 && is_inside(p) &&
-            classes.meaning[p.classification].role == Role::kGround)
-            out.echoes.push_back({p.x, p.y, p.intensity, p.line});
-    std::sort(heights.begin(), heights.end());
-    out.low = heights[heights.size() / 50];
-    out.high = heights[heights.size() - 1 - heights.size() / 50];
-    return out;
-}
-
 // Places one file in the frame: its columns, and the heights outside of which its points are
 // outliers.
-void place(SquareSource& source, const Sample& sample, const grid::Frame& frame,
-           const std::optional<std::string>& vertical_unit) {
+void place(SquareSource& source, const SquareSample& sample, const grid::Frame& frame,
+           const std::optional<std::string>& vertical_unit, const KnownSquare* known) {
     source.transform = !source.info.crs->same_horizontal(frame.crs());
     source.vertical_metres = vertical_metres(*source.info.crs, vertical_unit);
     for (const PlanRect& island : sample.islands)
@@ -203,50 +207,32 @@ void place(SquareSource& source, const Sample& sample, const grid::Frame& frame,
     const double rounding = rounding_of(source.info, 2);
     source.lowest = std::max(source.info.min[2] - rounding, sample.low - outlier);
     source.highest = std::min(source.info.max[2] + rounding, sample.high + outlier);
-    if (!source.transform)
+    if (!source.transform && (known == nullptr || known->has_index))
         source.spatial_index = source.points->spatial_index();
 }
 
-// The echoes of a file in voxels of the world.
-std::vector<GroundEcho> echoes_in_voxels(const Sample& sample, const SquareSource& source,
-                                         const grid::Frame& frame) {
-    std::vector<GroundEcho> out = sample.echoes;
-    std::vector<double> x;
-    std::vector<double> y;
-    for (const GroundEcho& e : out) {
-        x.push_back(e.x);
-        y.push_back(e.z);
-    }
-    if (source.transform && !out.empty())
-        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        out[i].x = frame.x(x[i]);
-        out[i].z = frame.z(y[i]);
-    }
+KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
+                         const voxel::Fingerprint& scale_of) {
+    KnownSquare out;
+    out.identity = file.identity;
+    out.side_identity = file.side_identity;
+    out.stated = file.points->info();
+    out.crs_wkt = file.info.crs->wkt();
+    out.min = file.info.min;
+    out.max = file.info.max;
+    out.islands = sample.islands;
+    out.low = sample.low;
+    out.high = sample.high;
+    out.has_water = sample.water;
+    out.has_colour = file.has_colour;
+    out.colour_shift = file.colour_shift;
+    // Where no index could be used, it was not looked for.
+    out.has_index = file.transform || file.spatial_index != nullptr;
+    out.has_echoes = sample.has_echoes;
+    out.scale_of = scale_of;
+    out.brightness = file.brightness;
+    out.bounds = file.bounds;
     return out;
-}
-
-// Brings the intensities of all files to one scale, for those whose points have no colours.
-void scale_brightness(Sources& sources, const std::vector<Sample>& samples, int threads) {
-    std::vector<std::vector<GroundEcho>> echoes(sources.files.size());
-    std::vector<grid::ColumnRect> bounds;
-    for (const SquareSource& file : sources.files)
-        bounds.push_back(file.bounds);
-    thread::parallel_for(sources.files.size(), threads, [&](std::size_t i) {
-        echoes[i] = echoes_in_voxels(samples[i], sources.files[i], sources.frame);
-    });
-    if (std::all_of(echoes.begin(), echoes.end(), [](const auto& of) { return of.empty(); }))
-        return;
-    auto scales = brightness_scales(echoes, bounds, sources.frame.voxel_m(), threads);
-    std::set<std::uint16_t> lines;
-    for (std::size_t i = 0; i < scales.size(); ++i) {
-        if (echoes[i].empty())
-            continue;
-        for (const BrightnessScale::Line& line : scales[i].lines())
-            lines.insert(line.number);
-        sources.files[i].brightness = std::move(scales[i]);
-    }
-    sources.flight_lines = lines.size();
 }
 
 /// Heights of all files together, in voxels.
@@ -256,7 +242,7 @@ struct HeightRange {
     double floor = INFINITY;  ///< below nearly all points
 };
 
-HeightRange height_range(const Sources& sources, const std::vector<Sample>& samples) {
+HeightRange height_range(const Sources& sources, const std::vector<SquareSample>& samples) {
     HeightRange out;
     for (std::size_t i = 0; i < sources.files.size(); ++i) {
         const SquareSource& s = sources.files[i];
@@ -274,7 +260,7 @@ HeightRange height_range(const Sources& sources, const std::vector<Sample>& samp
 }
 
 // Sets the members that sum up all files, except for the heights.
-void sum_up(Sources& sources, const std::vector<Sample>& samples) {
+void sum_up(Sources& sources, const std::vector<SquareSample>& samples) {
     double area = 0;
     for (std::size_t i = 0; i < sources.files.size(); ++i) {
         const SquareSource& s = sources.files[i];
@@ -304,13 +290,17 @@ void set_heights(Sources& sources, const HeightRange& range, double ground_depth
 
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
                      const Settings& settings) {
-    auto files = open_files(options);
+    KnownSquares known = read_known(options, way_of_opening(classes, settings.points));
+    auto files = open_files(options, known);
     const auto squares = squares_of(files, options);
     settle_crs(files, options, classes, squares);
     warn_of_mixed_datums(infos_of(files));
-    std::vector<Sample> samples(files.size());
+    const std::vector<const KnownSquare*> trusted = trusted_squares(files, known);
+    std::vector<SquareSample> samples(files.size());
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
-        samples[i] = take_sample(files[i], classes, settings.points, options.threads);
+        samples[i] = trusted[i] != nullptr
+                         ? known_sample(files[i], *trusted[i])
+                         : take_sample(files[i], classes, settings.points, options.threads);
     });
     const pointcloud::PointCloudInfo& first = files.front().info;
     const double mid_x = (first.min[0] + first.max[0]) / 2;
@@ -325,18 +315,26 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         0,
         false,
         0,
+        {},
+        0,
+        {},
         {}};
     for (const auto& square : squares)
         if (square)
             out.named_squares.push_back(*square);
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
-        place(out.files[i], samples[i], out.frame, options.vertical_unit);
+        place(out.files[i], samples[i], out.frame, options.vertical_unit, trusted[i]);
     });
+    std::vector<voxel::Fingerprint> scale_of(out.files.size());
     if (settings.steps.material_guesses)
-        scale_brightness(out, samples, options.threads);
+        scale_of =
+            share_brightness(out, samples, trusted, classes, settings.points, options.threads);
     sum_up(out, samples);
     check_apart(out);
     set_heights(out, height_range(out, samples), settings.ground.depth_m);
+    for (std::size_t i = 0; i < out.files.size(); ++i)
+        out.known.add(known_square(out.files[i], samples[i], scale_of[i]));
+    out.known_before = std::move(known);
     return out;
 }
 

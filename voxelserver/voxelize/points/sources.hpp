@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/voxelize/points/known_squares.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"
 
@@ -23,10 +24,12 @@ struct Sources {
     std::vector<grid::NamedSquare> named_squares;
     /// Of files without colours, whose points have a brightness (BrightnessScale).
     std::size_t flight_lines = 0;
+    KnownSquares known_before;  ///< what LidarWorldOptions::known_squares said
+    KnownSquares known;  ///< what was found of the files, for LidarWorldOptions::known_squares
 };
 
-/// Reads all headers and a small sample of points of each file; decodes nothing else unless a
-/// header disagrees with the sample (extent.hpp).
+/// Reads all headers and a small sample of points of each file that is not known; decodes nothing
+/// else unless a header disagrees with the sample (extent.hpp).
 /// @throws UsageError for no files, no CRS, or files too far apart; Error for a file that cannot be
 /// read or placed
 [[nodiscard]] Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,

@@ -63,6 +63,17 @@ public:
                 sources.flight_lines};
     }
 
+    [[nodiscard]] std::string known_squares() const override {
+        return m_points.sources().known.to_bytes(
+            way_of_opening(m_points.classes(), m_settings.points));
+    }
+
+    [[nodiscard]] std::optional<grid::ColumnRect> known_bounds(
+        std::string_view identity) const override {
+        const KnownSquare* const found = m_points.sources().known_before.find(identity);
+        return found == nullptr ? std::nullopt : std::optional(found->bounds);
+    }
+
     [[nodiscard]] std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) override {
         return m_maker.ground_heights({bx, bz});
     }

@@ -3,7 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/util/stage_times.hpp"
@@ -49,6 +52,16 @@ public:
 
     /// What is known without making a box (world_facts.hpp). Lives as long as the world.
     [[nodiscard]] virtual const WorldFacts& facts() const noexcept = 0;
+
+    /// What opening has found of the files, for LidarWorldOptions::known_squares: bytes of a file.
+    [[nodiscard]] virtual std::string known_squares() const = 0;
+
+    /// Where a file lay when LidarWorldOptions::known_squares was written, in columns of that
+    /// world.
+    /// @param identity 32 hexadecimal digits (common/voxel/file_identity.hpp)
+    /// @return nullopt when it was not known
+    [[nodiscard]] virtual std::optional<grid::ColumnRect> known_bounds(
+        std::string_view identity) const = 0;
 
     /// The ground before quantization: 64 x 64 heights in voxels (continuous), index = z * 64 + x,
     /// of the columns of box column (bx, bz); NaN outside the survey and in water. For accuracy

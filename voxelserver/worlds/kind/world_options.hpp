@@ -41,6 +41,9 @@ struct WorldOptions {
     /// overrides its seed.
     procedural::Settings generated;
 
+    /// What an earlier opening has found of LiDAR files (LidarWorldOptions); empty: nothing.
+    std::filesystem::path known_squares;
+
     std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns
     int threads = 0;                                  ///< 0: one for each core
     std::filesystem::path cache_dir;  ///< keeps prepared LiDAR squares; empty: nothing is kept

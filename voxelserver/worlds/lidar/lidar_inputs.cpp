@@ -38,6 +38,7 @@ voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     out.cache_dir = from.cache_dir;
     out.cache_bytes = from.cache_bytes;
     out.left_out = from.left_out;
+    out.known_squares = from.known_squares;
     return out;
 }
 

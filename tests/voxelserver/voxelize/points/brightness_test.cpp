@@ -98,19 +98,9 @@ TEST_CASE("a line apart from the others has a scale of its own",
 
 TEST_CASE("files take the echoes of their neighbours into account, and of no file far away",
           "[voxelserver][voxelize][brightness]") {
-    const auto left = echoes({1, 0.8});
-    auto right = echoes({1.3}, 8);
-    for (GroundEcho& e : right) {
-        e.x += 600;
-        e.line = 2;
-    }
-    auto far = echoes({0.2}, 9);
     const std::vector<grid::ColumnRect> bounds{
         {0, 0, 600, 300}, {600, 0, 1200, 300}, {9000, 0, 9600, 300}};
-    const std::vector<std::vector<GroundEcho>> all{left, right, far};
-    const auto together = brightness_scales(all, bounds, 1, 2);
-    const auto pair = brightness_scales(std::span(all).first(2), std::span(bounds).first(2), 1, 1);
-    CHECK(together[0].lines() == pair[0].lines());
-    CHECK(together[0].lines() == together[1].lines());
-    CHECK(together[2].lines() == scale_of(far, 1).lines());
+    CHECK(files_sharing_scale(0, bounds, 1) == std::vector<std::size_t>{0, 1});
+    CHECK(files_sharing_scale(1, bounds, 1) == std::vector<std::size_t>{0, 1});
+    CHECK(files_sharing_scale(2, bounds, 1) == std::vector<std::size_t>{2});
 }

@@ -1,0 +1,163 @@
+#include "voxelserver/voxelize/points/known_squares.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <random>
+
+#include "common/util/error.hpp"
+#include "common/voxel/file_identity.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/voxelize/world/patchwork.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+using voxelize::KnownSquare;
+using voxelize::KnownSquares;
+
+namespace {
+
+void write(const std::filesystem::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+/// Echoes of two flight lines, whose scale hangs on those of the files around.
+std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -1) {
+    for (int i = 0; i < 4; ++i) {
+        lidar::LasWriterOptions options;
+        options.point_format = 6;
+        options.scale = {0.001, 0.001, 0.001};
+        options.offset = {kEast0, kNorth0, 0};
+        options.wkt = geo::Crs::from_text(kCrs).wkt();
+        lidar::LasWriter writer(folder.path() / ("e" + std::to_string(i) + ".laz"), options);
+        std::mt19937 random(static_cast<unsigned>(i) + (i == changed ? 50 : 1));
+        for (int k = 0; k < 6000; ++k) {
+            lidar::LasWritePoint point;
+            point.x = kEast0 + i * 300 + 0.5 + static_cast<double>(random() % 128'000) / 1000;
+            point.y = kNorth0 + static_cast<double>(random() % 128'000) / 1000;
+            point.z = 300;
+            point.classification = 2;
+            point.intensity = static_cast<std::uint16_t>(500 + random() % 3000);
+            point.point_source = static_cast<std::uint16_t>(1 + random() % 2);
+            writer.write(point);
+        }
+        writer.close();
+    }
+    return folder.path();
+}
+
+KnownSquares read_back(voxelize::LidarWorld& world, const voxel::Fingerprint& way) {
+    return KnownSquares::from_bytes(world.known_squares(), way);
+}
+
+voxel::Fingerprint usual_way() {
+    return voxelize::way_of_opening(voxelize::load_class_table("asprs"),
+                                    voxelize::load_settings("", "", "").points);
+}
+
+void check_same_world(const voxelize::LidarWorldOptions& with,
+                      const voxelize::LidarWorldOptions& without) {
+    OpenWorld a(with);
+    OpenWorld b(without);
+    CHECK(to_bytes(a.world().facts()) == to_bytes(b.world().facts()));
+    CHECK(a.world().stats().flight_lines == b.world().stats().flight_lines);
+    const Kept kept = keep(a.world());
+    const Kept expected = keep(b.world());
+    CHECK(std::equal(kept.boxes.begin(), kept.boxes.end(), expected.boxes.begin(),
+                     expected.boxes.end(), [](const auto& one, const auto& other) {
+                         return one.first == other.first &&
+                                one.second.checksum == other.second.checksum &&
+                                one.second.fingerprint == other.second.fingerprint;
+                     }));
+}
+
+}  // namespace
+
+TEST_CASE("a world opened with what is known of its files is the same",
+          "[voxelserver][voxelize][known]") {
+    Patchwork patchwork;
+    const auto without = patchwork.options();
+    auto with = without;
+    with.known_squares = patchwork.root() / "squares.known";
+    write(with.known_squares, OpenWorld(without).world().known_squares());
+    SECTION("nothing has changed") {
+        check_same_world(with, without);
+    }
+    SECTION("a square is another one, one is gone, one is new") {
+        patchwork.write(2, [](Cloud::Point& p) { p.height += 40; });
+        std::filesystem::remove(patchwork.square(5));
+        patchwork.write(6);
+        check_same_world(with, without);
+    }
+    SECTION("the CRS is set by hand") {
+        auto other = without;
+        other.crs = "EPSG:27572";
+        auto other_with = with;
+        other_with.crs = other.crs;
+        check_same_world(other_with, other);
+    }
+    SECTION("the file is damaged, of other filters, or absent") {
+        const std::string bytes = OpenWorld(without).world().known_squares();
+        write(with.known_squares, bytes.substr(0, bytes.size() / 2));
+        check_same_world(with, without);
+        std::filesystem::remove(with.known_squares);
+        check_same_world(with, without);
+    }
+}
+
+TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]") {
+    const Patchwork patchwork;
+    auto options = patchwork.options();
+    OpenWorld world(options);
+    KnownSquares known;
+    for (const auto& square : world.world().facts().squares) {
+        KnownSquare one =
+            *read_back(world.world(), usual_way())
+                 .find(voxel::hex_of(voxel::file_identity(square.file, "point cloud")));
+        one.max[2] += 1000;
+        one.high += 1000;
+        known.add(one);
+    }
+    options.known_squares = patchwork.root() / "squares.known";
+    write(options.known_squares, known.to_bytes(usual_way()));
+    CHECK(OpenWorld(options).info().bounds.max[1] >= world.info().bounds.max[1] + 999);
+    // Not of another way of opening.
+    write(options.known_squares, known.to_bytes({1, 2}));
+    CHECK(OpenWorld(options).info().bounds.max[1] == world.info().bounds.max[1]);
+}
+
+TEST_CASE("the scale of intensities is known while no file near by has changed",
+          "[voxelserver][voxelize][known]") {
+    const TemporaryFolder folder;
+    const TemporaryFolder elsewhere;
+    auto without = OpenWorld::with(with_echoes(folder));
+    auto with = without;
+    with.known_squares = elsewhere.path() / "squares.known";
+    {
+        OpenWorld world(without);
+        REQUIRE(world.world().stats().flight_lines == 2);
+        write(with.known_squares, world.world().known_squares());
+    }
+    check_same_world(with, without);
+    for (int changed = 0; changed < 4; ++changed) {
+        with_echoes(folder, changed);
+        check_same_world(with, without);
+    }
+}
+
+TEST_CASE("what is known of files is refused when damaged", "[voxelserver][voxelize][known]") {
+    const Patchwork patchwork;
+    OpenWorld world(patchwork.options());
+    const std::string bytes = world.world().known_squares();
+    const auto way = usual_way();
+    CHECK(!KnownSquares::from_bytes(bytes, way).empty());
+    CHECK_THROWS_AS(KnownSquares::from_bytes(bytes, {3, 4}), util::Error);
+    for (std::size_t size = 0; size < bytes.size(); size += 7)
+        CHECK_THROWS_AS(KnownSquares::from_bytes(bytes.substr(0, size), way), util::Error);
+    std::mt19937 random(5);
+    for (int i = 0; i < 200; ++i) {
+        std::string damaged = bytes;
+        damaged[random() % damaged.size()] ^= static_cast<char>(1U << (random() % 8));
+        CHECK_THROWS_AS(KnownSquares::from_bytes(damaged, way), util::Error);
+    }
+}

@@ -1,0 +1,91 @@
+#include "voxelserver/voxelize/points/square_sample.hpp"
+
+#include <algorithm>
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr std::size_t kAbout = 4096;  ///< points
+
+void keep_wanted(std::vector<pointcloud::Point>& sample, const ClassTable& classes,
+                 const Settings::Points& filters) {
+    std::erase_if(sample, [&](const pointcloud::Point& p) {
+        return filter_result_of(p, filters, classes) != FilterResult::kKept;
+    });
+}
+
+std::vector<GroundEcho> echoes_of(const SquareSource& source,
+                                  const std::vector<pointcloud::Point>& kept,
+                                  const ClassTable& classes) {
+    std::vector<GroundEcho> out;
+    if (source.has_colour)
+        return out;
+    const pointcloud::PointCloudInfo& info = source.info;
+    // Points outside of the extent may lie where the CRS is not defined.
+    const auto is_inside = [&](const pointcloud::Point& p) {
+        return p.x >= info.min[0] && p.x <= info.max[0] && p.y >= info.min[1] && p.y <= info.max[1];
+    };
+    for (const pointcloud::Point& p : kept)
+        if (p.return_count == 1 && p.intensity > 0 && is_inside(p) &&
+            classes.meaning[p.classification].role == Role::kGround)
+            out.push_back({p.x, p.y, p.intensity, p.line});
+    return out;
+}
+
+}  // namespace
+
+SquareSample take_sample(SquareSource& source, const ClassTable& classes,
+                         const Settings::Points& filters, int threads) {
+    const KeepsPoint keeps = [&](const pointcloud::Point& p) {
+        return filter_result_of(p, filters, classes) == FilterResult::kKept;
+    };
+    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
+    SquareSample out;
+    std::uint16_t brightest = 0;
+    for (const pointcloud::Point& p : sample) {
+        for (const std::uint16_t c : p.rgb)
+            brightest = std::max(brightest, c);
+        out.water = out.water || classes.meaning[p.classification].role == Role::kWater;
+    }
+    source.has_colour = brightest > 0;
+    source.colour_shift = brightest > 255 ? 8 : 0;
+    keep_wanted(sample, classes, filters);
+    pointcloud::PointCloudInfo& info = source.info;
+    out.islands = settle_extent(*source.points, info, sample, keeps, threads);
+    out.low = info.min[2];
+    out.high = info.max[2];
+    if (sample.empty())
+        return out;
+    out.echoes = echoes_of(source, sample, classes);
+    out.has_echoes = !out.echoes.empty();
+    std::vector<double> heights;
+    for (const pointcloud::Point& p : sample)
+        heights.push_back(p.z);
+    std::sort(heights.begin(), heights.end());
+    out.low = heights[heights.size() / 50];
+    out.high = heights[heights.size() - 1 - heights.size() / 50];
+    return out;
+}
+
+std::vector<GroundEcho> sampled_echoes(const SquareSource& source, const ClassTable& classes,
+                                       const Settings::Points& filters) {
+    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
+    keep_wanted(sample, classes, filters);
+    return echoes_of(source, sample, classes);
+}
+
+SquareSample known_sample(SquareSource& source, const KnownSquare& known) {
+    source.has_colour = known.has_colour;
+    source.colour_shift = known.colour_shift;
+    source.info.min = known.min;
+    source.info.max = known.max;
+    SquareSample out;
+    out.has_echoes = known.has_echoes;
+    out.low = known.low;
+    out.high = known.high;
+    out.water = known.has_water;
+    out.islands = known.islands;
+    return out;
+}
+
+}  // namespace terravox::voxelize
