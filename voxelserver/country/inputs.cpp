@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
-#include <optional>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
@@ -43,21 +42,6 @@ std::uint64_t size_of(const fs::path& file) {
     return failed ? 0 : size;
 }
 
-/// @return why the file cannot be opened; empty: it can
-std::string look_at(PlannedFile& file) {
-    try {
-        const auto source = pointcloud::open_point_source(file.file);
-        constexpr std::size_t kFew = 16;
-        (void)source->sample(kFew);
-        file.points = source->info().point_count;
-        file.bytes = size_of(file.file);
-        file.identity = identity_of(file.file);
-        return "";
-    } catch (const util::Error& e) {
-        return e.what();
-    }
-}
-
 std::vector<PlannedFile> images_of(const voxelize::LidarWorldOptions& options) {
     std::vector<PlannedFile> out;
     if (options.orthophotos.empty())
@@ -87,28 +71,44 @@ Named by_name(const std::vector<PlannedFile>& files) {
 /// @param now files that are there
 /// @param identity of a file that is there
 template <class Identity>
-void compare(const std::vector<PlannedFile>& then, const std::vector<fs::path>& now,
-             const Identity& identity, std::vector<std::string>& out) {
+std::vector<FileChange> compare(const std::vector<PlannedFile>& then,
+                                const std::vector<fs::path>& now, const Identity& identity) {
+    std::vector<FileChange> out;
     Named planned = by_name(then);
     for (const fs::path& file : now) {
         const auto found = planned.find(file.lexically_normal().string());
         if (found == planned.end()) {
-            out.push_back(file.string() + " is new");
+            out.push_back({FileChange::Kind::kNew, file, {}});
             continue;
         }
         try {
             if (identity(file) != found->second->identity)
-                out.push_back(file.string() + " has changed");
+                out.push_back({FileChange::Kind::kChanged, file, {}});
         } catch (const util::Error& e) {
-            out.emplace_back(e.what());
+            out.push_back({FileChange::Kind::kUnreadable, file, e.what()});
         }
         planned.erase(found);
     }
     for (const auto& [name, file] : planned)
-        out.push_back(file->file.string() + " is gone");
+        out.push_back({FileChange::Kind::kGone, file->file, {}});
+    return out;
 }
 
 }  // namespace
+
+std::string look_at(PlannedFile& file) {
+    try {
+        const auto source = pointcloud::open_point_source(file.file);
+        constexpr std::size_t kFew = 16;
+        (void)source->sample(kFew);
+        file.points = source->info().point_count;
+        file.bytes = size_of(file.file);
+        file.identity = identity_of(file.file);
+        return "";
+    } catch (const util::Error& e) {
+        return e.what();
+    }
+}
 
 Inputs look_at_inputs(const worlds::WorldOptions& world) {
     const voxelize::LidarWorldOptions options = options_of(world);
@@ -141,32 +141,51 @@ Inputs look_at_inputs(const worlds::WorldOptions& world) {
     return out;
 }
 
-std::vector<std::string> changes_since(const Plan& plan) {
-    std::vector<std::string> out;
-    std::optional<voxelize::LidarWorldOptions> options;
-    std::vector<fs::path> files;
+std::string text_of(const FileChange& change) {
+    switch (change.kind) {
+        case FileChange::Kind::kNew: return change.file.string() + " is new";
+        case FileChange::Kind::kChanged: return change.file.string() + " has changed";
+        case FileChange::Kind::kGone: return change.file.string() + " is gone";
+        case FileChange::Kind::kUnreadable: break;
+    }
+    return change.error;
+}
+
+InputChanges compare_inputs(const Plan& plan, const worlds::WorldOptions& world) {
+    const voxelize::LidarWorldOptions options = options_of(world);
     std::vector<fs::path> images;
+    if (!options.orthophotos.empty())
+        images = imagery::orthophoto_files(options.orthophotos);
+    return {compare(plan.squares, voxelize::lidar_files(options), identity_of),
+            compare(plan.images, images, [](const fs::path& file) {
+                return voxel::hex_of(imagery::image_identity(file));
+            })};
+}
+
+std::vector<std::string> changes_since(const Plan& plan) {
+    InputChanges changes;
     try {
-        options = options_of(plan.world);
-        files = voxelize::lidar_files(*options);
-        if (!options->orthophotos.empty())
-            images = imagery::orthophoto_files(options->orthophotos);
+        changes = compare_inputs(plan, plan.world);
     } catch (const util::Error& e) {
         return {e.what()};
     }
-    compare(plan.squares, files, identity_of, out);
-    compare(
-        plan.images, images,
-        [](const fs::path& file) { return voxel::hex_of(imagery::image_identity(file)); }, out);
+    std::vector<std::string> out;
+    for (const auto* list : {&changes.squares, &changes.images})
+        for (const FileChange& change : *list)
+            out.push_back(text_of(change));
     return out;
 }
 
-void check_current(const Plan& plan, const std::string& attempt) {
+void check_program(const Plan& plan, const std::string& attempt) {
     if (plan.program != kVersion || plan.box_recipe != voxelize::kBoxRecipe)
         throw util::Error(attempt + ": the plan was made by version " + plan.program + " (boxes " +
                           std::to_string(plan.box_recipe) + "), this program is version " +
                           kVersion + " (boxes " + std::to_string(voxelize::kBoxRecipe) +
                           "); allowed: the same");
+}
+
+void check_current(const Plan& plan, const std::string& attempt) {
+    check_program(plan, attempt);
     const std::vector<std::string> changes = changes_since(plan);
     if (changes.empty())
         return;

@@ -25,6 +25,31 @@ struct Inputs {
 /// file is opened as a point cloud: it takes some 50 microseconds for each.
 [[nodiscard]] std::vector<std::string> changes_since(const Plan& plan);
 
+/// A file that is not as the plan has it.
+struct FileChange {
+    enum class Kind { kNew, kChanged, kGone, kUnreadable };
+    Kind kind = Kind::kChanged;
+    std::filesystem::path file;
+    std::string error;  ///< of one that cannot be read; of others empty
+};
+[[nodiscard]] std::string text_of(const FileChange& change);
+
+/// As changes_since(), of squares and of images apart.
+struct InputChanges {
+    std::vector<FileChange> squares;
+    std::vector<FileChange> images;
+};
+/// @param world the plan's, or one that leaves out other files
+/// @throws UsageError, Error when the inputs cannot be listed
+[[nodiscard]] InputChanges compare_inputs(const Plan& plan, const worlds::WorldOptions& world);
+
+/// Looks at one file, as look_at_inputs() does.
+/// @return why it cannot be opened; empty: `file` is filled in
+[[nodiscard]] std::string look_at(PlannedFile& file);
+
+/// @throws Error unless this program makes the same boxes as the one that made the plan
+void check_program(const Plan& plan, const std::string& attempt);
+
 /// @throws Error unless this program makes the same boxes as the one that made the plan, of data
 /// that are still the same
 void check_current(const Plan& plan, const std::string& attempt);

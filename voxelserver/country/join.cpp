@@ -36,7 +36,8 @@ void write_target(const PlanFolder& folder, const Target& target) {
     const Json out{{"plan", target.plan},
                    {"archive", target.archive.string()},
                    {"before", target.before},
-                   {"after", target.after}};
+                   {"after", target.after},
+                   {"patched", target.patched}};
     util::write_file_atomically(folder.run(),
                                 out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -48,7 +49,8 @@ std::optional<Target> read_target(const PlanFolder& folder) {
     const Json json = Json::parse(in, nullptr, false);
     try {
         return Target{json.at("plan").get<std::string>(), json.at("archive").get<std::string>(),
-                      json.at("before").get<std::string>(), json.at("after").get<std::string>()};
+                      json.at("before").get<std::string>(), json.at("after").get<std::string>(),
+                      json.value("patched", "")};
     } catch (const Json::exception&) {
         return std::nullopt;
     }
@@ -104,7 +106,7 @@ JoinReport join(const PlanFolder& folder, const Plan& plan, const fs::path& arch
         archive_tools::merge(shards, archive, threads, progress);
     for (const fs::path& shard : shards)
         exports::remove_journal(shard);
-    Target target = read_target(folder).value_or(Target{plan.id(), archive, "", ""});
+    Target target = read_target(folder).value_or(Target{plan.id(), archive, "", "", ""});
     target.after = state_of_file(archive);
     write_target(folder, target);
     JoinReport out = report_of(folder, plan);

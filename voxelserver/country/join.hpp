@@ -18,6 +18,8 @@ struct Target {
     std::filesystem::path archive;
     std::string before;  ///< state of the file when the run began; empty: there was none
     std::string after;   ///< the same of the finished one; empty: not known
+    /// Of an archive that is being patched: Plan::id() of the data that it had; else empty.
+    std::string patched;
 };
 void write_target(const PlanFolder& folder, const Target& target);
 /// @return nullopt when there is none, or it is damaged

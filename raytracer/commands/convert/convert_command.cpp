@@ -18,6 +18,7 @@
 #include "raytracer/commands/number_list.hpp"
 #include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/material/material_file.hpp"
+#include "voxelserver/export/core/changed_columns.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/voxelize/world/dependent_columns.hpp"
@@ -66,19 +67,9 @@ exports::ShardChoice shard_of(const std::string& text) {
     return out;
 }
 
-/// The columns of boxes of the archive's level 0 that some columns of level 0 lie in, cut to the
-/// part.
-std::vector<exports::ColumnAt> columns_at(const exports::Part& part,
-                                          std::span<const grid::PatchKey> columns) {
-    const voxel::BoxRange all = part.boxes();
-    std::set<grid::PatchKey> places;
-    for (const grid::PatchKey& column : columns) {
-        const grid::PatchKey at{column.px >> part.level, column.pz >> part.level};
-        if (at.px >= all.min.bx && at.px < all.max.bx && at.pz >= all.min.bz && at.pz < all.max.bz)
-            places.insert(at);
-    }
+std::vector<exports::ColumnAt> columns_at(const std::vector<grid::PatchKey>& patches) {
     std::vector<exports::ColumnAt> out;
-    for (const grid::PatchKey& at : places)
+    for (const grid::PatchKey& at : patches)
         out.push_back({at.px, at.pz});
     return out;
 }
@@ -92,19 +83,13 @@ exports::ChangedColumns columns_of_squares(voxel::World& world, const exports::P
             "convert: --squares of a world without squares; allowed: LiDAR data and stores");
     const voxelize::DependentColumns found =
         voxelize::columns_that_depend_on(*lidar, voxelize::squares_named(*lidar, names), threads);
-    const std::vector<grid::PatchKey> dependent(found.dependent.begin(), found.dependent.end());
-    exports::ChangedColumns out{columns_at(part, dependent), {}};
+    exports::ChangedColumns out =
+        exports::changed_columns(part, columns_at({found.dependent.begin(), found.dependent.end()}),
+                                 columns_at(found.neighbours));
     if (out.replaced.empty())
         throw util::UsageError(
             "convert: --squares: none of them lies in the part; allowed: those "
             "that the archive shows");
-    // A coarser column may hold both kinds.
-    std::set<std::pair<std::int32_t, std::int32_t>> replaced;
-    for (const exports::ColumnAt& at : out.replaced)
-        replaced.emplace(at.bx, at.bz);
-    for (const exports::ColumnAt& at : columns_at(part, found.neighbours))
-        if (!replaced.contains({at.bx, at.bz}))
-            out.compared.push_back(at);
     return out;
 }
 

@@ -20,11 +20,14 @@ std::function<util::ExitCode()> add_country_command(CLI::App& app) {
     const auto run = add_country_run(*group);
     const auto status = add_country_status(*group);
     const auto resume = add_country_resume(*group);
+    const auto patch = add_country_patch(*group);
     return [=] {
         if (group->got_subcommand("plan"))
             return plan();
         if (group->got_subcommand("run"))
             return run();
+        if (group->got_subcommand("patch"))
+            return patch();
         return group->got_subcommand("status") ? status() : resume();
     };
 }

@@ -118,7 +118,8 @@ private:
                                    ": it is there already; allowed: another name, or --overwrite");
         util::check_writable(m_out);
         m_folder.make_folders();
-        country::write_target(m_folder, {m_plan.id(), m_out, country::state_of_file(m_out), ""});
+        country::write_target(m_folder,
+                              {m_plan.id(), m_out, country::state_of_file(m_out), "", ""});
     }
 
     void wait_for_shards(const std::stop_token& stop) const {

@@ -55,6 +55,14 @@ public:
             m_changed.push_back(patches_of(rect, world.shadow_patches()));
     }
 
+    /// Columns where land was, which may be gone, are replaced by what is there now.
+    void add_all_of(const ColumnRect& rect) {
+        const InputExtent extent = cut_to(patches_of(rect, 0), m_limits);
+        for (std::int32_t z = extent.min_bz; z < extent.max_bz; ++z)
+            for (std::int32_t x = extent.min_bx; x < extent.max_bx; ++x)
+                m_out.dependent.insert({x, z});
+    }
+
     DependentColumns run() {
         for (const InputExtent& changed : m_changed)
             want(grown(changed, kNear));
@@ -219,26 +227,32 @@ private:
 }  // namespace
 
 DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::size_t>& changed,
-                                        int threads) {
+                                        int threads, std::span<const ColumnRect> before) {
     const std::vector<SquareInfo>& squares = world.facts().squares;
     // As where columns are made: a rounded point may lie just outside its file's bounds.
     std::vector<ColumnRect> rects;
     for (const std::size_t i : changed)
         rects.push_back(squares[i].bounds.grown(1));
+    for (const ColumnRect& rect : before)
+        rects.push_back(rect.grown(1));
+    const std::vector<ColumnRect> themselves = rects;
     // Their light changes, and with it all of their colours.
     for (const ColumnRect& photograph : world.photographs_with_light_from(changed))
         rects.push_back(photograph);
     if (world.stats().flight_lines > 0) {
         const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;
         for (const SquareInfo& square : squares) {
-            const bool is_near = std::any_of(changed.begin(), changed.end(), [&](std::size_t i) {
-                return squares[i].bounds.grown(near).overlaps(square.bounds);
-            });
+            const bool is_near = std::any_of(
+                themselves.begin(), themselves.end(),
+                [&](const ColumnRect& rect) { return rect.grown(near).overlaps(square.bounds); });
             if (is_near)
                 rects.push_back(square.bounds.grown(1));
         }
     }
-    return Search(world, std::move(rects), threads).run();
+    Search search(world, std::move(rects), threads);
+    for (const ColumnRect& rect : before)
+        search.add_all_of(rect.grown(1));
+    return search.run();
 }
 
 std::set<std::size_t> squares_named(const LidarWorld& world, std::span<const std::string> names) {

@@ -26,11 +26,12 @@ struct DependentColumns {
 /// @param changed by number, as in LidarWorld::squares(); where materials are guessed from
 /// intensities, those within 500 m of them count, too, since they share a scale
 /// (points/brightness.hpp)
+/// @param before where squares lay that have changed or are gone, in columns of the world
 /// @param threads 0: one for each core
 /// @throws Error for a damaged square
-[[nodiscard]] DependentColumns columns_that_depend_on(LidarWorld& world,
-                                                      const std::set<std::size_t>& changed,
-                                                      int threads);
+[[nodiscard]] DependentColumns columns_that_depend_on(
+    LidarWorld& world, const std::set<std::size_t>& changed, int threads,
+    std::span<const grid::ColumnRect> before = {});
 
 /// The numbers of squares by their names.
 /// @throws UsageError for a name that no square has, or that two have

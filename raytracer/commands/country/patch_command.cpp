@@ -1,0 +1,79 @@
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "common/thread/stop_signals.hpp"
+#include "common/util/log.hpp"
+#include "common/util/printable.hpp"
+#include "raytracer/commands/country/run_command.hpp"
+#include "voxelserver/country/patch.hpp"
+
+namespace terravox::commands {
+namespace {
+
+struct PatchArguments {
+    std::string plan;
+    int threads = 0;
+    bool quiet = false;
+};
+
+void print_changes(const country::PatchOutcome& outcome) {
+    constexpr std::size_t kMost = 20;
+    const std::size_t count = outcome.changes.size();
+    for (std::size_t i = 0; i < count && i < kMost; ++i)
+        std::printf("%s\n", util::printable(outcome.changes[i]).c_str());
+    if (count > kMost)
+        std::printf("... and %zu more\n", count - kMost);
+}
+
+util::ExitCode run_patch(const PatchArguments& args) {
+    util::set_up_log(args.quiet ? "warn" : "info");
+    const country::PlanFolder folder{args.plan};
+    const thread::StopSignals signals;
+    country::PatchOptions options;
+    options.threads = args.threads;
+    options.quiet = args.quiet;
+    options.stop = signals.token();
+    const country::PatchOutcome outcome = country::patch_country(folder, options);
+    print_changes(outcome);
+    const std::string archive = util::printable(outcome.archive.string());
+    if (outcome.changes.empty())
+        std::printf("%s: no square has changed since the plan was made\n", archive.c_str());
+    else
+        std::printf(
+            "%s: %zu squares; %llu columns of boxes replaced, %llu records new, %llu kept, "
+            "%llu holes\n",
+            archive.c_str(), outcome.changes.size(),
+            static_cast<unsigned long long>(outcome.report.columns),
+            static_cast<unsigned long long>(outcome.report.made),
+            static_cast<unsigned long long>(outcome.report.kept),
+            static_cast<unsigned long long>(outcome.report.holes));
+    for (const country::MissingSquare& square : outcome.missing)
+        util::log_error("missing: {}: {}", util::printable(square.name),
+                        util::printable(square.reason));
+    for (const std::string& line : outcome.damage)
+        util::log_error("{}", util::printable(line));
+    const bool is_whole =
+        outcome.missing.empty() && outcome.damage.empty() && outcome.report.holes == 0;
+    return is_whole ? util::ExitCode::kDone : util::ExitCode::kHoles;
+}
+
+}  // namespace
+
+std::function<util::ExitCode()> add_country_patch(CLI::App& country) {
+    auto args = std::make_shared<PatchArguments>();
+    CLI::App* const command = country.add_subcommand(
+        "patch",
+        "Bring the finished archive of a plan up to date: squares that have changed, are new or "
+        "are gone since");
+    command->add_option("plan", args->plan, "the plan's folder")->required();
+    command->add_option("--threads", args->threads, "0: one for each core")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    command->add_flag("-q,--quiet", args->quiet, "no progress");
+    return [args] { return run_patch(*args); };
+}
+
+}  // namespace terravox::commands

@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""The archive of a country kept up to date with its squares: terravox country patch."""
+
+import contextlib
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from support import Case, Run, binary, entries, temporary_folder
+
+OPTIONS = ["--voxel", "1", "--quiet"]
+
+
+def country(*arguments):
+    return Run([binary("RAYTRACER"), "country", *arguments])
+
+
+class CountryPatch(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.flights = {}
+        for density in (2, 3):
+            cls.flights[density] = temporary_folder() / f"flight{density}"
+            words = ["--seed", "7", "--squares", "5x5", "--square-m", "128", "--density", density]
+            run = Run([binary("SURVEY"), *words, "-o", cls.flights[density]])
+            assert run.code == 0, run
+        cls.names = sorted(file.stem for file in cls.flights[2].glob("*.laz"))
+
+    def planned(self, *without, options=()):
+        """A folder with data, a plan and its archive; some squares are not there."""
+        folder = temporary_folder()
+        shutil.copytree(self.flights[2], folder / "data")
+        for name in without:
+            (folder / "data" / f"{name}.laz").unlink()
+        words = [folder / "data", "-o", folder / "plan", "--shards", "2", *OPTIONS, *options]
+        self.assertDone(country("plan", *words))
+        self.assertDone(country("run", folder / "plan", "-o", folder / "place.tvx", "--quiet"))
+        return folder
+
+    def fly_again(self, folder, name):
+        shutil.copy(self.flights[3] / f"{name}.laz", folder / "data")
+
+    def assertIsAnew(self, folder, *options):
+        out = temporary_folder() / "anew.tvx"
+        words = [folder / "data", out, *OPTIONS, "--cache", "none", *options]
+        self.assertDone(Run([binary("CONVERT"), *words]))
+        self.assertEqual((folder / "place.tvx").read_bytes(), out.read_bytes())
+
+    def assertPatched(self, folder, *said):
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertDone(run)
+        for text in said:
+            self.assertIn(text, run.out)
+
+    def test_what_changed_is_found_and_put_in(self):
+        """A new flight, at the shore of a lake, too; a square that is new; one that is gone."""
+        folder = self.planned(self.names[24])
+        self.assertPatched(folder, "no square has changed")
+        self.fly_again(folder, self.names[11])
+        self.fly_again(folder, self.names[2])
+        said = (f"{self.names[11]}.laz has changed", "2 squares; ", " columns of boxes replaced")
+        self.assertPatched(folder, *said)
+        self.assertIsAnew(folder)
+        self.fly_again(folder, self.names[24])
+        self.assertPatched(folder, f"{self.names[24]}.laz is new")
+        self.assertIsAnew(folder)
+        (folder / "data" / f"{self.names[12]}.laz").unlink()
+        self.assertPatched(folder, f"{self.names[12]}.laz is gone")
+        self.assertIsAnew(folder)
+        self.assertPatched(folder, "no square has changed")
+        run = country("run", folder / "plan", "-o", folder / "place.tvx")
+        self.assertDone(run)
+        self.assertIn("there already", run.out)
+        self.assertEqual(entries(folder / "plan" / "scratch"), [])
+
+    def test_nothing_is_believed_without_its_file(self):
+        folder = self.planned(options=["--steps=-material_guesses"])
+        known = folder / "plan" / "squares.known"
+        known.write_bytes(known.read_bytes()[:-9])
+        self.fly_again(folder, self.names[11])
+        self.assertPatched(folder, "has changed")
+        self.assertIsAnew(folder, "--steps=-material_guesses")
+        known.unlink()
+        (folder / "data" / f"{self.names[12]}.laz").unlink()
+        before = (folder / "place.tvx").read_bytes()
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertRefused(run, 1, "does not know where it lay", "plan again")
+        self.assertEqual((folder / "place.tvx").read_bytes(), before)
+
+    def test_killed_at_any_time_it_goes_on(self):
+        folder = self.planned()
+        chance = random.Random(7)
+        self.fly_again(folder, self.names[11])
+        for _ in range(6):
+            words = [binary("RAYTRACER"), "country", "patch", folder / "plan", "--quiet"]
+            with subprocess.Popen(words, stdout=subprocess.DEVNULL) as patching:
+                time.sleep(chance.uniform(0, 1.5))
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(patching.pid, signal.SIGKILL)
+        self.assertPatched(folder)
+        self.assertIsAnew(folder)
+
+    def test_what_cannot_be_patched_is_refused(self):
+        folder = temporary_folder()
+        shutil.copytree(self.flights[2], folder / "data")
+        words = [folder / "data", "-o", folder / "plan", "--shards", "1", *OPTIONS]
+        self.assertDone(country("plan", *words))
+        run = country("patch", folder / "plan")
+        self.assertRefused(run, 2, "its archive is not finished", "country run")
+        self.assertRefused(country("patch", folder / "none"), 2, "there is no such folder")
+        self.assertDone(country("run", folder / "plan", "-o", folder / "place.tvx", "--quiet"))
+        before = (folder / "place.tvx").read_bytes()
+        square = folder / "data" / f"{self.names[3]}.laz"
+        square.write_bytes(square.read_bytes()[:200])
+        run = country("patch", folder / "plan")
+        self.assertRefused(run, 1, square.name, "the archive stays as it is")
+        self.assertEqual((folder / "place.tvx").read_bytes(), before)
+        pathlib.Path(folder / "place.tvx").write_bytes(before + b"x")
+        run = country("patch", folder / "plan")
+        self.assertRefused(run, 2, "is another one than its run has written")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,249 @@
+#include "voxelserver/country/patch.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/util/file_lock.hpp"
+#include "voxelserver/country/inputs.hpp"
+#include "voxelserver/country/join.hpp"
+#include "voxelserver/country/opened.hpp"
+#include "voxelserver/country/scratch_folder.hpp"
+#include "voxelserver/export/archive/change_export.hpp"
+#include "voxelserver/export/core/changed_columns.hpp"
+#include "voxelserver/export/core/meter.hpp"
+#include "voxelserver/voxelize/world/dependent_columns.hpp"
+#include "voxelserver/voxelize/world/world_facts.hpp"
+
+namespace terravox::country {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = FileChange::Kind;
+
+std::vector<exports::ColumnAt> columns_at(const std::vector<grid::PatchKey>& patches) {
+    std::vector<exports::ColumnAt> out;
+    for (const grid::PatchKey& at : patches)
+        out.push_back({at.px, at.pz});
+    return out;
+}
+
+/// The caller has the lock of the plan.
+class CountryPatch {
+public:
+    CountryPatch(const PlanFolder& folder, const PatchOptions& options)
+        : m_folder(folder), m_options(options), m_old(read_plan(folder)), m_plan(m_old) {}
+
+    PatchOutcome run() {
+        check_program(m_old, attempt());
+        find_archive();
+        find_changes();
+        if (m_outcome.changes.empty()) {
+            if (!m_interrupted_id.empty())
+                refuse_other_data();
+            m_outcome.missing = m_old.missing;
+            return std::move(m_outcome);
+        }
+        make_and_put_in();
+        m_outcome.missing = m_plan.missing;
+        return std::move(m_outcome);
+    }
+
+private:
+    [[nodiscard]] std::string attempt() const {
+        return "patch the country of " + m_folder.path().string();
+    }
+
+    void find_archive() {
+        const auto target = read_target(m_folder);
+        const bool goes_on = target && target->patched == m_old.id();
+        if (!goes_on && (!target || !is_joined(m_folder, m_old, target->archive)))
+            throw util::UsageError(attempt() +
+                                   ": its archive is not finished, or is another one than its run "
+                                   "has written; allowed: after terravox country run, which says "
+                                   "where it goes");
+        m_outcome.archive = target->archive;
+        if (goes_on && state_of_file(target->archive) != target->before)
+            m_interrupted_id = target->plan;
+    }
+
+    /// The archive has the data of a patch that was interrupted at its end: only these can go on.
+    [[noreturn]] void refuse_other_data() const {
+        throw util::Error(attempt() +
+                          ": a patch was interrupted, and the data have changed again since; plan "
+                          "again");
+    }
+
+    void find_changes() {
+        // What could not be read then may be there now.
+        m_plan.world.left_out.clear();
+        const InputChanges changes = compare_inputs(m_old, m_plan.world);
+        if (!changes.images.empty())
+            throw util::Error(attempt() + ": " + text_of(changes.images.front()) +
+                              "; squares can be patched, photographs cannot: plan again");
+        std::map<fs::path, PlannedFile> planned;
+        for (const PlannedFile& file : m_old.squares)
+            planned.emplace(file.file.lexically_normal(), file);
+        for (const FileChange& change : changes.squares) {
+            if (change.kind != Kind::kNew)
+                m_before.push_back(identity_then(change.file));
+            if (change.kind == Kind::kGone) {
+                planned.erase(change.file.lexically_normal());
+                m_is_any_gone = true;
+            } else if (!take(change, planned)) {
+                continue;
+            }
+            m_outcome.changes.push_back(text_of(change));
+        }
+        m_plan.squares.clear();
+        for (auto& [path, file] : planned)
+            m_plan.squares.push_back(std::move(file));
+        if (m_plan.squares.empty())
+            throw util::Error(attempt() + ": all of its squares are gone; plan again");
+    }
+
+    /// @return false when the file was left out and still has to be
+    bool take(const FileChange& change, std::map<fs::path, PlannedFile>& planned) {
+        PlannedFile file{change.file, 0, 0, ""};
+        const std::string reason = look_at(file);
+        const auto& left_out = m_old.world.left_out;
+        if (!reason.empty()) {
+            if (std::find(left_out.begin(), left_out.end(), change.file) == left_out.end())
+                throw util::Error(attempt() + ": " + reason + "; the archive stays as it is");
+            m_plan.world.left_out.push_back(change.file);
+            return false;
+        }
+        planned[change.file.lexically_normal()] = file;
+        m_taken.insert(change.file.lexically_normal());
+        std::erase_if(m_plan.missing, [&](const MissingSquare& square) {
+            return square.name == change.file.stem().string();
+        });
+        return true;
+    }
+
+    /// The identity that a square of the plan had.
+    [[nodiscard]] std::string identity_then(const fs::path& file) const {
+        const auto found = std::find_if(
+            m_old.squares.begin(), m_old.squares.end(), [&](const PlannedFile& square) {
+                return square.file.lexically_normal() == file.lexically_normal();
+            });
+        return found == m_old.squares.end() ? std::string() : found->identity;
+    }
+
+    void make_and_put_in() {
+        worlds::WorldOptions options = m_plan.world;
+        options.threads = m_options.threads;
+        options.known_squares = m_folder.known_squares();
+        const ScratchFolder scratch(m_folder.scratch() / "patch");
+        const fs::path change = scratch.path() / "change.tvx";
+        std::error_code failed;
+        fs::create_directories(scratch.path(), failed);
+        if (failed)
+            throw util::Error(attempt() + ": make the folder " + scratch.path().string() + ": " +
+                              failed.message());
+        std::string known;
+        {
+            OpenedCountry country(options, m_plan.selection());
+            m_plan.fingerprint = country.fingerprint();
+            m_plan.bounds = country.part().bounds;
+            if (!m_interrupted_id.empty() && m_plan.id() != m_interrupted_id)
+                refuse_other_data();
+            known = country.world().known_squares();
+            write_change(country, change);
+        }
+        // What changes while it is read must not become part of an archive.
+        if (const auto changes = changes_since(m_plan); !changes.empty())
+            throw util::Error(attempt() + ": the data changed meanwhile: " + changes.front() +
+                              "; the archive stays as it is");
+        check_stop();
+        const fs::path& archive = m_outcome.archive;
+        write_target(m_folder, {m_plan.id(), archive, state_of_file(archive), "", m_old.id()});
+        m_outcome.report =
+            archive_tools::patch(archive, std::span(&change, 1), archive, m_options.threads,
+                                 [&](std::uint64_t, std::uint64_t) { check_stop(); });
+        write_plan(m_folder, m_plan);
+        write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), ""});
+        util::write_file_atomically(m_folder.known_squares(), known);
+    }
+
+    void write_change(OpenedCountry& country, const fs::path& out) {
+        const exports::ChangedColumns columns = changed_columns(country);
+        exports::Meter meter("patch", columns.replaced.size() + columns.compared.size(),
+                             m_options.quiet);
+        exports::Job job(country.world(), country.part(), out, country.palette(), meter);
+        job.threads = m_options.threads;
+        job.stop = m_options.stop;
+        for (const fs::path& file : m_plan.world.left_out)
+            job.left_out.push_back(file.filename().string() + " was left out: it cannot be read");
+        exports::write_change(job, columns);
+        meter.finish();
+        m_outcome.damage = job.damage_lines();
+    }
+
+    exports::ChangedColumns changed_columns(OpenedCountry& country) const {
+        const auto& squares = country.world().facts().squares;
+        std::set<std::size_t> changed;
+        for (std::size_t i = 0; i < squares.size(); ++i)
+            if (m_taken.contains(squares[i].file.lexically_normal()))
+                changed.insert(i);
+        const voxelize::DependentColumns found = voxelize::columns_that_depend_on(
+            country.world(), changed, m_options.threads, rects_before(country.world()));
+        exports::ChangedColumns out = exports::changed_columns(
+            country.part(), columns_at({found.dependent.begin(), found.dependent.end()}),
+            columns_at(found.neighbours));
+        if (out.replaced.empty())
+            throw util::Error(attempt() +
+                              ": none of the squares that have changed lies in the part that was "
+                              "planned; plan again");
+        return out;
+    }
+
+    /// Where the squares lay that have changed or are gone.
+    [[nodiscard]] std::vector<grid::ColumnRect> rects_before(voxelize::LidarWorld& world) const {
+        if (m_is_any_gone && world.shadow_patches() > 0)
+            throw util::Error(attempt() + ": " + m_outcome.changes.back() +
+                              ", and the light of photographs was found from it; plan again");
+        std::vector<grid::ColumnRect> out;
+        for (const std::string& identity : m_before) {
+            if (const auto rect = world.known_bounds(identity))
+                out.push_back(*rect);
+            else if (m_is_any_gone)
+                throw util::Error(attempt() +
+                                  ": a square is gone, and the plan does not know where it lay (" +
+                                  m_folder.known_squares().string() + "); plan again");
+        }
+        return out;
+    }
+
+    void check_stop() const {
+        if (m_options.stop.stop_requested())
+            throw util::Error(attempt() + ": interrupted; the same command goes on");
+    }
+
+    const PlanFolder& m_folder;
+    const PatchOptions& m_options;
+    const Plan m_old;
+    Plan m_plan;
+    std::vector<std::string> m_before;  ///< identities of squares that have changed or are gone
+    std::set<fs::path> m_taken;         ///< squares that have changed or are new
+    bool m_is_any_gone = false;
+    std::string m_interrupted_id;  ///< of the plan whose archive is there; empty: m_old's is
+    PatchOutcome m_outcome;
+};
+
+}  // namespace
+
+PatchOutcome patch_country(const PlanFolder& folder, const PatchOptions& options) {
+    const auto lock = util::FileLock::try_take(folder.run_lock());
+    if (!lock)
+        throw util::Error("patch the country of " + folder.path().string() + ": " +
+                          util::FileLock::holder(folder.run_lock()) + " runs it");
+    return CountryPatch(folder, options).run();
+}
+
+}  // namespace terravox::country

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "voxelserver/archive/patch.hpp"
+#include "voxelserver/country/plan_folder.hpp"
+
+namespace terravox::country {
+
+struct PatchOptions {
+    int threads = 0;  ///< 0: one for each core
+    bool quiet = false;
+    std::stop_token stop;
+};
+
+/// What one call did.
+struct PatchOutcome {
+    std::filesystem::path archive;
+    std::vector<std::string> changes;  ///< of squares, a line each; empty: nothing was done
+    archive_tools::PatchReport report;
+    std::vector<std::string> damage;     ///< of the data, as far as was met, a line each
+    std::vector<MissingSquare> missing;  ///< of the plan, as it is now
+};
+
+/// Brings the archive of a plan up to date with its data: finds the squares that have changed, are
+/// new or are gone since the plan was made, makes the boxes that depend on them, and puts these
+/// into the archive, which has the bytes of a conversion anew then. The plan becomes one of the
+/// data as they are. Killed at any time, the archive is the old or the new one, and the next call
+/// goes on.
+/// @throws UsageError when no archive of the plan is finished; Error when another process runs the
+/// plan, another program made it, photographs have changed, a square cannot be read, a square is
+/// gone of which the plan does not know where it lay, or the archive cannot be written
+PatchOutcome patch_country(const PlanFolder& folder, const PatchOptions& options);
+
+}  // namespace terravox::country
