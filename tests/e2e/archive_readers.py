@@ -1,13 +1,14 @@
-"""Many readers of a box archive over HTTP, as ours read one: by ranges, all of one state.
+"""Many readers of a box archive over HTTP, which ask as ours do: by ranges, all of one state.
 
 Each reader is a coroutine with a connection of its own. It opens the archive (its beginning, then
-the root of the index), reads some parts, and starts again. Every part is compared with the bytes of
-the state that the beginning was of.
+the root of the index), reads some parts, and starts again; ours end where the archive has changed.
+Every part is compared with the bytes of the state that the beginning was of.
 """
 
 import asyncio
 import dataclasses
 import random
+import shutil
 import struct
 
 from support import HANGS_S
@@ -19,6 +20,30 @@ PARTS = 8  # of an opened archive
 SOURCES = 20
 ATTEMPTS = 5
 FIRST_WAIT_S = 0.25
+OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet", "--steps=-material_guesses"]
+
+
+def two_states(folder, run, squares, square_m, number):
+    """An archive of made-up squares, and the one after a square was flown again.
+
+    @param run called with a program's name and its words; the program must succeed
+    @param number of the square: not the one with the lowest place of all, as rock reaches down to
+    that everywhere
+    @return the archive, the two changes that lead to and fro, and the bytes of both states
+    """
+    flights = {density: folder / f"flight{density}" for density in (2, 3)}
+    for density, flight in flights.items():
+        words = ["--seed", "7", "--squares", squares, "--square-m", square_m, "--density", density]
+        run("SURVEY", *words, "-o", flight)
+    name = sorted(file.stem for file in flights[2].glob("*.laz"))[number]
+    first, second = folder / "first.tvx", folder / "second.tvx"
+    changes = [folder / "to.tvx", folder / "back.tvx"]
+    run("CONVERT", flights[2], first, *OPTIONS)
+    run("CONVERT", flights[2], changes[1], *OPTIONS, "--squares", name)
+    shutil.copy(flights[3] / f"{name}.laz", flights[2])
+    run("CONVERT", flights[2], second, *OPTIONS)
+    run("CONVERT", flights[2], changes[0], *OPTIONS, "--squares", name)
+    return first, changes, [first.read_bytes(), second.read_bytes()]
 
 
 @dataclasses.dataclass

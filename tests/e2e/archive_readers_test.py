@@ -6,50 +6,17 @@ import contextlib
 import pathlib
 import resource
 import shutil
-import subprocess
 import sys
 import time
 import unittest
 
-from archive_readers import read_while
-from front_test import NGINX, Front
-from support import HANGS_S, Case, Run, Server, binary, hold_port, render, temporary_folder
+from archive_readers import read_while, two_states
+from nginx import NGINX, Front, Static
+from support import HANGS_S, Case, Run, Server, binary, render, temporary_folder
 
 # Readers at the same time; a thousand with --long.
 READERS = 1000 if "--long" in sys.argv else 120
 PATCHES = 4
-OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet", "--steps=-material_guesses"]
-# Files as they are, which is how a large archive is best served.
-STATIC = """
-pid nginx.pid; error_log error.log; worker_processes 1; worker_rlimit_nofile 4096;
-events {{ worker_connections 2048; }}
-http {{
-    access_log off; sendfile on; tcp_nodelay on; keepalive_timeout 60s; keepalive_requests 1000000;
-    types {{ application/vnd.terravox.archive tvx; }}
-    client_body_temp_path body; proxy_temp_path proxy; fastcgi_temp_path fastcgi;
-    uwsgi_temp_path uwsgi; scgi_temp_path scgi;
-    server {{ listen 127.0.0.1:{port} backlog=4096; root {root}; }}
-}}
-"""
-
-
-class Static:
-    """nginx that gives the files of a folder."""
-
-    def __init__(self, root):
-        self.port = hold_port()
-        self.folder = temporary_folder()
-        self.folder.chmod(0o755)
-        (self.folder / "nginx.conf").write_text(STATIC.format(port=self.port, root=root))
-
-    def __enter__(self):
-        command = [NGINX, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf"]
-        self.process = subprocess.Popen([*command, "-g", "daemon off;"])
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait(HANGS_S)
 
 
 def command(program, *words):
@@ -62,22 +29,9 @@ class ArchiveReaders(Case):
     def setUpClass(cls):
         hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 16384), hard))
-        made = temporary_folder()
-        data = {}
-        for density in (2, 3):
-            data[density] = made / f"flight{density}"
-            words = ["--seed", "7", "--squares", "3x3", "--square-m", "128"]
-            command("SURVEY", *words, "--density", density, "-o", data[density])
-        name = sorted(file.stem for file in data[2].glob("*.laz"))[4]
-        cls.first = made / "first.tvx"
-        cls.changes = [made / "to.tvx", made / "back.tvx"]
-        command("CONVERT", data[2], cls.first, *OPTIONS)
-        command("CONVERT", data[2], cls.changes[1], *OPTIONS, "--squares", name)
-        shutil.copy(data[3] / f"{name}.laz", data[2])
-        second = made / "second.tvx"
-        command("CONVERT", data[2], second, *OPTIONS)
-        command("CONVERT", data[2], cls.changes[0], *OPTIONS, "--squares", name)
-        cls.states = [cls.first.read_bytes(), second.read_bytes()]
+        cls.first, cls.changes, cls.states = two_states(
+            temporary_folder(), command, squares="3x3", square_m=128, number=4
+        )
 
     def setUp(self):
         self.folder = temporary_folder()

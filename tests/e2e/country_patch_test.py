@@ -2,6 +2,7 @@
 """The archive of a country kept up to date with its squares: terravox country patch."""
 
 import contextlib
+import json
 import os
 import pathlib
 import random
@@ -58,6 +59,15 @@ class CountryPatch(Case):
         for text in said:
             self.assertIn(text, run.out)
 
+    def assertAllIsDone(self, folder):
+        """Of the shards none is of these data any more, of the archive all is."""
+        status = country("status", folder / "plan", "--json")
+        self.assertDone(status)
+        said = json.loads(status.out)
+        self.assertEqual((said["done"], said["share"], said["holes"]), (said["shards"], 1, 0))
+        self.assertEqual(said["patched"], str(folder / "place.tvx"))
+        self.assertIn("patched since", country("status", folder / "plan").out)
+
     def test_what_changed_is_found_and_put_in(self):
         """A new flight, at the shore of a lake, too; a square that is new; one that is gone."""
         folder = self.planned(self.names[24])
@@ -77,6 +87,7 @@ class CountryPatch(Case):
         run = country("run", folder / "plan", "-o", folder / "place.tvx")
         self.assertDone(run)
         self.assertIn("there already", run.out)
+        self.assertAllIsDone(folder)
         self.assertEqual(entries(folder / "plan" / "scratch"), [])
 
     def test_nothing_is_believed_without_its_file(self):

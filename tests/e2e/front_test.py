@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """config/nginx before the voxel server: slow clients cost nothing, replies pass unchanged."""
 
-import os
-import re
 import select
 import shutil
 import ssl
@@ -14,77 +12,15 @@ import urllib.request
 
 from certificate import self_signed
 from crowd import Crowd, half_header, nothing, slow_body, slow_header
+from nginx import NGINX, Front
 from support import HANGS_S, ROOT, Case, Server, hold_port, survey, temporary_folder, wait_until
-from wire import connect, get, talk
+from wire import get, talk
 
-NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
 BAD_CLIENTS = 1000
 GOOD_REQUESTS = 200
 # Where slow clients occupy the threads of a server, every request waits for 10 s and more. On a
 # busy machine single requests may, too; half of 200 do not.
 MEDIAN_LIMIT_S = 5
-
-
-class Front:
-    """nginx with config/nginx, its ports replaced, in a folder of its own."""
-
-    def __init__(self, server_port, instead=()):
-        """@param instead pairs of what stands once in terravox.conf, and what stands there then"""
-        self.port = hold_port()
-        self.folder = temporary_folder()
-        self.folder.chmod(0o755)  # started by root, nginx works as another user
-        for file in (ROOT / "config" / "nginx").glob("*.conf"):
-            text = file.read_text()
-            if file.name == "terravox.conf":
-                text, listens = re.subn(
-                    r"listen 127\.0\.0\.1:8080", f"listen 127.0.0.1:{self.port}", text
-                )
-                text, servers = re.subn(
-                    r"server 127\.0\.0\.1:8888", f"server 127.0.0.1:{server_port}", text
-                )
-                assert (listens, servers) == (1, 1), (
-                    "terravox.conf has other ports than this test replaces"
-                )
-                for words, others in instead:
-                    assert text.count(words) == 1, (
-                        f"terravox.conf has '{words}' {text.count(words)} times"
-                    )
-                    text = text.replace(words, others)
-            (self.folder / file.name).write_text(text)
-        self.command = [
-            NGINX,
-            "-p",
-            self.folder,
-            "-e",
-            "error.log",
-            "-c",
-            self.folder / "nginx.conf",
-        ]
-        self.process = None
-
-    def __enter__(self):
-        self.process = subprocess.Popen(
-            [*self.command, "-g", "daemon off;"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        until = time.monotonic() + HANGS_S
-        while time.monotonic() < until:
-            try:
-                connect(self.port).close()
-                return self
-            except OSError:
-                time.sleep(0.02)
-        self.__exit__()
-        raise AssertionError("nginx did not start: " + self.log())
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait(HANGS_S)
-
-    def log(self):
-        file = self.folder / "error.log"
-        return file.read_text() if file.exists() else ""
 
 
 @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")

@@ -74,7 +74,7 @@ class Nginx:
             file = self.folder / "root" / path.lstrip("/")
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(body)
-        from front_test import NGINX as program
+        from nginx import NGINX as program
 
         self.port = hold_port()
         (self.folder / "nginx.conf").write_text(NGINX.replace("PORT", str(self.port)))

@@ -11,12 +11,17 @@ import subprocess
 import time
 
 import serving  # noqa: F401, first: it makes the modules of tests/e2e known
-from archive_readers import read_while
-from archive_readers_test import Static
-from front_test import Front
-from serving import Server, binary, kept_folder, many_files, print_figures, temporary_folder
-
-OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet", "--steps=-material_guesses"]
+from archive_readers import read_while, two_states
+from nginx import Front, Static
+from serving import (
+    HANGS_S,
+    Server,
+    binary,
+    kept_folder,
+    many_files,
+    print_figures,
+    temporary_folder,
+)
 
 
 def run(program, *words):
@@ -24,31 +29,13 @@ def run(program, *words):
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def make_states(squares):
-    """@return the archive, the two changes that lead to and fro, and the bytes of both states"""
-    folder = kept_folder("readers")
-    flights = {density: folder / f"flight{density}" for density in (2, 3)}
-    for density, flight in flights.items():
-        words = ["--seed", "7", "--squares", squares, "--square-m", "256", "--density", density]
-        run("SURVEY", *words, "-o", flight)
-    names = sorted(file.stem for file in flights[2].glob("*.laz"))
-    # Not a square with the lowest place of all: rock reaches down to it everywhere.
-    name = names[len(names) // 5]
-    first, second = folder / "first.tvx", folder / "second.tvx"
-    changes = [folder / "to.tvx", folder / "back.tvx"]
-    run("CONVERT", flights[2], first, *OPTIONS)
-    run("CONVERT", flights[2], changes[1], *OPTIONS, "--squares", name)
-    shutil.copy(flights[3] / f"{name}.laz", flights[2])
-    run("CONVERT", flights[2], second, *OPTIONS)
-    run("CONVERT", flights[2], changes[0], *OPTIONS, "--squares", name)
-    return first, changes, [first.read_bytes(), second.read_bytes()]
-
-
 class Measure:
     def __init__(self, arguments):
         self.readers = arguments.readers
         self.patches = arguments.patches
-        self.first, self.changes, self.states = make_states(arguments.squares)
+        self.first, self.changes, self.states = two_states(
+            kept_folder("readers"), run, squares=arguments.squares, square_m=256, number=7
+        )
         folder = temporary_folder()
         folder.chmod(0o755)
         self.place = folder / "place.tvx"
@@ -61,7 +48,10 @@ class Measure:
         """Each reader opens each state once on average before the next one replaces it."""
         for n in range(self.patches):
             opened = counts.opened
+            deadline = time.monotonic() + HANGS_S
             while counts.opened < opened + self.readers and not counts.errors:
+                if time.monotonic() > deadline:
+                    raise SystemExit(f"no reader opened the archive within {HANGS_S} s")
                 time.sleep(0.01)
             run("ARCHIVE", "patch", self.place, self.changes[n % 2], "--quiet")
 

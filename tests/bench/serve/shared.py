@@ -10,7 +10,7 @@ import random
 import subprocess
 
 import serving  # noqa: F401, first: it makes the modules of tests/e2e known
-from front_test import Front
+from nginx import Front
 from readers import OPTIONS, run
 from serving import Server, kept_folder, many_files, print_figures, temporary_folder
 
