@@ -1,7 +1,10 @@
 #include "voxelserver/http/archive_route.hpp"
 
+#include <array>
+#include <cerrno>
 #include <cinttypes>
 #include <cstdio>
+#include <optional>
 
 #include "voxelserver/http/file_reply.hpp"
 
@@ -17,6 +20,19 @@ std::string etag_of_file(const OpenFile& file) {
     return text.data();
 }
 
+Response no_file(int why) {
+    switch (why) {
+        case ENOENT:
+        case ENOTDIR:
+        case EISDIR: return problem(404, "the archive is gone");
+        case EMFILE:
+        case ENFILE:
+        case ENOMEM:
+            return problem(503, "the server has too many files open").add("Retry-After", "1");
+        default: return problem(500, "the archive cannot be read");
+    }
+}
+
 }  // namespace
 
 Response answer_archive(const Service& service, const RouteRequest& call) {
@@ -24,7 +40,7 @@ Response answer_archive(const Service& service, const RouteRequest& call) {
         return problem(404, "the world of this server is no box archive of its machine");
     const std::optional<OpenFile> file = open_file(service.archive, true);
     if (!file)
-        return problem(404, "the archive is gone, or cannot be read");
+        return no_file(errno);
     return file_reply(call.request, *file, etag_of_file(*file), kType);
 }
 

@@ -51,7 +51,7 @@ void append_head(std::string& out, const Response& r, Length length, bool keep_a
         out.append("Transfer-Encoding: chunked\r\n");
     else if (length == Length::kKnown && r.status != 204 && r.status != 304)
         out.append("Content-Length: ").append(std::to_string(r.body_bytes())).append("\r\n");
-    // No page of another origin may embed a reply; which may read one, SharedOrigins says.
+    // No page of another origin may embed a reply; SharedOrigins decides which may read one.
     out.append("X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n");
     out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
 }

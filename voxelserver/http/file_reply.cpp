@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <string>
 
 #include "voxelserver/http/service.hpp"
@@ -14,6 +15,8 @@ namespace {
 /// Where If-Range has something else than the tag, such as a date, the client gets the whole file.
 std::optional<ByteRange> wanted_range(const Request& request, const OpenFile& file,
                                       std::string_view etag) {
+    if (request.method != "GET")
+        return std::nullopt;
     const std::string only_if = request.header("If-Range");
     if (!only_if.empty() && only_if != etag)
         return std::nullopt;
@@ -34,8 +37,12 @@ std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow
                           delete one;
                       }};
     struct stat facts{};
-    if (::fstat(descriptor, &facts) != 0 || !S_ISREG(facts.st_mode))
+    if (::fstat(descriptor, &facts) != 0)
         return std::nullopt;
+    if (!S_ISREG(facts.st_mode)) {
+        errno = EISDIR;
+        return std::nullopt;
+    }
     constexpr std::int64_t kNs = 1'000'000'000;
     out.bytes = static_cast<std::uint64_t>(facts.st_size);
     out.changed_ns = facts.st_mtim.tv_sec * kNs + facts.st_mtim.tv_nsec;

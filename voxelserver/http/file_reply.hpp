@@ -19,10 +19,11 @@ struct OpenFile {
 };
 
 /// @param follow whether a symbolic link leads to the file
-/// @return nullopt where there is no plain file that can be read
+/// @return nullopt where there is no plain file that can be read; errno says why, EISDIR for what
+/// is no plain file
 [[nodiscard]] std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow);
 
-/// The reply to GET and HEAD of a file: all of it, or the one range that the request names.
+/// The reply to GET and HEAD of a file: all of it, or the one range that a GET names.
 ///
 /// 412 for an If-Match without the tag, 304 for an If-None-Match with it, 206 or 416 for a range,
 /// which is ignored where If-Range has another tag. Clients revalidate what they keep, as

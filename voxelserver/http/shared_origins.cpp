@@ -50,10 +50,10 @@ void SharedOrigins::add_headers(const Request& request, Response& reply) const {
     if (m_origins.empty())
         return;
     const std::string origin = request.header("Origin");
-    // Caches must not give the reply for one page to another one.
+    // Caches must not give the reply for one page, or for no page, to another one.
     if (!is_any())
         reply.add("Vary", "Origin");
-    if (!allow(origin))
+    if (!is_any() && !allow(origin))
         return;
     reply.add("Access-Control-Allow-Origin", is_any() ? kAny : std::string_view(origin));
     reply.add("Access-Control-Expose-Headers", "Accept-Ranges, Content-Range, ETag, Retry-After");
