@@ -11,6 +11,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_index.hpp"
 #include "voxelserver/archive/merge.hpp"
+#include "voxelserver/archive/summary.hpp"
 #include "voxelserver/country/task.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
 
@@ -30,14 +31,24 @@ bool can_be_opened(const fs::path& archive) {
     }
 }
 
+JoinReport report_of_patched(const fs::path& archive) {
+    const archive_tools::Summary summary =
+        archive_tools::summary_of(archive_tools::ArchiveFiles(archive));
+    JoinReport out;
+    out.holes = summary.levels.empty() ? 0 : summary.levels.front().holes;
+    out.damage = summary.damage;
+    if (out.damage > 0)
+        out.reasons.push_back(archive.string() + ": " + std::to_string(out.damage) +
+                              " places of its data were damaged or left out");
+    return out;
+}
+
 }  // namespace
 
 void write_target(const PlanFolder& folder, const Target& target) {
-    const Json out{{"plan", target.plan},
-                   {"archive", target.archive.string()},
-                   {"before", target.before},
-                   {"after", target.after},
-                   {"patched", target.patched}};
+    const Json out{{"plan", target.plan},       {"archive", target.archive.string()},
+                   {"before", target.before},   {"after", target.after},
+                   {"patched", target.patched}, {"is_patched", target.is_patched}};
     util::write_file_atomically(folder.run(),
                                 out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -48,9 +59,12 @@ std::optional<Target> read_target(const PlanFolder& folder) {
         return std::nullopt;
     const Json json = Json::parse(in, nullptr, false);
     try {
-        return Target{json.at("plan").get<std::string>(), json.at("archive").get<std::string>(),
-                      json.at("before").get<std::string>(), json.at("after").get<std::string>(),
-                      json.value("patched", "")};
+        return Target{json.at("plan").get<std::string>(),
+                      json.at("archive").get<std::string>(),
+                      json.at("before").get<std::string>(),
+                      json.at("after").get<std::string>(),
+                      json.value("patched", ""),
+                      json.value("is_patched", false)};
     } catch (const Json::exception&) {
         return std::nullopt;
     }
@@ -62,6 +76,13 @@ std::string state_of_file(const fs::path& file) {
         return "";
     return std::to_string(found.st_size) + " " + std::to_string(found.st_mtim.tv_sec) + "." +
            std::to_string(found.st_mtim.tv_nsec) + " " + std::to_string(found.st_ino);
+}
+
+std::optional<fs::path> patched_archive(const PlanFolder& folder, const Plan& plan) {
+    const auto target = read_target(folder);
+    if (!target || !target->is_patched || !is_joined(folder, plan, target->archive))
+        return std::nullopt;
+    return target->archive;
 }
 
 bool is_joined(const PlanFolder& folder, const Plan& plan, const fs::path& archive) {
@@ -76,6 +97,8 @@ bool is_joined(const PlanFolder& folder, const Plan& plan, const fs::path& archi
 }
 
 JoinReport report_of(const PlanFolder& folder, const Plan& plan) {
+    if (const auto archive = patched_archive(folder, plan))
+        return report_of_patched(*archive);
     JoinReport out;
     std::set<std::string> reasons;
     std::set<std::string> damage;

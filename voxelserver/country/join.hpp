@@ -20,6 +20,9 @@ struct Target {
     std::string after;   ///< the same of the finished one; empty: not known
     /// Of an archive that is being patched: Plan::id() of the data that it had; else empty.
     std::string patched;
+    /// The archive has been patched since its shards were joined: what it lacks stands in the
+    /// archive, not in the shards.
+    bool is_patched = false;
 };
 void write_target(const PlanFolder& folder, const Target& target);
 /// @return nullopt when there is none, or it is damaged
@@ -33,6 +36,10 @@ void write_target(const PlanFolder& folder, const Target& target);
 [[nodiscard]] bool is_joined(const PlanFolder& folder, const Plan& plan,
                              const std::filesystem::path& archive);
 
+/// The finished archive of a plan where it was patched since its shards were joined; else nullopt.
+[[nodiscard]] std::optional<std::filesystem::path> patched_archive(const PlanFolder& folder,
+                                                                   const Plan& plan);
+
 /// What an archive lacks.
 struct JoinReport {
     std::uint64_t boxes = 0;
@@ -41,7 +48,9 @@ struct JoinReport {
     std::uint64_t damage = 0;
     [[nodiscard]] bool is_whole() const noexcept { return holes == 0 && damage == 0; }
 };
-/// Reads from the shards what their archive lacks.
+/// What the finished archive of a plan lacks: as its shards say, or itself where it was patched
+/// since.
+/// @throws Error when an archive that was patched cannot be read
 [[nodiscard]] JoinReport report_of(const PlanFolder& folder, const Plan& plan);
 
 /// Joins the shards to the archive, and notes that it is done. The shards stay.

@@ -167,7 +167,7 @@ private:
             archive_tools::patch(archive, std::span(&change, 1), archive, m_options.threads,
                                  [&](std::uint64_t, std::uint64_t) { check_stop(); });
         write_plan(m_folder, m_plan);
-        write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), ""});
+        write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), "", true});
         util::write_file_atomically(m_folder.known_squares(), known);
     }
 

@@ -8,6 +8,7 @@
 
 #include "common/util/file_lock.hpp"
 #include "common/util/printable.hpp"
+#include "voxelserver/country/join.hpp"
 #include "voxelserver/country/task.hpp"
 #include "voxelserver/country/task_record.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
@@ -90,7 +91,7 @@ int CountryStatus::count(TaskState state) const noexcept {
 }
 
 std::uint64_t CountryStatus::holes() const noexcept {
-    std::uint64_t sum = 0;
+    std::uint64_t sum = patched_holes;
     for (const TaskStatus& task : tasks)
         sum += task.holes;
     return sum;
@@ -98,6 +99,14 @@ std::uint64_t CountryStatus::holes() const noexcept {
 
 CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
     CountryStatus out;
+    out.patched = patched_archive(folder, plan);
+    if (out.patched) {
+        for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number)
+            out.tasks.push_back({.number = number, .state = TaskState::kDone, .share = 1});
+        out.patched_holes = report_of(folder, plan).holes;
+        out.share = 1;
+        return out;
+    }
     double all_s = 0;
     double made_s = 0;
     for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number) {
@@ -131,6 +140,9 @@ std::string text_of(const CountryStatus& status, const Plan& plan) {
         "{} of {} shards done, {} running, {} failed, {} waiting; {:.0f} % of the work\n",
         status.count(TaskState::kDone), plan.shards.size(), status.count(TaskState::kRunning),
         status.count(TaskState::kFailed), status.count(TaskState::kWaiting), status.share * 100);
+    if (status.patched)
+        out += fmt::format("{}: patched since, {} boxes are holes\n",
+                           util::printable(status.patched->string()), status.patched_holes);
     if (status.left_s)
         out += fmt::format("about {} left\n", duration_text(*status.left_s));
     for (const TaskStatus& task : status.tasks) {
@@ -159,6 +171,7 @@ std::string json_of(const CountryStatus& status, const Plan& plan) {
              {"share", status.share},
              {"left_s", status.left_s ? Json(*status.left_s) : Json(nullptr)},
              {"holes", status.holes()},
+             {"patched", status.patched ? Json(status.patched->string()) : Json(nullptr)},
              {"missing", Json::array()},
              {"tasks", Json::array()}};
     for (const MissingSquare& square : plan.missing)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,10 @@ struct TaskStatus {
 
 struct CountryStatus {
     std::vector<TaskStatus> tasks;
+    /// The archive, where it was patched since its shards were joined: all is done then, and what
+    /// it lacks stands in it.
+    std::optional<std::filesystem::path> patched;
+    std::uint64_t patched_holes = 0;  ///< boxes of the finest level
     [[nodiscard]] int count(TaskState state) const noexcept;
     [[nodiscard]] std::uint64_t holes() const noexcept;
     /// Of all work, by the plan's estimate, 0 to 1.
