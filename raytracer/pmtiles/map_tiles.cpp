@@ -98,7 +98,7 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
     output::Progress progress(all, all, quiet);
     for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom) {
         const std::vector<TileAddress> tiles = area.tiles(zoom);
-        util::log_info("tiles of zoom {} (to {}): {}", zoom, area.max_zoom, tiles.size());
+        util::log_debug("tiles of zoom {} (to {}): {}", zoom, area.max_zoom, tiles.size());
         const auto make = [&](std::size_t i) {
             if (is_stopped())
                 throw util::Error(attempt + ": interrupted");

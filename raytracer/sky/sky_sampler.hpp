@@ -34,6 +34,7 @@ private:
     /// from an empirical distribution", AIIE Transactions 6(2), 1974 (the guide table).
     template <int kCount>
     struct Choice {
+        static_assert(kCount <= 256);
         std::array<double, kCount> ends{};  ///< sum of the shares up to and including each; last: 1
         /// The first whose end lies beyond i / kCount: where the search for such a number begins.
         std::array<std::uint8_t, kCount> guide{};

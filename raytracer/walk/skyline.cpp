@@ -33,15 +33,15 @@ Skyline::Square& Skyline::slot(int size, std::int32_t x, std::int32_t z) noexcep
 
 // What is unknown is looked up again now and then: boxes arrive while the picture is made.
 std::int32_t Skyline::lowest_free(int size, const core::RayState& ray) {
-    constexpr int kPatience = 32;
+    constexpr int kLookInterval = 32;
     const std::int32_t x = ray.voxel[0] >> shift_of(size);
     const std::int32_t z = ray.voxel[2] >> shift_of(size);
     Square& square = slot(size, x, z);
     if (square.x != x || square.z != z || square.level != ray.level)
         square = {x, z, kUnknown, ray.level, 0};
-    if (square.from == kUnknown && square.asked++ % kPatience == 0)
-        square.from = size == 0 ? look_down(square) : highest_of_parts(size, square);
-    return square.from;
+    if (square.free_from == kUnknown && square.lookups++ % kLookInterval == 0)
+        square.free_from = size == 0 ? look_down(square) : highest_of_parts(size, square);
+    return square.free_from;
 }
 
 std::int32_t Skyline::look_down(const Square& column) {
@@ -70,9 +70,10 @@ std::int32_t Skyline::highest_of_parts(int size, const Square& square) noexcept 
         if (outside)
             continue;
         const Square& known = slot(size - 1, x, z);
-        if (known.x != x || known.z != z || known.level != square.level || known.from == kUnknown)
+        if (known.x != x || known.z != z || known.level != square.level ||
+            known.free_from == kUnknown)
             return kUnknown;
-        highest = std::max(highest, known.from);
+        highest = std::max(highest, known.free_from);
     }
     return highest;
 }

@@ -26,15 +26,14 @@ public:
 
 private:
     static constexpr std::int32_t kUnknown = std::numeric_limits<std::int32_t>::max();
-    /// Columns of the smallest square, of those that consist of 4 x 4 of these, and so on.
-    static constexpr int kSizes = 3;
+    static constexpr int kSizes = 3;     ///< squares of 1, 4 and 16 columns a side
     static constexpr int kSlotBits = 6;  ///< log2 of the slots along an edge of a table
 
     struct Square {
-        std::int32_t x = 0, z = 0;  ///< counts squares of its size
-        std::int32_t from = kUnknown;
-        std::int8_t level = -1;  ///< -1: an empty slot
-        std::uint8_t asked = 0;  ///< number of times, while unknown
+        std::int32_t x = 0, z = 0;          ///< counts squares of its size
+        std::int32_t free_from = kUnknown;  ///< lowest y, voxels of `level`, with nothing above
+        std::int8_t level = -1;             ///< -1: an empty slot
+        std::uint8_t lookups = 0;           ///< while unknown; wraps around
     };
     [[nodiscard]] Square& slot(int size, std::int32_t x, std::int32_t z) noexcept;
     [[nodiscard]] std::int32_t lowest_free(int size, const core::RayState& ray);

@@ -7,6 +7,21 @@
 using namespace terravox;
 using namespace terravox::test;
 
+TEST_CASE("the light on a voxel's face is that on its normal", "[raytracer][sky]") {
+    scene::Scene even;
+    even.sky.model = core::SkyModel::kUniform;
+    for (const sky::Sky& sky : {sky_at(30, 120), sky::Sky({30, 120}, even.sun, even.sky, 0)})
+        for (int face = 0; face < 6; ++face) {
+            const auto of = static_cast<core::Face>(face);
+            const voxel::Colour wanted = sky.ambient(core::normal_of(of));
+            const voxel::Colour found = sky.ambient(of);
+            CHECK(wanted.r > 0);
+            CHECK(found.r == wanted.r);
+            CHECK(found.g == wanted.g);
+            CHECK(found.b == wanted.b);
+        }
+}
+
 TEST_CASE("the sky is finite and never negative, whatever the sun, the air and the direction",
           "[raytracer][sky]") {
     const double altitude =
