@@ -19,7 +19,8 @@ std::string frames_body(const Command& command, const TaskPlan& plan, const std:
            "exec \"${command[@]}\" --first \"$first\" --last \"$last\"\n";
 }
 
-std::string merge_frames_body(const std::string& pattern, Range frames, const Command& command) {
+std::string merge_frames_body(const std::string& pattern, util::IntRange frames,
+                              const Command& command) {
     // One %d or %0Nd, which bash's printf interprets in the same way.
     (void)animate::FrameNames(pattern);
     const std::size_t at = pattern.find('%');

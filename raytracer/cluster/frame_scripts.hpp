@@ -19,7 +19,7 @@ namespace terravox::cluster {
 /// that all frames exist.
 /// @param pattern of the frames' names
 /// @throws UsageError for an invalid pattern
-[[nodiscard]] std::string merge_frames_body(const std::string& pattern, Range frames,
+[[nodiscard]] std::string merge_frames_body(const std::string& pattern, util::IntRange frames,
                                             const Command& command);
 
 }  // namespace terravox::cluster

@@ -145,8 +145,8 @@ std::string frames_script(const JobPlace& place, const Command& command, const T
            frames_body(command, plan, kTask);
 }
 
-std::string merge_frames_script(const JobPlace& place, const std::string& pattern, Range frames,
-                                const Command& command) {
+std::string merge_frames_script(const JobPlace& place, const std::string& pattern,
+                                util::IntRange frames, const Command& command) {
     return head(place, "merge",
                 "Looks whether all frames are there" +
                     std::string(command.empty() ? "." : ", then makes the video."),

@@ -65,7 +65,7 @@ struct PoolScript {
 
 /// Checks that all frames exist, and then runs `command` or, if it is empty, reports it.
 [[nodiscard]] std::string merge_frames_script(const JobPlace& place, const std::string& pattern,
-                                              Range frames, const Command& command);
+                                              util::IntRange frames, const Command& command);
 
 /// Renders parts of one picture or raster to files of tiles next to it.
 /// @param command to which --part is added

@@ -3,24 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "common/util/int_range.hpp"
+
 namespace terravox::cluster {
-
-/// Whole numbers from `first` to `last`, both included.
-struct Range {
-    int first = 0;
-    int last = 0;
-    [[nodiscard]] int count() const noexcept { return last - first + 1; }
-    bool operator==(const Range&) const = default;
-};
-
-/// Parses "4-9" or "4".
-/// @param what begins the message
-/// @throws UsageError outside `allowed`
-[[nodiscard]] Range parse_range(const std::string& what, const std::string& text, Range allowed);
 
 /// Frames divided among tasks 0, 1 ...: each has a run of `per_task`, the last one the remainder.
 struct TaskPlan {
-    Range frames;
+    util::IntRange frames;
     int per_task = 1;
     [[nodiscard]] int tasks() const noexcept { return (frames.count() + per_task - 1) / per_task; }
     [[nodiscard]] int task_of(int frame) const noexcept {

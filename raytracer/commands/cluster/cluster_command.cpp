@@ -74,11 +74,12 @@ FrameJob frame_job(const Arguments& args, const std::string& program,
     job.pattern = passed.outputs.front();
     job.video = passed.video;
     (void)animate::FrameNames(job.pattern);
-    const Range all{0, animate::Animation::kMaxFrames - 1};
+    const util::IntRange all{0, animate::Animation::kMaxFrames - 1};
     // With --frames the animation need not exist on this machine.
-    job.plan.frames = args.slurm.frames.empty()
-                          ? Range{0, animate::Animation::read(passed.animation).frames() - 1}
-                          : parse_range("cluster: --frames", args.slurm.frames, all);
+    job.plan.frames =
+        args.slurm.frames.empty()
+            ? util::IntRange{0, animate::Animation::read(passed.animation).frames() - 1}
+            : util::parse_range("cluster: --frames", args.slurm.frames, all);
     if (!job.video.empty() && !args.slurm.frames.empty())
         throw util::UsageError(
             "cluster: --frames with --video; allowed: all frames, which a video is made of");

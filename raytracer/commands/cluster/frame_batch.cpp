@@ -43,10 +43,10 @@ public:
 private:
     void plan() {
         const animate::Animation animation = animate::Animation::read(m_passed.animation);
-        const Range all{0, animation.frames() - 1};
+        const util::IntRange all{0, animation.frames() - 1};
         m_plan.frames = m_options.frames.empty()
                             ? all
-                            : parse_range("cluster slurm: --frames", m_options.frames, all);
+                            : util::parse_range("cluster slurm: --frames", m_options.frames, all);
         m_plan.per_task = m_options.frames_per_task > 0
                               ? m_options.frames_per_task
                               : usual_per_task(m_plan.frames.count(), m_options.nodes);

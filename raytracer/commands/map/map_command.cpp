@@ -11,10 +11,10 @@
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
+#include "common/util/int_range.hpp"
 #include "common/util/log.hpp"
 #include "common/util/markup.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
-#include "raytracer/cluster/tasks.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/map/map_file.hpp"
@@ -68,7 +68,13 @@ output::StreamShape shape_of(const scene::Scene& scene, const analyse::CellGrid&
     return {grid.columns, grid.rows, tile_px, false};
 }
 
-/// @throws UsageError for what a GeoTIFF has not
+/// Those of --zooms, which must be given; whether the map has them is not known yet.
+/// @throws UsageError
+util::IntRange zooms_of(const MapArguments& args) {
+    return util::parse_range("map: --zooms", args.zooms, {0, pmtiles::TileAddress::kMaxZoom});
+}
+
+/// @throws UsageError for what a GeoTIFF has not, and for zooms that are none
 MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
     MapFileOptions out;
     out.file = args.output;
@@ -79,6 +85,8 @@ MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
     };
     only_of_tiles("--tiles", args.tiles);
     only_of_tiles("--zooms", args.zooms);
+    if (!args.zooms.empty())
+        (void)zooms_of(args);
     only_of_tiles("--tiles-px", args.tile_px > 0 ? std::to_string(args.tile_px) : "");
     out.quiet = args.quiet;
     if (args.tiles == "png")
@@ -124,8 +132,7 @@ pmtiles::WebArea web_area(const MapArguments& args, const analyse::CellGrid& gri
                              args.tile_px > 0 ? args.tile_px : kUsual_px, attempt);
     if (args.zooms.empty())
         return out;
-    const cluster::Range zooms =
-        cluster::parse_range(attempt + ": --zooms", args.zooms, {0, out.max_zoom});
+    const util::IntRange zooms = zooms_of(args);
     out.choose_zooms(zooms.first, zooms.last, attempt);
     return out;
 }

@@ -28,18 +28,6 @@ std::vector<int> numbers_of(const std::string& array) {
 
 }  // namespace
 
-TEST_CASE("a range is one number or two", "[cluster][tasks]") {
-    CHECK(parse_range("--frames", "4-9", {0, 9}) == Range{4, 9});
-    CHECK(parse_range("--frames", "0", {0, 9}) == Range{0, 0});
-    const auto wrong =
-        GENERATE(values<std::string>({"", "-", "4-", "-4", "9-4", "4-10", "x", "4-9x", "4 9",
-                                      "99999999999", "4-99999999999", "1.5", "0x3", "4--9", "+4"}));
-    DYNAMIC_SECTION("not '" << wrong << "'") {
-        CHECK_THROWS_AS(parse_range("--frames", wrong, {0, 9}), util::UsageError);
-        CHECK_THROWS_WITH(parse_range("--frames", wrong, {0, 9}), contains("from 0 to 9"));
-    }
-}
-
 TEST_CASE("each frame belongs to one task", "[cluster][tasks]") {
     const auto per_task = GENERATE(1, 2, 3, 7, 10, 11, 1000);
     const TaskPlan plan{{5, 14}, per_task};
