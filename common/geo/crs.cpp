@@ -171,6 +171,14 @@ std::string exported(const OGRSpatialReference& ogr, const char* format) {
 
 }  // namespace
 
+Crs::Crs(std::shared_ptr<const OGRSpatialReference> ogr)
+    : m_ogr(std::move(ogr)), m_geographic(m_ogr->IsGeographic() != 0) {
+    if (!m_geographic)
+        m_metres_per_unit = m_ogr->GetLinearUnits();
+    if (m_ogr->IsVertical() != 0)
+        m_vertical_metres = m_ogr->GetTargetLinearUnits("VERT_CS");
+}
+
 Crs Crs::from_text(const std::string& text) {
     const GdalErrorScope errors;
     auto ogr = empty_reference();
@@ -263,24 +271,10 @@ std::string Crs::wkt() const {
     return exported(*m_ogr, "FORMAT=WKT2_2019");
 }
 
-bool Crs::geographic() const {
-    return m_ogr->IsGeographic() != 0;
-}
-
 bool Crs::pseudo_mercator() const {
     // WKT 2 names the method, whichever authority's code the system has (EPSG:3857, ESRI:102100),
     // or if it has none.
     return wkt().find("METHOD[\"Popular Visualisation Pseudo Mercator\"") != std::string::npos;
-}
-
-double Crs::metres_per_unit() const {
-    return geographic() ? 1.0 : m_ogr->GetLinearUnits();
-}
-
-std::optional<double> Crs::vertical_metres_per_unit() const {
-    if (m_ogr->IsVertical() == 0)
-        return std::nullopt;
-    return m_ogr->GetTargetLinearUnits("VERT_CS");
 }
 
 std::optional<std::string> Crs::vertical_datum() const {

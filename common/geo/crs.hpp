@@ -48,21 +48,28 @@ public:
     /// "EPSG:3794" when an authority is known, else the CRS's own name.
     [[nodiscard]] std::string name() const;
     [[nodiscard]] std::string wkt() const;  ///< WKT 2 (2019), one line
-    [[nodiscard]] bool geographic() const;  ///< whether coordinates are in degrees
+    /// Whether coordinates are in degrees.
+    [[nodiscard]] bool geographic() const noexcept { return m_geographic; }
     /// Whether this is EPSG:3857 or an equivalent: lengths are stretched by 1 / cos(latitude).
     [[nodiscard]] bool pseudo_mercator() const;
     /// Metres per horizontal unit; 1 for geographic systems.
-    [[nodiscard]] double metres_per_unit() const;
+    [[nodiscard]] double metres_per_unit() const noexcept { return m_metres_per_unit; }
     /// Metres per vertical unit; nullopt when the system has no vertical part.
-    [[nodiscard]] std::optional<double> vertical_metres_per_unit() const;
+    [[nodiscard]] std::optional<double> vertical_metres_per_unit() const noexcept {
+        return m_vertical_metres;
+    }
     /// The reference of heights, when the system defines it: the name of its vertical datum, or
     /// "ellipsoid" for a three-dimensional system.
     [[nodiscard]] std::optional<std::string> vertical_datum() const;
     [[nodiscard]] bool same_horizontal(const Crs& other) const;
 
 private:
-    explicit Crs(std::shared_ptr<const OGRSpatialReference> ogr) : m_ogr(std::move(ogr)) {}
+    explicit Crs(std::shared_ptr<const OGRSpatialReference> ogr);
     std::shared_ptr<const OGRSpatialReference> m_ogr;
+    // Asked once: GDAL keeps answers in the object, without a lock, and copies share it.
+    bool m_geographic = false;
+    double m_metres_per_unit = 1;
+    std::optional<double> m_vertical_metres;
 };
 
 /// Transforms horizontal coordinates between two systems. Not thread-safe: use one per thread.

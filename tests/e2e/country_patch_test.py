@@ -6,13 +6,14 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import subprocess
 import time
 import unittest
 
-from support import Case, Run, binary, entries, temporary_folder
+from support import ROOT, Case, Run, binary, entries, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--quiet"]
 
@@ -93,16 +94,19 @@ class CountryPatch(Case):
     def test_nothing_is_believed_without_its_file(self):
         folder = self.planned(options=["--steps=-material_guesses"])
         known = folder / "plan" / "squares.known"
-        known.write_bytes(known.read_bytes()[:-9])
+        whole = known.read_bytes()
+        before = (folder / "place.tvx").read_bytes()
         self.fly_again(folder, self.names[11])
+        known.write_bytes(whole[:-9])
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertRefused(run, 1, "does not know where", "plan again")
+        known.unlink()
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertRefused(run, 1, "does not know where", "plan again")
+        self.assertEqual((folder / "place.tvx").read_bytes(), before)
+        known.write_bytes(whole)
         self.assertPatched(folder, "has changed")
         self.assertIsAnew(folder, "--steps=-material_guesses")
-        known.unlink()
-        (folder / "data" / f"{self.names[12]}.laz").unlink()
-        before = (folder / "place.tvx").read_bytes()
-        run = country("patch", folder / "plan", "--quiet")
-        self.assertRefused(run, 1, "does not know where it lay", "plan again")
-        self.assertEqual((folder / "place.tvx").read_bytes(), before)
 
     def test_killed_at_any_time_it_goes_on(self):
         folder = self.planned()
@@ -116,6 +120,55 @@ class CountryPatch(Case):
                     os.kill(patching.pid, signal.SIGKILL)
         self.assertPatched(folder)
         self.assertIsAnew(folder)
+
+    def interrupted(self, folder):
+        """A patch that was killed between its archive and its plan."""
+        files = [folder / "plan" / name for name in ("plan.json", "run.json")]
+        plan, note = (file.read_text() for file in files)
+        self.fly_again(folder, self.names[11])
+        self.assertPatched(folder, "has changed")
+        before, after = json.loads(note), json.loads(files[1].read_text())
+        files[0].write_text(plan)
+        note = {**after, "before": before["after"], "after": "", "patched": before["plan"]}
+        files[1].write_text(json.dumps(note))
+
+    def test_killed_between_archive_and_plan_it_goes_on(self):
+        folder = self.planned()
+        self.interrupted(folder)
+        self.assertPatched(folder, "has changed")
+        self.assertIsAnew(folder)
+        self.assertPatched(folder, "no square has changed")
+        self.assertAllIsDone(folder)
+
+    def test_interrupted_it_goes_on_with_the_same_data_only(self):
+        folder = self.planned()
+        shutil.copy2(folder / "data" / f"{self.names[11]}.laz", folder / "old.laz")
+        self.interrupted(folder)
+        self.fly_again(folder, self.names[12])
+        refused = (1, "was interrupted, and the data have changed again", "plan again")
+        self.assertRefused(country("patch", folder / "plan", "--quiet"), *refused)
+        shutil.copy2(self.flights[2] / f"{self.names[12]}.laz", folder / "data")
+        shutil.copy2(folder / "old.laz", folder / "data" / f"{self.names[11]}.laz")
+        self.assertRefused(country("patch", folder / "plan", "--quiet"), *refused)
+
+    def test_other_settings_are_refused(self):
+        folder = temporary_folder()
+        shutil.copytree(self.flights[2], folder / "data")
+        settings = folder / "settings.toml"
+        standard = (ROOT / "config" / "voxelize.toml").read_text()
+        settings.write_text(standard)
+        words = [folder / "data", "-o", folder / "plan", "--shards", "1", *OPTIONS]
+        self.assertDone(country("plan", *words, "--settings", settings))
+        self.assertDone(country("run", folder / "plan", "-o", folder / "place.tvx", "--quiet"))
+        before = (folder / "place.tvx").read_bytes()
+        self.fly_again(folder, self.names[11])
+        self.assertIn("depth_m = ", standard)
+        settings.write_text(re.sub(r"(?m)^(depth_m = )[\d.]+", r"\g<1>3.5", standard))
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertRefused(run, 1, "all of the archive has to be made anew", "settings")
+        self.assertEqual((folder / "place.tvx").read_bytes(), before)
+        settings.write_text(standard)
+        self.assertPatched(folder, "has changed")
 
     def test_what_cannot_be_patched_is_refused(self):
         folder = temporary_folder()

@@ -16,6 +16,9 @@ from nginx import NGINX, Front
 from support import HANGS_S, ROOT, Case, Server, hold_port, survey, temporary_folder, wait_until
 from wire import get, talk
 
+# The limits of all that is no archive's file.
+PAGES = """limit_conn terravox_connections 128;
+        limit_req zone=terravox_requests burst="""
 BAD_CLIENTS = 1000
 GOOD_REQUESTS = 200
 # Where slow clients occupy the threads of a server, every request waits for 10 s and more. On a
@@ -166,7 +169,7 @@ class FrontTest(Case):
     def test_too_many_requests_of_one_address_get_429_and_retry_after(self):
         # A smaller rate than that of the requests, however slow this machine is.
         with Front(
-            self.server.port, [("rate=1000r/s", "rate=1r/m"), ("burst=2000", "burst=50")]
+            self.server.port, [("rate=1000r/s", "rate=1r/m"), (PAGES + "2000", PAGES + "50")]
         ) as front:
             said = talk(
                 front.port,

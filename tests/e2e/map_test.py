@@ -466,7 +466,10 @@ class WholeMaps(Case):
             (["-o", out / "map.pmtiles", "--tiles", "gif"], ["--tiles", "gif"]),
             (["-o", out / "map.tif", "--tiles", "png"], ["--tiles png", "-o FILE.pmtiles"]),
             (["-o", out / "map.tif", "--zooms", "3-4"], ["--zooms 3-4", "-o FILE.pmtiles"]),
-            (["-o", out / "map.pmtiles", "--zooms", "9-22"], ["zooms 9 to 22", "a finer --resolution gives more"]),
+            (
+                ["-o", out / "map.pmtiles", "--zooms", "9-22"],
+                ["zooms 9 to 22", "a finer --resolution gives more"],
+            ),
             (["-o", out / "map.pmtiles", "--zooms", "9-8"], ["--zooms 9-8", "allowed"]),
             (["-o", out / "map.pmtiles", "--tiles-px", "300"], ["--tiles-px", "300"]),
             (["-o", out / "map.tif", "--tile", "4096"], ["--tile 4096", "up to 512"]),

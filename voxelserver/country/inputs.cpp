@@ -192,8 +192,9 @@ void check_current(const Plan& plan, const std::string& attempt) {
     std::string more;
     if (changes.size() > 1)
         more = ", and " + std::to_string(changes.size() - 1) + " more";
-    throw util::Error(attempt + ": the data have changed since the plan was made: " +
-                      changes.front() + more + "; plan again");
+    throw util::Error(attempt +
+                      ": the data have changed since the plan was made: " + changes.front() + more +
+                      "; plan again, or where its archive is finished: terravox country patch");
 }
 
 }  // namespace terravox::country

@@ -1,5 +1,6 @@
 #include "voxelserver/country/opened.hpp"
 
+#include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
@@ -14,6 +15,14 @@ std::string OpenedCountry::fingerprint() const {
     const voxel::BoxRange all = voxel::boxes_over(m_world->info().bounds, 0);
     return voxel::hex_of(
         m_world->fingerprint({all.min.bx - 1, all.min.bz - 1, all.max.bx + 1, all.max.bz + 1}));
+}
+
+std::string OpenedCountry::fingerprint_of_all_boxes() const {
+    const voxelize::InputFingerprints& of = m_world->facts().fingerprints;
+    voxel::ByteWriter out;
+    out.add(of.everywhere);
+    out.add(of.palette);
+    return voxel::hex_of(out.fingerprint());
 }
 
 std::vector<SurveySquare> OpenedCountry::squares() const {

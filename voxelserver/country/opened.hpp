@@ -25,6 +25,9 @@ public:
     [[nodiscard]] const voxel::Palette& palette() const noexcept { return m_palette; }
     /// Of all inputs and settings, 32 hexadecimal digits.
     [[nodiscard]] std::string fingerprint() const;
+    /// Of what each box depends on, wherever it lies: settings, class table and palette, the CRS,
+    /// and the lowest place of all. 32 hexadecimal digits.
+    [[nodiscard]] std::string fingerprint_of_all_boxes() const;
     /// Its squares, in the order of LidarWorld::squares().
     [[nodiscard]] std::vector<SurveySquare> squares() const;
 

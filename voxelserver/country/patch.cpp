@@ -46,7 +46,7 @@ public:
         if (m_outcome.changes.empty()) {
             if (!m_interrupted_id.empty())
                 refuse_other_data();
-            m_outcome.missing = m_old.missing;
+            leave_as_it_is();
             return std::move(m_outcome);
         }
         make_and_put_in();
@@ -60,16 +60,27 @@ private:
     }
 
     void find_archive() {
-        const auto target = read_target(m_folder);
-        const bool goes_on = target && target->patched == m_old.id();
-        if (!goes_on && (!target || !is_joined(m_folder, m_old, target->archive)))
+        const std::optional<Target> target = read_target(m_folder);
+        m_goes_on = target && target->patched == m_old.id();
+        if (!m_goes_on && (!target || !is_joined(m_folder, m_old, target->archive)))
             throw util::UsageError(attempt() +
                                    ": its archive is not finished, or is another one than its run "
                                    "has written; allowed: after terravox country run, which says "
                                    "where it goes");
         m_outcome.archive = target->archive;
-        if (goes_on && state_of_file(target->archive) != target->before)
+        m_target = *target;
+        if (m_goes_on && state_of_file(target->archive) != target->before)
             m_interrupted_id = target->plan;
+    }
+
+    /// No square has changed. What the archive lacks is said again, as by country run.
+    void leave_as_it_is() {
+        if (m_goes_on)  // a patch had begun, and its data were taken back
+            write_target(m_folder, {m_old.id(), m_target.archive, "", m_target.before, "", true});
+        const JoinReport lacks = report_of(m_folder, m_old);
+        m_outcome.report.holes = lacks.holes;
+        m_outcome.damage = lacks.reasons;
+        m_outcome.missing = m_old.missing;
     }
 
     /// The archive has the data of a patch that was interrupted at its end: only these can go on.
@@ -91,10 +102,9 @@ private:
             planned.emplace(file.file.lexically_normal(), file);
         for (const FileChange& change : changes.squares) {
             if (change.kind != Kind::kNew)
-                m_before.push_back(identity_then(change.file));
+                m_before.push_back({change.file.lexically_normal(), identity_then(change.file)});
             if (change.kind == Kind::kGone) {
                 planned.erase(change.file.lexically_normal());
-                m_is_any_gone = true;
             } else if (!take(change, planned)) {
                 continue;
             }
@@ -149,11 +159,12 @@ private:
         std::string known;
         {
             OpenedCountry country(options, m_plan.selection());
+            check_all_boxes(country);
             m_plan.fingerprint = country.fingerprint();
             m_plan.bounds = country.part().bounds;
             if (!m_interrupted_id.empty() && m_plan.id() != m_interrupted_id)
                 refuse_other_data();
-            known = country.world().known_squares();
+            known = country.world().known_squares(identities_before());
             write_change(country, change);
         }
         // What changes while it is read must not become part of an archive.
@@ -161,14 +172,46 @@ private:
             throw util::Error(attempt() + ": the data changed meanwhile: " + changes.front() +
                               "; the archive stays as it is");
         check_stop();
-        const fs::path& archive = m_outcome.archive;
-        write_target(m_folder, {m_plan.id(), archive, state_of_file(archive), "", m_old.id()});
-        m_outcome.report =
-            archive_tools::patch(archive, std::span(&change, 1), archive, m_options.threads,
-                                 [&](std::uint64_t, std::uint64_t) { check_stop(); });
-        write_plan(m_folder, m_plan);
-        write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), "", true});
+        // Before the archive: where squares lay is known to the next call, whatever ends this one.
         util::write_file_atomically(m_folder.known_squares(), known);
+        put_in(change);
+        write_plan(m_folder, m_plan);
+        const fs::path& archive = m_outcome.archive;
+        write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), "", true});
+    }
+
+    void put_in(const fs::path& change) {
+        const fs::path& archive = m_outcome.archive;
+        const std::string now = state_of_file(archive);
+        // Of an archive that an interrupted patch has put there, the old state stays noted: a call
+        // that ends here must not make it look like that of the old data.
+        const std::string before = m_interrupted_id.empty() ? now : m_target.before;
+        write_target(m_folder, {m_plan.id(), archive, before, "", m_old.id(), true});
+        try {
+            m_outcome.report =
+                archive_tools::patch(archive, std::span(&change, 1), archive, m_options.threads,
+                                     [&](std::uint64_t, std::uint64_t) { check_stop(); });
+        } catch (...) {
+            if (state_of_file(archive) == now)
+                write_target(m_folder, m_target);
+            throw;
+        }
+    }
+
+    /// @throws Error when all boxes have to be made anew
+    void check_all_boxes(const OpenedCountry& country) const {
+        if (country.fingerprint_of_all_boxes() != m_old.fingerprint_of_all_boxes)
+            throw util::Error(attempt() +
+                              ": all of the archive has to be made anew, as the settings, the "
+                              "class table, the palette, or the lowest place of all have changed; "
+                              "plan again");
+    }
+
+    [[nodiscard]] std::vector<std::string> identities_before() const {
+        std::vector<std::string> out;
+        for (const auto& [file, identity] : m_before)
+            out.push_back(identity);
+        return out;
     }
 
     void write_change(OpenedCountry& country, const fs::path& out) {
@@ -205,19 +248,27 @@ private:
 
     /// Where the squares lay that have changed or are gone.
     [[nodiscard]] std::vector<grid::ColumnRect> rects_before(voxelize::LidarWorld& world) const {
-        if (m_is_any_gone && world.shadow_patches() > 0)
-            throw util::Error(attempt() + ": " + m_outcome.changes.back() +
-                              ", and the light of photographs was found from it; plan again");
         std::vector<grid::ColumnRect> out;
-        for (const std::string& identity : m_before) {
-            if (const auto rect = world.known_bounds(identity))
-                out.push_back(*rect);
-            else if (m_is_any_gone)
-                throw util::Error(attempt() +
-                                  ": a square is gone, and the plan does not know where it lay (" +
-                                  m_folder.known_squares().string() + "); plan again");
+        for (const auto& [file, identity] : m_before) {
+            const auto rect = world.known_bounds(identity);
+            if (!rect)
+                throw util::Error(attempt() + ": the plan does not know where " + file.string() +
+                                  " lay (" + m_folder.known_squares().string() + "); plan again");
+            if (world.shadow_patches() > 0 && bounds_now(world, file) != rect)
+                throw util::Error(attempt() + ": " + file.string() +
+                                  " lies elsewhere than before, or is gone, and the light of "
+                                  "photographs was found from it; plan again");
+            out.push_back(*rect);
         }
         return out;
+    }
+
+    [[nodiscard]] static std::optional<grid::ColumnRect> bounds_now(
+        const voxelize::LidarWorld& world, const fs::path& file) {
+        for (const voxelize::SquareInfo& square : world.facts().squares)
+            if (square.file.lexically_normal() == file)
+                return square.bounds;
+        return std::nullopt;
     }
 
     void check_stop() const {
@@ -229,9 +280,15 @@ private:
     const PatchOptions& m_options;
     const Plan m_old;
     Plan m_plan;
-    std::vector<std::string> m_before;  ///< identities of squares that have changed or are gone
-    std::set<fs::path> m_taken;         ///< squares that have changed or are new
-    bool m_is_any_gone = false;
+    /// A square that has changed or is gone, with its identity then.
+    struct SquareBefore {
+        fs::path file;
+        std::string identity;
+    };
+    std::vector<SquareBefore> m_before;
+    std::set<fs::path> m_taken;    ///< squares that have changed or are new
+    Target m_target;               ///< as it was noted when this call began
+    bool m_goes_on = false;        ///< a patch of the same plan had begun
     std::string m_interrupted_id;  ///< of the plan whose archive is there; empty: m_old's is
     PatchOutcome m_outcome;
 };

@@ -65,6 +65,9 @@ struct Plan {
     std::vector<double> heights;  ///< as exports::Selection; empty: all
     /// Of all inputs and settings, as voxel::ProvenanceWorld::fingerprint(): 32 digits.
     std::string fingerprint;
+    /// Of what all boxes depend on (OpenedCountry::fingerprint_of_all_boxes()): while it is the
+    /// same, a part of an archive can be made anew.
+    std::string fingerprint_of_all_boxes;
     std::string crs;  ///< name
     double voxel_m = 1;
     voxel::VoxelBounds bounds;  ///< of the part that is made

@@ -44,7 +44,7 @@ public:
         });
         sample.open_cpu_s = open_cpu_s;
         foresee(sample, survey, columns);
-        return {std::move(m_plan), country.world().known_squares()};
+        return {std::move(m_plan), country.world().known_squares({})};
     }
 
 private:
@@ -65,6 +65,7 @@ private:
     void describe(OpenedCountry& country) {
         const voxel::WorldInfo& info = country.world().info();
         m_plan.fingerprint = country.fingerprint();
+        m_plan.fingerprint_of_all_boxes = country.fingerprint_of_all_boxes();
         m_plan.crs = info.crs;
         m_plan.voxel_m = info.voxel_m;
         m_plan.bounds = country.part().bounds;

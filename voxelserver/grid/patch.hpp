@@ -44,6 +44,7 @@ struct ColumnRect {
     [[nodiscard]] ColumnRect grown(std::int32_t by) const noexcept {
         return {min_x - by, min_z - by, max_x + by, max_z + by};
     }
+    friend bool operator==(const ColumnRect&, const ColumnRect&) = default;
 };
 
 [[nodiscard]] inline ColumnRect columns_of(PatchKey k) noexcept {

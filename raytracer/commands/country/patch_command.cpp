@@ -20,12 +20,12 @@ struct PatchArguments {
 };
 
 void print_changes(const country::PatchOutcome& outcome) {
-    constexpr std::size_t kMost = 20;
+    constexpr std::size_t kMaxShown = 20;
     const std::size_t count = outcome.changes.size();
-    for (std::size_t i = 0; i < count && i < kMost; ++i)
+    for (std::size_t i = 0; i < count && i < kMaxShown; ++i)
         std::printf("%s\n", util::printable(outcome.changes[i]).c_str());
-    if (count > kMost)
-        std::printf("... and %zu more\n", count - kMost);
+    if (count > kMaxShown)
+        std::printf("... and %zu more\n", count - kMaxShown);
 }
 
 util::ExitCode run_patch(const PatchArguments& args) {

@@ -32,6 +32,7 @@ void place_echoes(std::vector<GroundEcho>& echoes, const SquareSource& source,
 /// Of each file what its echoes depend on.
 std::vector<Fingerprint> fingerprints_of_echoes(const Sources& sources, int threads) {
     std::vector<Fingerprint> out(sources.files.size());
+    const std::string frame = sources.frame.crs().wkt();
     thread::parallel_for(sources.files.size(), threads, [&](std::size_t i) {
         const SquareSource& file = sources.files[i];
         voxel::ByteWriter print;
@@ -41,7 +42,7 @@ std::vector<Fingerprint> fingerprints_of_echoes(const Sources& sources, int thre
         for (const double v : {file.info.min[0], file.info.min[1], file.info.max[0],
                                file.info.max[1], sources.frame.voxel_m()})
             print.add(v);
-        print.add(sources.frame.crs().wkt());
+        print.add(frame);
         out[i] = print.fingerprint();
     });
     return out;

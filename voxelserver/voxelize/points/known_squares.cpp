@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "common/util/error.hpp"
@@ -18,6 +19,8 @@ using voxel::ByteWriter;
 
 /// The last character is the version of the layout.
 constexpr std::string_view kMagic = "TVKNOWN1";
+/// To be raised when opening finds something else in the same files.
+constexpr std::uint32_t kOpeningRecipe = 1;
 
 constexpr std::size_t kRectBytes = 4 * sizeof(double);
 constexpr std::size_t kLineBytes = sizeof(std::uint16_t) + sizeof(double);
@@ -158,16 +161,45 @@ KnownSquare square_of(ByteReader& in, const std::vector<std::string>& texts,
     return out;
 }
 
+bool is_sound(const PlanRect& rect) {
+    return std::isfinite(rect.min_x) && std::isfinite(rect.min_y) && rect.min_x <= rect.max_x &&
+           rect.min_y <= rect.max_y && std::isfinite(rect.max_x) && std::isfinite(rect.max_y);
+}
+
+bool is_sound(const grid::ColumnRect& rect) {
+    constexpr std::int32_t kFarthest = 1 << 30;
+    return rect.min_x < rect.max_x && rect.min_z < rect.max_z && rect.min_x > -kFarthest &&
+           rect.min_z > -kFarthest && rect.max_x < kFarthest && rect.max_z < kFarthest;
+}
+
+/// Whether the lines ascend, each with something that intensities can be divided by.
+bool is_sound(std::span<const BrightnessScale::Line> lines) {
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        if (!(lines[i].bright_ground > 0) || !std::isfinite(lines[i].bright_ground) ||
+            (i > 0 && lines[i - 1].number >= lines[i].number))
+            return false;
+    return true;
+}
+
 /// A checksum detects damage, not malice: values that would break arithmetic are refused.
 bool is_sound(const KnownSquare& square) {
+    constexpr double kFarthest = 1e9;  // of heights, in units of any kind
     if (square.stated.point_count == 0 || square.islands.empty() ||
         (square.colour_shift != 0 && square.colour_shift != 8))
         return false;
-    for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto& stated = square.stated;
         if (!(square.min[a] <= square.max[a]) || !std::isfinite(square.max[a] - square.min[a]) ||
-            !std::isfinite(square.stated.scale[a]) || !std::isfinite(square.stated.offset[a]))
+            !(stated.min[a] <= stated.max[a]) || !std::isfinite(stated.max[a] - stated.min[a]) ||
+            !std::isfinite(stated.scale[a]) || !std::isfinite(stated.offset[a]))
             return false;
-    return std::isfinite(square.low) && std::isfinite(square.high);
+    }
+    return std::abs(square.low) < kFarthest && std::abs(square.high) < kFarthest &&
+           square.low <= square.high && is_sound(square.bounds) &&
+           is_sound(square.brightness.lines()) &&
+           std::all_of(
+               square.islands.begin(), square.islands.end(),
+               [](const PlanRect& rect) { return is_sound(rect); });
 }
 
 }  // namespace
@@ -253,6 +285,7 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
 voxel::Fingerprint way_of_opening(const ClassTable& classes, const Settings::Points& filters) {
     ByteWriter out;
     out.add(std::string_view(kVersion));
+    out.add(kOpeningRecipe);
     out.add(filters.drop_withheld);
     out.add(filters.drop_overlap);
     for (const ClassMeaning& meaning : classes.meaning)

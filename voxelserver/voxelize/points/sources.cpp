@@ -73,11 +73,19 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options, const Kno
 KnownSquares read_known(const LidarWorldOptions& options, const voxel::Fingerprint& way) {
     if (options.known_squares.empty())
         return {};
-    std::ifstream in(options.known_squares, std::ios::binary);
-    if (!in)
+    // Some hundred bytes a square.
+    constexpr std::uintmax_t kMaxBytes = std::uintmax_t{256} << 20;
+    std::error_code failed;
+    if (!std::filesystem::is_regular_file(options.known_squares, failed))
         return {};
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     try {
+        const std::uintmax_t size = std::filesystem::file_size(options.known_squares, failed);
+        if (failed || size > kMaxBytes)
+            throw util::Error("larger than 256 MiB");
+        std::string bytes(size, '\0');
+        std::ifstream in(options.known_squares, std::ios::binary);
+        in.read(bytes.data(), static_cast<std::streamsize>(size));
+        bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
         return KnownSquares::from_bytes(bytes, way);
     } catch (const util::Error& e) {
         util::log_info("{}: {}; all files are read", options.known_squares.string(), e.what());

@@ -63,9 +63,12 @@ public:
                 sources.flight_lines};
     }
 
-    [[nodiscard]] std::string known_squares() const override {
-        return m_points.sources().known.to_bytes(
-            way_of_opening(m_points.classes(), m_settings.points));
+    [[nodiscard]] std::string known_squares(std::span<const std::string> also) const override {
+        KnownSquares all = m_points.sources().known;
+        for (const std::string& identity : also)
+            if (const KnownSquare* const before = m_points.sources().known_before.find(identity))
+                all.add(*before);
+        return all.to_bytes(way_of_opening(m_points.classes(), m_settings.points));
     }
 
     [[nodiscard]] std::optional<grid::ColumnRect> known_bounds(

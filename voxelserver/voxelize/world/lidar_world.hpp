@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,7 +55,9 @@ public:
     [[nodiscard]] virtual const WorldFacts& facts() const noexcept = 0;
 
     /// What opening has found of the files, for LidarWorldOptions::known_squares: bytes of a file.
-    [[nodiscard]] virtual std::string known_squares() const = 0;
+    /// @param also identities of files that are no longer there, as for known_bounds(): what was
+    /// known of them is kept
+    [[nodiscard]] virtual std::string known_squares(std::span<const std::string> also) const = 0;
 
     /// Where a file lay when LidarWorldOptions::known_squares was written, in columns of that
     /// world.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <random>
 
 #include "common/util/error.hpp"
@@ -47,7 +49,7 @@ std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -
 }
 
 KnownSquares read_back(voxelize::LidarWorld& world, const voxel::Fingerprint& way) {
-    return KnownSquares::from_bytes(world.known_squares(), way);
+    return KnownSquares::from_bytes(world.known_squares({}), way);
 }
 
 voxel::Fingerprint usual_way() {
@@ -79,7 +81,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
     const auto without = patchwork.options();
     auto with = without;
     with.known_squares = patchwork.root() / "squares.known";
-    write(with.known_squares, OpenWorld(without).world().known_squares());
+    write(with.known_squares, OpenWorld(without).world().known_squares({}));
     SECTION("nothing has changed") {
         check_same_world(with, without);
     }
@@ -97,7 +99,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
         check_same_world(other_with, other);
     }
     SECTION("the file is damaged, of other filters, or absent") {
-        const std::string bytes = OpenWorld(without).world().known_squares();
+        const std::string bytes = OpenWorld(without).world().known_squares({});
         write(with.known_squares, bytes.substr(0, bytes.size() / 2));
         check_same_world(with, without);
         std::filesystem::remove(with.known_squares);
@@ -126,6 +128,44 @@ TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]
     CHECK(OpenWorld(options).info().bounds.max[1] == world.info().bounds.max[1]);
 }
 
+TEST_CASE("what could break arithmetic is not believed, whatever the checksum says",
+          "[voxelserver][voxelize][known]") {
+    const Patchwork patchwork;
+    OpenWorld world(patchwork.options());
+    const auto file = world.world().facts().squares.front().file;
+    const KnownSquare good = *read_back(world.world(), usual_way())
+                                  .find(voxel::hex_of(voxel::file_identity(file, "point cloud")));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    struct Case {
+        const char* name;
+        std::function<void(KnownSquare&)> spoil;
+    };
+    const std::vector<Case> cases = {
+        {"as it was found", [](KnownSquare&) {}},
+        {"no points", [](KnownSquare& s) { s.stated.point_count = 0; }},
+        {"a height beyond all", [](KnownSquare& s) { s.low = -1e300; }},
+        {"heights the wrong way round", [](KnownSquare& s) { std::swap(--s.low, s.high); }},
+        {"bounds that overflow", [](KnownSquare& s) { s.bounds.max_x = 0x7fffffff; }},
+        {"bounds of nothing", [](KnownSquare& s) { s.bounds.max_z = s.bounds.min_z; }},
+        {"a rectangle without an end", [&](KnownSquare& s) { s.islands.front().max_x = nan; }},
+        {"stated bounds that are none", [&](KnownSquare& s) { s.stated.min[1] = nan; }},
+        {"a scale of nothing",
+         [](KnownSquare& s) { s.brightness = voxelize::BrightnessScale({{1, 0.0}}); }},
+    };
+    for (const Case& c : cases) {
+        INFO(c.name);
+        KnownSquare spoilt = good;
+        c.spoil(spoilt);
+        KnownSquares one;
+        one.add(spoilt);
+        const std::string bytes = one.to_bytes(usual_way());
+        if (&c == &cases.front())
+            CHECK_NOTHROW(KnownSquares::from_bytes(bytes, usual_way()));
+        else
+            CHECK_THROWS_AS(KnownSquares::from_bytes(bytes, usual_way()), util::Error);
+    }
+}
+
 TEST_CASE("the scale of intensities is known while no file near by has changed",
           "[voxelserver][voxelize][known]") {
     const TemporaryFolder folder;
@@ -136,7 +176,7 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     {
         OpenWorld world(without);
         REQUIRE(world.world().stats().flight_lines == 2);
-        write(with.known_squares, world.world().known_squares());
+        write(with.known_squares, world.world().known_squares({}));
     }
     check_same_world(with, without);
     for (int changed = 0; changed < 4; ++changed) {
@@ -148,7 +188,7 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
 TEST_CASE("what is known of files is refused when damaged", "[voxelserver][voxelize][known]") {
     const Patchwork patchwork;
     OpenWorld world(patchwork.options());
-    const std::string bytes = world.world().known_squares();
+    const std::string bytes = world.world().known_squares({});
     const auto way = usual_way();
     CHECK(!KnownSquares::from_bytes(bytes, way).empty());
     CHECK_THROWS_AS(KnownSquares::from_bytes(bytes, {3, 4}), util::Error);
