@@ -70,7 +70,7 @@ struct WorldKind {
     bool is_path = true;         ///< the input is a file or folder of this machine
     bool takes_several = false;  ///< more than one input makes one world
     bool takes_orthophotos = false;
-    bool is_archive = false;   ///< the input is a box archive, which can be passed on as it is
+    bool is_archive = false;  ///< the input is a box archive, which can be passed on as it is
     /// The opened world goes on with the files that it was opened with, and detects changes of
     /// these itself: files that are renamed to their names do not concern it.
     bool keeps_its_files = false;
