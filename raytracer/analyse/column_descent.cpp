@@ -78,7 +78,7 @@ walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
                             std::vector<walk::TracedRay>& next) {
     walk::TracedRay& out = next.emplace_back();
     out.ray = {{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z}, to};
-    // In its place: a copy would wait for what has just been written.
+    // Built in place: to copy a ray right after it is written stalls the processor.
     std::construct_at(&out.state, out.ray);
     out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);
     out.sample = ray.sample;

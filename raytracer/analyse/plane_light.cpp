@@ -140,7 +140,7 @@ bool PlaneLight::send(const Start& start, std::size_t first, shade::SampleSum& s
             gathered.waiting += 1;
             walk::TracedRay& out = next.emplace_back();
             out.ray = {start.at, to};
-            // In its place: a copy would wait for what has just been written.
+            // Built in place: to copy a ray right after it is written stalls the processor.
             std::construct_at(&out.state, out.ray);
             out.state.start_in(voxel, start.level);
             // For the rays that follow it: the edge of the voxel from which it comes.
