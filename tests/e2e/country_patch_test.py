@@ -91,6 +91,16 @@ class CountryPatch(Case):
         self.assertAllIsDone(folder)
         self.assertEqual(entries(folder / "plan" / "scratch"), [])
 
+    def test_without_its_chunk_indices_the_archive_is_the_same(self):
+        folder = self.planned()
+        indices = folder / "plan" / "chunks"
+        self.assertEqual(len(entries(indices)), len(self.names))
+        shutil.rmtree(indices)
+        self.fly_again(folder, self.names[11])
+        self.assertPatched(folder, "has changed")
+        self.assertIsAnew(folder)
+        self.assertIn(self.names[11], " ".join(entries(indices)))
+
     def test_nothing_is_believed_without_its_file(self):
         folder = self.planned(options=["--steps=-material_guesses"])
         known = folder / "plan" / "squares.known"

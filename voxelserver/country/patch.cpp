@@ -149,6 +149,8 @@ private:
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
         options.known_squares = m_folder.known_squares();
+        options.chunk_indices = m_folder.chunks();
+        options.reads_chunk_indices = true;
         const ScratchFolder scratch(m_folder.scratch() / "patch");
         const fs::path change = scratch.path() / "change.tvx";
         std::error_code failed;

@@ -20,6 +20,8 @@ public:
     /// What opening has found of the squares, so that tasks need not read all of them
     /// (voxelize/points/known_squares.hpp). Without it they do.
     [[nodiscard]] std::filesystem::path known_squares() const { return m_path / "squares.known"; }
+    /// Which points of the squares lie where, so that a patch reads parts of them alone.
+    [[nodiscard]] std::filesystem::path chunks() const { return m_path / "chunks"; }
     /// Facts of the last `country run`: where its archive goes.
     [[nodiscard]] std::filesystem::path run() const { return m_path / "run.json"; }
     [[nodiscard]] std::filesystem::path run_lock() const { return m_path / "run.lock"; }

@@ -72,6 +72,7 @@ private:
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
         options.known_squares = m_folder.known_squares();
+        options.chunk_indices = m_folder.chunks();
         options.cache_dir = m_options.scratch.empty() ? own.path() : m_options.scratch;
         options.cache_bytes =
             m_options.scratch_bytes > 0 ? m_options.scratch_bytes : m_plan.scratch_bytes;

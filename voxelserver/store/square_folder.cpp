@@ -155,11 +155,13 @@ void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
 void SquareFolder::complain(const std::string& what) {
     const std::lock_guard lock(m_mutex);
     if (!m_read_only)
-        util::log_warn("{}; prepared squares are kept in memory only", what);
+        util::log_warn("{}; nothing more is kept in this folder", what);
     m_read_only = true;
 }
 
 void SquareFolder::evict(const fs::path& but_not) {
+    if (m_limit_bytes == kUnlimited_bytes)
+        return;
     constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes so long to write
     const std::lock_guard lock(m_mutex);
     std::vector<Kept> kept = files_of(m_folder);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,6 +19,9 @@ namespace terravox::store {
 /// @param recipe everything else that the points depend on (frame, filters, class table), as text
 [[nodiscard]] std::string square_name(const std::filesystem::path& source,
                                       const std::string& recipe);
+
+/// Limit of a folder from which nothing is removed.
+constexpr std::uint64_t kUnlimited_bytes = std::numeric_limits<std::uint64_t>::max();
 
 /// A folder of prepared squares, so that they need not be decoded again after a restart. Files are
 /// mapped, versioned and checksummed, appear atomically, and are evicted when the folder exceeds

@@ -64,6 +64,7 @@ public:
     ~EmptyFolders() {
         std::error_code ignored;
         fs::remove(m_folder.scratch(), ignored);
+        fs::remove(m_folder.chunks(), ignored);
         fs::remove(m_folder.path(), ignored);
     }
     EmptyFolders(const EmptyFolders&) = delete;
@@ -107,6 +108,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
     const country::ScratchFolder scratch(folder.scratch() / "sample");
     options.scratch = scratch.path();
     options.world.known_squares = folder.known_squares();
+    options.world.chunk_indices = folder.chunks();
     exports::Meter meter("sample", options.sample, args.quiet);
     std::size_t shown = 0;
     const auto [plan, known_squares] =

@@ -79,6 +79,35 @@ TEST_CASE("with only the chunk index kept, boxes requested in any order are thos
     CHECK(world.count("point load") <= 3 * strip.stretches);
 }
 
+TEST_CASE("chunk indices that another world has kept spare most of a file, where they are read",
+          "[voxelserver][store][parts]") {
+    const Strip& strip = Strip::get();
+    const TemporaryFolder kept;
+    auto options = OpenWorld::with(strip.sorted);
+    options.chunk_indices = kept.path();
+    const auto one_box = [&] {
+        TimedWorld world(options);
+        const auto keys = all_keys(world->info(), 0);
+        const auto middle = keys[keys.size() / 2];
+        const auto box = world->box(middle);
+        CHECK((box ? box->checksum() : 0) == strip.boxes.at(middle));
+        return world.count("point load");
+    };
+    CHECK(one_box() == strip.stretches);
+    CHECK(files_ending(kept.path(), ".chunks").size() == 1);
+    CHECK(one_box() == strip.stretches);
+    options.reads_chunk_indices = true;
+    const auto some = one_box();
+    CHECK(some >= 1);
+    CHECK(some <= strip.stretches / 2);
+    CHECK((TimedWorld(options).boxes(3) == strip.boxes));
+    const fs::path index = files_ending(kept.path(), ".chunks").front();
+    const std::string bytes = bytes_of(index);
+    write_bytes(index, bytes.substr(0, bytes.size() / 2));
+    CHECK(one_box() == strip.stretches);
+    CHECK(bytes_of(index) == bytes);
+}
+
 TEST_CASE("a file in which every part lies everywhere gives the same boxes",
           "[voxelserver][store][parts]") {
     const Strip& strip = Strip::get();

@@ -106,7 +106,7 @@ TEST_CASE("a folder that cannot be made or written is reported once, and squares
     INFO(warnings.text());
     CHECK(warnings.count("") == 1);
     CHECK(warnings.count(place.string()) == 1);
-    CHECK(warnings.count("kept in memory only") == 1);
+    CHECK(warnings.count("nothing more is kept in this folder") == 1);
 }
 
 TEST_CASE("a folder that stops taking files is still read", "[voxelserver][store]") {

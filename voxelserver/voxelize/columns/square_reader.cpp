@@ -13,10 +13,16 @@ std::unique_ptr<store::SquareFolder> open_folder(const LidarWorldOptions& option
                                                  options.cache_bytes);
 }
 
+std::unique_ptr<store::SquareFolder> open_indices(const LidarWorldOptions& options) {
+    if (options.chunk_indices.empty())
+        return nullptr;
+    return std::make_unique<store::SquareFolder>(options.chunk_indices, store::kUnlimited_bytes);
+}
+
 std::vector<PartedFile> plan(std::span<const SquareSource> files, const PointMemory& memory,
-                             const LoadContext& context, bool has_folder) {
+                             const LoadContext& context, bool has_names) {
     const SquareRecipe recipe{context.frame, context.classes, context.settings};
-    return plan_files(files, memory, has_folder ? &recipe : nullptr);
+    return plan_files(files, memory, has_names ? &recipe : nullptr);
 }
 
 std::vector<std::string> names_of(const std::vector<PartedFile>& files) {
@@ -35,9 +41,11 @@ SquareReader::SquareReader(const LidarWorldOptions& options, std::span<const Squ
     : m_times(context.times),
       m_report(report),
       m_folder(open_folder(options)),
-      m_files(plan(files, memory, context, m_folder != nullptr)),
+      m_indices(open_indices(options)),
+      m_files(plan(files, memory, context, m_folder != nullptr || m_indices != nullptr)),
       m_prepared(m_folder.get(), names_of(m_files)),
-      m_parts(m_files, context, m_folder.get(), memory.parts, thread::thread_count(options.threads),
+      m_parts(m_files, context,
+              {m_folder.get(), m_indices.get(), options.reads_chunk_indices}, memory.parts, thread::thread_count(options.threads),
               [&report](std::size_t file, const store::PointCounts& met, bool whole) {
                   whole ? report.add_whole(file, met) : report.add_part(file, met);
               }),

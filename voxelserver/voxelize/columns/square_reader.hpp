@@ -59,6 +59,8 @@ private:
     util::StageTimes& m_times;
     LoadReport& m_report;
     const std::unique_ptr<store::SquareFolder> m_folder;  ///< nullptr: there is no cache folder
+    /// Of chunk indices for later worlds; nullptr: they are not kept.
+    const std::unique_ptr<store::SquareFolder> m_indices;
     const std::vector<PartedFile> m_files;
     PreparedSquares m_prepared;
     PointParts m_parts;

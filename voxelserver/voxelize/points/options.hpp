@@ -24,6 +24,12 @@ struct LidarWorldOptions {
     /// File with what an earlier opening has found of the files (known_squares.hpp): those that
     /// have not changed are not read again. Empty: none.
     std::filesystem::path known_squares;
+    /// Folder that receives the chunk index of each file that is decoded: which of its points lie
+    /// where (store/chunk_index.hpp). Nothing is ever removed from it. Empty: none.
+    std::filesystem::path chunk_indices;
+    /// Whether files are read in parts by the indices that chunk_indices holds already: for who
+    /// needs few places of many files. Who needs most of each is faster without.
+    bool reads_chunk_indices = false;
     /// For decoded squares, columns and boxes together; at least 24 MiB are used.
     std::size_t memory_bytes = std::size_t{4} << 30;
     int threads = 0;  ///< 0 = one for each core

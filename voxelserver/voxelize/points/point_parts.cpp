@@ -17,11 +17,10 @@ std::uint64_t count_of(const std::vector<pointcloud::PointRange>& ranges) {
 }  // namespace
 
 PointParts::PointParts(std::vector<PartedFile> files, const LoadContext& context,
-                       store::SquareFolder* folder, std::size_t memory_bytes, int threads,
-                       Report report)
+                       IndexFolders folders, std::size_t memory_bytes, int threads, Report report)
     : m_files(std::move(files)),
       m_context(context),
-      m_folder(folder),
+      m_folders(folders),
       m_threads(threads),
       m_report(std::move(report)),
       m_parts(memory_bytes) {
@@ -160,8 +159,7 @@ PointParts::Extent PointParts::extent_of(const grid::PatchRect& rect) const noex
 }
 
 void PointParts::learn(std::size_t file, store::ChunkIndex index) {
-    if (m_folder)
-        m_folder->put_index(m_files[file].name, index);
+    put_index(m_files[file].name, index);
     const std::lock_guard lock(m_states[file]->index_mutex);
     m_states[file]->chunks = std::make_shared<store::ChunkIndex>(std::move(index));
     m_states[file]->learnt = true;
@@ -171,8 +169,8 @@ std::shared_ptr<const store::ChunkIndex> PointParts::chunk_index(std::size_t fil
     State& state = *m_states[file];
     const PartedFile& parted = m_files[file];
     const std::lock_guard lock(state.index_mutex);
-    if (state.chunks == nullptr && m_folder)
-        if (auto found = m_folder->find_index(parted.name))
+    if (state.chunks == nullptr)
+        if (auto found = find_index(parted.name))
             state.chunks = std::make_shared<store::ChunkIndex>(std::move(*found));
     if (state.chunks == nullptr && scan) {
         if (!state.failed.empty())
@@ -188,12 +186,26 @@ std::shared_ptr<const store::ChunkIndex> PointParts::chunk_index(std::size_t fil
             throw;
         }
         m_report(file, counts, true);
-        if (m_folder)
-            m_folder->put_index(parted.name, *state.chunks);
+        put_index(parted.name, *state.chunks);
     }
     if (state.chunks != nullptr)
         state.learnt = true;
     return state.chunks;
+}
+
+std::optional<store::ChunkIndex> PointParts::find_index(const std::string& name) const {
+    std::optional<store::ChunkIndex> out;
+    if (m_folders.cache != nullptr)
+        out = m_folders.cache->find_index(name);
+    if (!out && m_folders.kept != nullptr && m_folders.reads_kept)
+        out = m_folders.kept->find_index(name);
+    return out;
+}
+
+void PointParts::put_index(const std::string& name, const store::ChunkIndex& index) const {
+    for (store::SquareFolder* const folder : {m_folders.cache, m_folders.kept})
+        if (folder != nullptr)
+            folder->put_index(name, index);
 }
 
 }  // namespace terravox::voxelize

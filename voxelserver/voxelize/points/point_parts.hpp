@@ -22,9 +22,16 @@ using Squares = std::vector<std::shared_ptr<const store::Square>>;
 /// A file of a world, and how it is to be kept.
 struct PartedFile {
     const SquareSource* source = nullptr;
-    std::string name;        ///< in the cache folder; empty without one
+    std::string name;        ///< in folders of squares and indices; empty without any
     bool kept_whole = true;  ///< small enough for that
     int block_patches = 1;   ///< edge of the blocks in which a file that is too large is read
+};
+
+/// Where chunk indices are kept; each may be null.
+struct IndexFolders {
+    store::SquareFolder* cache = nullptr;  ///< beside prepared squares
+    store::SquareFolder* kept = nullptr;   ///< for later worlds
+    bool reads_kept = false;               ///< whether those of earlier worlds are used
 };
 
 /// Parts of files: for the first boxes, which should not wait for the whole file, and for files too
@@ -37,11 +44,10 @@ struct PartedFile {
 class PointParts {
 public:
     using Report = std::function<void(std::size_t file, const store::PointCounts& met, bool whole)>;
-    /// @param folder may be null
     /// @param report is called with the counts of each part, or of the whole file when it was
     /// scanned
-    PointParts(std::vector<PartedFile> files, const LoadContext& context,
-               store::SquareFolder* folder, std::size_t memory_bytes, int threads, Report report);
+    PointParts(std::vector<PartedFile> files, const LoadContext& context, IndexFolders folders,
+               std::size_t memory_bytes, int threads, Report report);
 
     /// Whether reading parts pays off: an index maps the points, and with these less than half of
     /// the file will have been decoded.
@@ -103,10 +109,12 @@ private:
     };
     [[nodiscard]] Extent extent_of(const grid::PatchRect& rect) const noexcept;
     [[nodiscard]] std::shared_ptr<const store::ChunkIndex> chunk_index(std::size_t file, bool scan);
+    [[nodiscard]] std::optional<store::ChunkIndex> find_index(const std::string& name) const;
+    void put_index(const std::string& name, const store::ChunkIndex& index) const;
 
     const std::vector<PartedFile> m_files;
     const LoadContext m_context;
-    store::SquareFolder* const m_folder;
+    const IndexFolders m_folders;
     const int m_threads;
     const Report m_report;
     std::vector<std::unique_ptr<State>> m_states;

@@ -43,6 +43,8 @@ struct WorldOptions {
 
     /// What an earlier opening has found of LiDAR files (LidarWorldOptions); empty: nothing.
     std::filesystem::path known_squares;
+    std::filesystem::path chunk_indices;  ///< of LiDAR files (LidarWorldOptions); empty: none
+    bool reads_chunk_indices = false;     ///< rather than only write them
 
     std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns
     int threads = 0;                                  ///< 0: one for each core

@@ -39,6 +39,8 @@ voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     out.cache_bytes = from.cache_bytes;
     out.left_out = from.left_out;
     out.known_squares = from.known_squares;
+    out.chunk_indices = from.chunk_indices;
+    out.reads_chunk_indices = from.reads_chunk_indices;
     return out;
 }
 
