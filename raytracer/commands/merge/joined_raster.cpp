@@ -12,7 +12,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
-#include "raytracer/commands/analyse/analyse_command.hpp"
+#include "raytracer/commands/analyse/own_fields.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/render/joined_pictures.hpp"

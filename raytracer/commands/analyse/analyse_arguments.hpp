@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "raytracer/commands/analyse/facade_arguments.hpp"
+#include "raytracer/commands/analyse/horizon_arguments.hpp"
+#include "raytracer/commands/analyse/object_arguments.hpp"
+#include "raytracer/commands/analyse/observer_arguments.hpp"
+#include "raytracer/commands/analyse/report_arguments.hpp"
+#include "raytracer/commands/analyse/sun_arguments.hpp"
+#include "raytracer/commands/grid_arguments.hpp"
+#include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+
+namespace terravox::commands {
+
+/// Arguments of all analyses, and those of terrain and sight.
+struct AnalyseArguments {
+    WorldArguments world;
+    RenderPoolArguments render_pool;
+    std::string output;
+    GridArguments grid;
+    std::optional<int> level;
+    ObserverArguments observers;
+    ObjectArguments objects;
+    ReportArguments reports;
+    bool as_json = false;
+    SunArguments sun;
+    std::string weather;
+    HorizonArguments horizon;
+    FacadeArguments facades;
+    std::string part;
+    bool resume = false;
+    bool quiet = false;
+};
+
+}  // namespace terravox::commands
