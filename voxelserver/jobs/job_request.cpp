@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "common/util/error.hpp"
@@ -77,6 +78,9 @@ public:
         read_cells();
         if (m_out.kind != "terrain")
             word("surface", {"top", "ground"});
+        if (is_one_of(m_out.kind, {"sky", "sun", "energy"}))
+            if (const auto given = truth("thin_blocks"))
+                add("thin-blocks", *given ? "yes" : "no");
         if (is_one_of(m_out.kind, {"sky", "energy"}))
             number("directions", "directions", 16, 1024, true);
         if (is_one_of(m_out.kind, {"sky", "sight"}))
@@ -134,6 +138,14 @@ private:
             allowed += (allowed.empty() ? "" : ", ") + std::string(one);
         }
         refuse("'" + std::string(name) + "' is " + shown(*value), allowed);
+    }
+    std::optional<bool> truth(const char* name) {
+        const json* value = member(name);
+        if (value == nullptr)
+            return std::nullopt;
+        if (!value->is_boolean())
+            refuse("'" + std::string(name) + "' is " + shown(*value), "true, false");
+        return value->get<bool>();
     }
     /// @param form 0: a digit
     void digits(const char* name, std::string_view form, const std::string& allowed) {
@@ -200,12 +212,8 @@ private:
         if (m_out.kind != "sun")
             return;
         digits("at", "00:00", "a time as HH:MM");
-        if (const json* monthly = member("monthly")) {
-            if (!monthly->is_boolean())
-                refuse("'monthly' is " + shown(*monthly), "true, false");
-            if (monthly->get<bool>())
-                m_out.words.emplace_back("--monthly");
-        }
+        if (truth("monthly").value_or(false))
+            m_out.words.emplace_back("--monthly");
     }
 
     void read_sight() {

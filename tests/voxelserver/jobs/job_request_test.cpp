@@ -48,6 +48,9 @@ TEST_CASE("a request becomes options of the command, each a word of its own",
         {"sky",
          R"({"kind": "sky", "area": [0, 0, 1, 1], "directions": 64, "range_m": 50.5})",
          {"--area=0,0,1,1", "--resolution=0.5", "--directions=64", "--range-m=50.5"}},
+        {"grass that blocks",
+         R"({"kind": "sky", "area": [0, 0, 1, 1], "surface": "ground", "thin_blocks": true})",
+         {"--area=0,0,1,1", "--resolution=0.5", "--surface=ground", "--thin-blocks=yes"}},
         {"energy",
          R"({"kind": "energy", "area": [0, 0, 1, 1], "linke": 3.5})",
          {"--area=0,0,1,1", "--resolution=0.5", "--linke=3.5"}},
@@ -146,6 +149,8 @@ TEST_CASE("what is no request is refused, and says what is allowed", "[voxelserv
          "three numbers"},
         {"a word for a surface", R"({"kind": "sky", "area": [0, 0, 1, 1], "surface": "-o"})",
          "top, ground"},
+        {"grass of heights",
+         R"({"kind": "terrain", "area": [0, 0, 1, 1], "thin_blocks": true})", "'thin_blocks'"},
         {"yes", R"({"kind": "sun", "area": [0, 0, 1, 1], "monthly": "yes"})", "true, false"},
     }));
     DYNAMIC_SECTION(c.name) {
