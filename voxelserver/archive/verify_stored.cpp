@@ -15,8 +15,9 @@ namespace {
 using voxel::archive::ArchiveIndex;
 using voxel::archive::Entry;
 
-/// Bytes of records that one thread reads at a time.
-constexpr std::uint64_t kBatch_bytes = 4 << 20;
+/// Bytes of records that one thread checks before it takes others: several readings, which all use
+/// the memory of the first.
+constexpr std::uint64_t kBatch_bytes = 16 << 20;
 
 /// One after the last entry of each batch.
 std::vector<std::size_t> batches_of(const std::vector<Entry>& entries) {
