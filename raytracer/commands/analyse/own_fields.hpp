@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/core/scene_words.hpp"
+#include "raytracer/scene/scene.hpp"
 
 namespace terravox::commands {
 

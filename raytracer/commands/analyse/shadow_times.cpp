@@ -56,7 +56,6 @@ void check_times_arguments(const AnalyseArguments& args) {
             "analyse sun: --times together with --report or --map; allowed: these with --at");
 }
 
-
 render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const scene::Scene& scene,
                                             const analyse::CellGrid& grid,
                                             const render::LoadedWorld& loaded,

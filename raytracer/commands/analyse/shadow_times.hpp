@@ -11,7 +11,7 @@ namespace terravox::commands {
 /// @throws UsageError
 void check_times_arguments(const AnalyseArguments& args);
 
-/// Measures and writes shadow masks of several instants (`--times`): each is rendered as a raster of
+/// Measures and writes shadow masks of several instants (`--times`), each rendered as a raster of
 /// its own.
 /// @param scene of the analysis, with its camera
 /// @param loaded with a place on Earth

@@ -149,8 +149,8 @@ TEST_CASE("what is no request is refused, and says what is allowed", "[voxelserv
          "three numbers"},
         {"a word for a surface", R"({"kind": "sky", "area": [0, 0, 1, 1], "surface": "-o"})",
          "top, ground"},
-        {"grass of heights",
-         R"({"kind": "terrain", "area": [0, 0, 1, 1], "thin_blocks": true})", "'thin_blocks'"},
+        {"grass of heights", R"({"kind": "terrain", "area": [0, 0, 1, 1], "thin_blocks": true})",
+         "'thin_blocks'"},
         {"yes", R"({"kind": "sun", "area": [0, 0, 1, 1], "monthly": "yes"})", "true, false"},
     }));
     DYNAMIC_SECTION(c.name) {

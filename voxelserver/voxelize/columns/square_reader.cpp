@@ -44,8 +44,8 @@ SquareReader::SquareReader(const LidarWorldOptions& options, std::span<const Squ
       m_indices(open_indices(options)),
       m_files(plan(files, memory, context, m_folder != nullptr || m_indices != nullptr)),
       m_prepared(m_folder.get(), names_of(m_files)),
-      m_parts(m_files, context,
-              {m_folder.get(), m_indices.get(), options.reads_chunk_indices}, memory.parts, thread::thread_count(options.threads),
+      m_parts(m_files, context, {m_folder.get(), m_indices.get(), options.reads_chunk_indices},
+              memory.parts, thread::thread_count(options.threads),
               [&report](std::size_t file, const store::PointCounts& met, bool whole) {
                   whole ? report.add_whole(file, met) : report.add_part(file, met);
               }),

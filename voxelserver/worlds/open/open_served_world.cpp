@@ -30,7 +30,8 @@ void unused(const Members&... /*members*/) {}
 void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
     const auto& [inputs, left_out, orthophotos, additions, crs, classes, vertical_unit, settings,
                  steps, photo, voxel_m, dimension, base_m, generated, known_squares, chunk_indices,
-                 reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes, box_timeout] = options;
+                 reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes, box_timeout] =
+        options;
     const auto& [seed, water_level, world_height, harmonics, frequency, smoothness,
                  generated_voxel_m, trees] = generated;
     out.add(static_cast<std::uint64_t>(inputs.size()));
@@ -57,7 +58,8 @@ void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
     // Those of LiDAR data (InputFingerprints has them), and those that no box depends on; the size
     // of generated voxels is voxel_m.
     unused(left_out, classes, settings, steps, photo, generated_voxel_m, known_squares,
-           chunk_indices, reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes, box_timeout);
+           chunk_indices, reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes,
+           box_timeout);
 }
 
 Fingerprint random_fingerprint() {
