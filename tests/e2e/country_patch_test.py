@@ -91,6 +91,22 @@ class CountryPatch(Case):
         self.assertAllIsDone(folder)
         self.assertEqual(entries(folder / "plan" / "scratch"), [])
 
+    def columns_replaced(self, folder):
+        run = country("patch", folder / "plan", "--quiet")
+        self.assertDone(run)
+        return int(re.search(r"(\d+) columns of boxes replaced", run.out)[1])
+
+    def test_what_intensities_mean_is_compared(self):
+        """The neighbours of a square change with it only where their scale does."""
+        folder = self.planned()
+        square = folder / "data" / f"{self.names[11]}.laz"
+        os.utime(square)
+        same_points = self.columns_replaced(folder)
+        self.assertIsAnew(folder)
+        self.fly_again(folder, self.names[11])
+        self.assertLess(same_points, self.columns_replaced(folder))
+        self.assertIsAnew(folder)
+
     def test_without_its_chunk_indices_the_archive_is_the_same(self):
         folder = self.planned()
         indices = folder / "plan" / "chunks"

@@ -158,6 +158,7 @@ private:
         if (failed)
             throw util::Error(attempt() + ": make the folder " + scratch.path().string() + ": " +
                               failed.message());
+        std::string known_meanwhile;
         std::string known;
         {
             OpenedCountry country(options, m_plan.selection());
@@ -166,7 +167,9 @@ private:
             m_plan.bounds = country.part().bounds;
             if (!m_interrupted_id.empty() && m_plan.id() != m_interrupted_id)
                 refuse_other_data();
-            known = country.world().known_squares(identities_before());
+            using Scales = voxelize::LidarWorld::Scales;
+            known_meanwhile = country.world().known_squares(identities_before(), Scales::kThen);
+            known = country.world().known_squares(identities_before(), Scales::kNow);
             write_change(country, change);
         }
         // What changes while it is read must not become part of an archive.
@@ -174,9 +177,11 @@ private:
             throw util::Error(attempt() + ": the data changed meanwhile: " + changes.front() +
                               "; the archive stays as it is");
         check_stop();
-        // Before the archive: where squares lay is known to the next call, whatever ends this one.
-        util::write_file_atomically(m_folder.known_squares(), known);
+        // Before the archive: where squares lay, and what intensities mean in the archive as it is,
+        // is known to the next call, whatever ends this one.
+        util::write_file_atomically(m_folder.known_squares(), known_meanwhile);
         put_in(change);
+        util::write_file_atomically(m_folder.known_squares(), known);
         write_plan(m_folder, m_plan);
         const fs::path& archive = m_outcome.archive;
         write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), "", true});
@@ -237,7 +242,8 @@ private:
             if (m_taken.contains(squares[i].file.lexically_normal()))
                 changed.insert(i);
         const voxelize::DependentColumns found = voxelize::columns_that_depend_on(
-            country.world(), changed, m_options.threads, rects_before(country.world()));
+            country.world(), changed, m_options.threads,
+            {rects_before(country.world()), country.world().rescaled_files()});
         exports::ChangedColumns out = exports::changed_columns(
             country.part(), columns_at({found.dependent.begin(), found.dependent.end()}),
             columns_at(found.neighbours));

@@ -44,7 +44,8 @@ public:
         });
         sample.open_cpu_s = open_cpu_s;
         foresee(sample, survey, columns);
-        return {std::move(m_plan), country.world().known_squares({})};
+        return {std::move(m_plan),
+                country.world().known_squares({}, voxelize::LidarWorld::Scales::kNow)};
     }
 
 private:

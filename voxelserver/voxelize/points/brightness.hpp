@@ -44,6 +44,7 @@ public:
 
     /// By number; empty = nothing is known.
     [[nodiscard]] const std::vector<Line>& lines() const noexcept { return m_lines; }
+    friend bool operator==(const BrightnessScale&, const BrightnessScale&) = default;
 
 private:
     std::vector<Line> m_lines;

@@ -226,6 +226,18 @@ void KnownSquares::add(KnownSquare square) {
     m_squares.push_back(std::move(square));
 }
 
+KnownSquares KnownSquares::scaled_as(const KnownSquares& then) const {
+    KnownSquares out;
+    for (KnownSquare square : m_squares) {
+        if (const KnownSquare* const found = then.find(square.identity, square.side_identity)) {
+            square.scale_of = found->scale_of;
+            square.brightness = found->brightness;
+        }
+        out.add(std::move(square));
+    }
+    return out;
+}
+
 std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {
     CrsList crs;
     ByteWriter squares;

@@ -48,6 +48,8 @@ public:
     /// @return of the first one, whatever its side file; nullptr when there is none
     [[nodiscard]] const KnownSquare* find(std::string_view identity) const;
     void add(KnownSquare square);
+    /// The same squares, where `then` knows them with the scale of their intensities that it knows.
+    [[nodiscard]] KnownSquares scaled_as(const KnownSquares& then) const;
     [[nodiscard]] bool empty() const noexcept { return m_squares.empty(); }
 
     /// With a checksum, the same on every machine. Squares whose CRS does not survive being written

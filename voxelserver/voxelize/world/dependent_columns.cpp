@@ -224,33 +224,48 @@ private:
     DependentColumns m_out;
 };
 
+/// Squares whose points, as they are, have other materials than before, since what their
+/// intensities mean depends on those near by.
+std::vector<ColumnRect> rescaled_rects(const LidarWorld& world, const WorldBefore& before,
+                                       const std::vector<ColumnRect>& changed) {
+    const std::vector<SquareInfo>& squares = world.facts().squares;
+    std::vector<ColumnRect> out;
+    if (before.rescaled) {
+        for (const std::size_t i : *before.rescaled)
+            out.push_back(squares[i].bounds.grown(1));
+        return out;
+    }
+    if (world.stats().flight_lines == 0)
+        return out;
+    const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;
+    for (const SquareInfo& square : squares) {
+        const bool is_near = std::any_of(
+            changed.begin(), changed.end(),
+            [&](const ColumnRect& rect) { return rect.grown(near).overlaps(square.bounds); });
+        if (is_near)
+            out.push_back(square.bounds.grown(1));
+    }
+    return out;
+}
+
 }  // namespace
 
 DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::size_t>& changed,
-                                        int threads, std::span<const ColumnRect> before) {
+                                        int threads, const WorldBefore& before) {
     const std::vector<SquareInfo>& squares = world.facts().squares;
     // As where columns are made: a rounded point may lie just outside its file's bounds.
     std::vector<ColumnRect> rects;
     for (const std::size_t i : changed)
         rects.push_back(squares[i].bounds.grown(1));
-    for (const ColumnRect& rect : before)
+    for (const ColumnRect& rect : before.lay)
         rects.push_back(rect.grown(1));
-    const std::vector<ColumnRect> themselves = rects;
+    const std::vector<ColumnRect> rescaled = rescaled_rects(world, before, rects);
+    rects.insert(rects.end(), rescaled.begin(), rescaled.end());
     // Their light changes, and with it all of their colours.
     for (const ColumnRect& photograph : world.photographs_with_light_from(changed))
         rects.push_back(photograph);
-    if (world.stats().flight_lines > 0) {
-        const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;
-        for (const SquareInfo& square : squares) {
-            const bool is_near = std::any_of(
-                themselves.begin(), themselves.end(),
-                [&](const ColumnRect& rect) { return rect.grown(near).overlaps(square.bounds); });
-            if (is_near)
-                rects.push_back(square.bounds.grown(1));
-        }
-    }
     Search search(world, std::move(rects), threads);
-    for (const ColumnRect& rect : before)
+    for (const ColumnRect& rect : before.lay)
         search.add_all_of(rect.grown(1));
     return search.run();
 }

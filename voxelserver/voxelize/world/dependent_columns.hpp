@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -17,21 +18,28 @@ struct DependentColumns {
     static constexpr std::size_t kNeighbours = 8;
 };
 
+/// What is known of the world before some squares changed.
+struct WorldBefore {
+    /// Where squares lay that have changed or are gone, in columns of the world.
+    std::vector<grid::ColumnRect> lay;
+    /// Files whose intensities had another scale, by number. nullopt: that is not known, so all
+    /// within 500 m of what changed count, where materials are guessed from intensities: these
+    /// share a scale (points/brightness.hpp).
+    std::optional<std::set<std::size_t>> rescaled;
+};
+
 /// The columns of boxes whose voxels may be others once the points of some squares are: those that
 /// read a patch of them. Most lie within a patch of a square; where a body of water, or a gap
 /// without ground, reaches out of a square, others lie as far as that does.
 ///
 /// A column that reads nothing of the squares is made of the same inputs before and after, so the
 /// answer is the same for the world as it was, as long as the squares covered the same columns.
-/// @param changed by number, as in LidarWorld::squares(); where materials are guessed from
-/// intensities, those within 500 m of them count, too, since they share a scale
-/// (points/brightness.hpp)
-/// @param before where squares lay that have changed or are gone, in columns of the world
+/// @param changed by number, as in LidarWorld::squares()
 /// @param threads 0: one for each core
 /// @throws Error for a damaged square
-[[nodiscard]] DependentColumns columns_that_depend_on(
-    LidarWorld& world, const std::set<std::size_t>& changed, int threads,
-    std::span<const grid::ColumnRect> before = {});
+[[nodiscard]] DependentColumns columns_that_depend_on(LidarWorld& world,
+                                                      const std::set<std::size_t>& changed,
+                                                      int threads, const WorldBefore& before = {});
 
 /// The numbers of squares by their names.
 /// @throws UsageError for a name that no square has, or that two have

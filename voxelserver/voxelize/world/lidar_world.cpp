@@ -63,12 +63,30 @@ public:
                 sources.flight_lines};
     }
 
-    [[nodiscard]] std::string known_squares(std::span<const std::string> also) const override {
-        KnownSquares all = m_points.sources().known;
+    [[nodiscard]] std::string known_squares(std::span<const std::string> also,
+                                            Scales scales) const override {
+        const Sources& sources = m_points.sources();
+        KnownSquares all =
+            scales == Scales::kNow ? sources.known : sources.known.scaled_as(sources.known_before);
         for (const std::string& identity : also)
-            if (const KnownSquare* const before = m_points.sources().known_before.find(identity))
+            if (const KnownSquare* const before = sources.known_before.find(identity))
                 all.add(*before);
         return all.to_bytes(way_of_opening(m_points.classes(), m_settings.points));
+    }
+
+    [[nodiscard]] std::optional<std::set<std::size_t>> rescaled_files() const override {
+        const Sources& sources = m_points.sources();
+        if (sources.known_before.empty())
+            return std::nullopt;
+        std::set<std::size_t> out;
+        for (std::size_t i = 0; i < sources.files.size(); ++i) {
+            const SquareSource& now = sources.files[i];
+            const KnownSquare* const then =
+                sources.known_before.find(now.identity, now.side_identity);
+            if (then == nullptr || then->brightness != now.brightness)
+                out.insert(i);
+        }
+        return out;
     }
 
     [[nodiscard]] std::optional<grid::ColumnRect> known_bounds(

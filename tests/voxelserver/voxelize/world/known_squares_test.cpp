@@ -15,6 +15,7 @@
 using namespace terravox;
 using namespace terravox::test;
 using voxelize::KnownSquare;
+using Scales = voxelize::LidarWorld::Scales;
 using voxelize::KnownSquares;
 
 namespace {
@@ -49,7 +50,7 @@ std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -
 }
 
 KnownSquares read_back(voxelize::LidarWorld& world, const voxel::Fingerprint& way) {
-    return KnownSquares::from_bytes(world.known_squares({}), way);
+    return KnownSquares::from_bytes(world.known_squares({}, Scales::kNow), way);
 }
 
 voxel::Fingerprint usual_way() {
@@ -81,7 +82,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
     const auto without = patchwork.options();
     auto with = without;
     with.known_squares = patchwork.root() / "squares.known";
-    write(with.known_squares, OpenWorld(without).world().known_squares({}));
+    write(with.known_squares, OpenWorld(without).world().known_squares({}, Scales::kNow));
     SECTION("nothing has changed") {
         check_same_world(with, without);
     }
@@ -99,7 +100,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
         check_same_world(other_with, other);
     }
     SECTION("the file is damaged, of other filters, or absent") {
-        const std::string bytes = OpenWorld(without).world().known_squares({});
+        const std::string bytes = OpenWorld(without).world().known_squares({}, Scales::kNow);
         write(with.known_squares, bytes.substr(0, bytes.size() / 2));
         check_same_world(with, without);
         std::filesystem::remove(with.known_squares);
@@ -176,7 +177,7 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     {
         OpenWorld world(without);
         REQUIRE(world.world().stats().flight_lines == 2);
-        write(with.known_squares, world.world().known_squares({}));
+        write(with.known_squares, world.world().known_squares({}, Scales::kNow));
     }
     check_same_world(with, without);
     for (int changed = 0; changed < 4; ++changed) {
@@ -185,10 +186,29 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     }
 }
 
+TEST_CASE("files whose intensities have another scale than then are found until that is noted",
+          "[voxelserver][voxelize][known]") {
+    using Files = std::set<std::size_t>;
+    const TemporaryFolder folder;
+    const TemporaryFolder elsewhere;
+    auto options = OpenWorld::with(with_echoes(folder));
+    CHECK(!OpenWorld(options).world().rescaled_files());
+    options.known_squares = elsewhere.path() / "squares.known";
+    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kNow));
+    CHECK((OpenWorld(options).world().rescaled_files() == Files{}));
+    // Squares are 300 m apart, and share what lies within 500 m.
+    with_echoes(folder, 3);
+    CHECK((OpenWorld(options).world().rescaled_files() == Files{1, 2, 3}));
+    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kThen));
+    CHECK((OpenWorld(options).world().rescaled_files() == Files{1, 2}));
+    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kNow));
+    CHECK((OpenWorld(options).world().rescaled_files() == Files{}));
+}
+
 TEST_CASE("what is known of files is refused when damaged", "[voxelserver][voxelize][known]") {
     const Patchwork patchwork;
     OpenWorld world(patchwork.options());
-    const std::string bytes = world.world().known_squares({});
+    const std::string bytes = world.world().known_squares({}, Scales::kNow);
     const auto way = usual_way();
     CHECK(!KnownSquares::from_bytes(bytes, way).empty());
     CHECK_THROWS_AS(KnownSquares::from_bytes(bytes, {3, 4}), util::Error);
