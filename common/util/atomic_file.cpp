@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <random>
 #include <string>
 #include <system_error>
 
@@ -23,9 +24,10 @@ std::string reason(int code) {
     return std::strerror(code);
 }
 
-// The process id and a counter distinguish two writers of one target, in one process or in two.
+// The process id and a counter distinguish two writers of one target, in one process or in two. The
+// counter begins anywhere: writers on two machines may have one process id.
 std::filesystem::path temporary_name(const std::filesystem::path& target) {
-    static std::atomic<unsigned> counter{0};
+    static std::atomic<unsigned> counter{std::random_device{}()};
     const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" +
                       std::to_string(counter++) + target.extension().string();
     return folder_of(target) / name;

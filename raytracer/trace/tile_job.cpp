@@ -11,9 +11,9 @@ namespace {
 constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 
 // Rays of an analysis cost little more than to be written and read again: those of a wave, and
-// those that they send, are to stay in a processor's second cache. Waves of a quarter are slower
+// those that they send, are to stay in a processor's second cache. Half of these are slower
 // again, since fewer rays of one direction walk together.
-constexpr std::size_t kAnalysisWaves = 2;
+constexpr std::size_t kAnalysisWaveRays = TileJob::kWaveRays / 2;
 
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
@@ -24,7 +24,7 @@ std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept
             wave_rays / kBlockPixels / (1 + view.scene.analysis.observers.points.size()), 1);
     if (kind != core::AnalysisKind::kNone && kind != core::AnalysisKind::kTerrain)
         return std::max<std::size_t>(
-            wave_rays / kBlockPixels / kAnalysisWaves / analyse::kChunkRays, 1);
+            std::min(wave_rays, kAnalysisWaveRays) / kBlockPixels / analyse::kChunkRays, 1);
     const bool has_ambient_rays =
         quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
     const std::size_t rays =

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "common/thread/in_order.hpp"
+#include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "voxelserver/archive/index_walk.hpp"
@@ -18,14 +19,25 @@ using voxel::archive::Entry;
 /// Bytes of records that one thread checks before it takes others: several readings, which all use
 /// the memory of the first.
 constexpr std::uint64_t kBatch_bytes = 16 << 20;
+/// In an archive of little more than that all threads have some.
+constexpr std::uint64_t kLeastBatch_bytes = 2 << 20;
+
+std::uint64_t batch_bytes(const std::vector<Entry>& entries, int threads) {
+    std::uint64_t all = 0;
+    for (const Entry& entry : entries)
+        all += entry.bytes;
+    constexpr std::uint64_t kOfEach = 4;
+    return std::clamp(all / (kOfEach * static_cast<std::uint64_t>(threads)), kLeastBatch_bytes,
+                      kBatch_bytes);
+}
 
 /// One after the last entry of each batch.
-std::vector<std::size_t> batches_of(const std::vector<Entry>& entries) {
+std::vector<std::size_t> batches_of(const std::vector<Entry>& entries, std::uint64_t batch) {
     std::vector<std::size_t> out;
     std::uint64_t bytes = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         bytes += entries[i].bytes;
-        if (bytes < kBatch_bytes && i + 1 < entries.size())
+        if (bytes < batch && i + 1 < entries.size())
             continue;
         out.push_back(i + 1);
         bytes = 0;
@@ -72,7 +84,8 @@ Verification verify_open(voxel::archive::ByteSource& source, std::uint64_t bytes
     // In the order of the file: a disk reads that fastest.
     std::sort(entries.begin(), entries.end(),
               [](const Entry& a, const Entry& b) { return a.offset < b.offset; });
-    const std::vector<std::size_t> ends = batches_of(entries);
+    const std::vector<std::size_t> ends =
+        batches_of(entries, batch_bytes(entries, thread::thread_count(threads)));
     thread::in_order(
         ends.size(), threads,
         [&](std::size_t i) {

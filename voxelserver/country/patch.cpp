@@ -148,6 +148,7 @@ private:
     void make_and_put_in() {
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
+        options.memory_bytes = m_options.memory_bytes;
         options.known_squares = m_folder.known_squares();
         options.chunk_indices = m_folder.chunks();
         options.reads_chunk_indices = true;

@@ -14,6 +14,9 @@ namespace terravox::country {
 
 struct PatchOptions {
     int threads = 0;  ///< 0: one for each core
+    /// As WorldOptions::memory_bytes. A square reads parts of eight others, some 250 MB for 7
+    /// million points each; what does not fit is decoded more than once.
+    std::size_t memory_bytes = std::size_t{2} << 30;
     bool quiet = false;
     std::stop_token stop;
 };

@@ -54,12 +54,33 @@ std::vector<Kept> files_of(const fs::path& folder) {
     return out;
 }
 
+/// Removes files that were left unfinished long ago.
+std::vector<Kept> finished_files(const fs::path& folder) {
+    constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes so long to write
+    std::vector<Kept> out = files_of(folder);
+    std::erase_if(out, [&](const Kept& k) {
+        if (!unfinished(k.file))
+            return false;
+        std::error_code ignored;
+        // It may still be being written: it counts once it is complete.
+        if (fs::file_time_type::clock::now() - k.used > kAbandoned)
+            fs::remove(k.file, ignored);
+        return true;
+    });
+    return out;
+}
+
 }  // namespace
 
 std::string square_name(const fs::path& source, const std::string& recipe) {
+    return square_name(source, voxel::file_identity(source, "point cloud"), recipe);
+}
+
+std::string square_name(const fs::path& source, const voxel::Fingerprint& identity,
+                        const std::string& recipe) {
     voxel::ByteWriter facts;
     facts.add(recipe);
-    facts.add(voxel::file_identity(source, "point cloud"));
+    facts.add(identity);
     // The stem is for readers: truncated so that no name gets too long, and without the dots that
     // mark unfinished files.
     constexpr std::size_t kStem = 80;
@@ -74,8 +95,11 @@ SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes)
     fs::create_directories(m_folder, failed);
     std::error_code ignored;
     if (failed || !fs::is_directory(m_folder, ignored))
-        complain("make the cache folder " + m_folder.string() + ": " +
+        complain("make the folder " + m_folder.string() + ": " +
                  (failed ? failed.message() : "not a folder"));
+    // Nothing else ever looks at all files of such a folder.
+    if (m_limit_bytes == kUnlimited_bytes)
+        (void)finished_files(m_folder);
 }
 
 fs::path SquareFolder::square_file(const std::string& name) const {
@@ -88,6 +112,11 @@ fs::path SquareFolder::index_file(const std::string& name) const {
 bool SquareFolder::holds(const std::string& name) const {
     std::error_code ignored;
     return fs::exists(square_file(name), ignored);
+}
+
+bool SquareFolder::holds_index(const std::string& name) const {
+    std::error_code ignored;
+    return fs::exists(index_file(name), ignored);
 }
 
 std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
@@ -162,18 +191,9 @@ void SquareFolder::complain(const std::string& what) {
 void SquareFolder::evict(const fs::path& but_not) {
     if (m_limit_bytes == kUnlimited_bytes)
         return;
-    constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes so long to write
     const std::lock_guard lock(m_mutex);
-    std::vector<Kept> kept = files_of(m_folder);
+    std::vector<Kept> kept = finished_files(m_folder);
     std::error_code ignored;
-    std::erase_if(kept, [&](const Kept& k) {
-        if (!unfinished(k.file))
-            return false;
-        // It may still be being written: it counts once it is complete.
-        if (fs::file_time_type::clock::now() - k.used > kAbandoned)
-            fs::remove(k.file, ignored);
-        return true;
-    });
     std::sort(kept.begin(), kept.end());
     std::uint64_t total = 0;
     for (const Kept& k : kept)

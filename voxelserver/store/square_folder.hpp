@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/store/chunk_index.hpp"
 #include "voxelserver/store/square.hpp"
 
@@ -18,6 +19,10 @@ namespace terravox::store {
 /// @param source the point file
 /// @param recipe everything else that the points depend on (frame, filters, class table), as text
 [[nodiscard]] std::string square_name(const std::filesystem::path& source,
+                                      const std::string& recipe);
+/// @param identity of the point file (common/voxel/file_identity.hpp)
+[[nodiscard]] std::string square_name(const std::filesystem::path& source,
+                                      const voxel::Fingerprint& identity,
                                       const std::string& recipe);
 
 /// Limit of a folder from which nothing is removed.
@@ -45,6 +50,7 @@ public:
     [[nodiscard]] std::shared_ptr<const Square> put(const std::string& name,
                                                     std::shared_ptr<const Square> square);
 
+    [[nodiscard]] bool holds_index(const std::string& name) const;  ///< as holds()
     [[nodiscard]] std::optional<ChunkIndex> find_index(const std::string& name);
     void put_index(const std::string& name, const ChunkIndex& index);
 

@@ -19,7 +19,6 @@
 #include "raytracer/commands/analyse/own_fields.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/analyse/shadow_times.hpp"
-#include "raytracer/commands/analyse/time_arguments.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/render/picture_renderer.hpp"
@@ -73,7 +72,7 @@ std::optional<farm::Part> part_of(const AnalyseArguments& args) {
 class AnalyseRun {
 public:
     AnalyseRun(const AnalyseArguments& args, core::AnalysisKind kind)
-        : m_args(args), m_kind(kind), m_scene(scene_of(args, kind)) {}
+        : m_args(args), m_kind(kind) {}
 
     util::ExitCode run() {
         const RenderPool pool = check_arguments();
@@ -96,6 +95,7 @@ private:
         check_report_targets(m_args.reports);
         check_times_arguments(m_args);
         m_selection.area = area_of("analyse", m_args.grid);
+        m_scene = scene_of(m_args, m_kind);
         (void)relief_of(m_scene);
         m_part = part_of(m_args);
         check_object_arguments(m_args.objects, m_scene, !m_args.facades.file.empty());

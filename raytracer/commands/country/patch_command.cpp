@@ -16,6 +16,7 @@ namespace {
 struct PatchArguments {
     std::string plan;
     int threads = 0;
+    int memory_mib = 2048;  ///< it runs alone
     bool quiet = false;
 };
 
@@ -34,6 +35,7 @@ util::ExitCode run_patch(const PatchArguments& args) {
     const thread::StopSignals signals;
     country::PatchOptions options;
     options.threads = args.threads;
+    options.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     options.quiet = args.quiet;
     options.stop = signals.token();
     const country::PatchOutcome outcome = country::patch_country(folder, options);
@@ -71,6 +73,12 @@ std::function<util::ExitCode()> add_country_patch(CLI::App& country) {
     command->add_option("plan", args->plan, "the plan's folder")->required();
     command->add_option("--threads", args->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    command
+        ->add_option("--memory-mib", args->memory_mib,
+                     "limit of what is kept of the data in memory, MiB; what does not fit is "
+                     "decoded more than once")
+        ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
     command->add_flag("-q,--quiet", args->quiet, "no progress");
     return [args] { return run_patch(*args); };

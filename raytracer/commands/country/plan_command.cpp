@@ -33,7 +33,7 @@ struct PlanArguments {
     std::string heights;
     int shards = 0;
     int sample = 6;
-    int memory_mib = 512;  ///< many tasks share a machine
+    int memory_mib = 448;  ///< many tasks share a machine
     int scratch_mib = 2048;
     bool overwrite = false;
     bool json = false;
@@ -64,7 +64,8 @@ public:
     ~EmptyFolders() {
         std::error_code ignored;
         fs::remove(m_folder.scratch(), ignored);
-        fs::remove(m_folder.chunks(), ignored);
+        if (!fs::exists(m_folder.plan(), ignored))
+            fs::remove_all(m_folder.chunks(), ignored);
         fs::remove(m_folder.path(), ignored);
     }
     EmptyFolders(const EmptyFolders&) = delete;

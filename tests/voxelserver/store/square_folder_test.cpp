@@ -86,6 +86,23 @@ TEST_CASE("what another writer has not finished stays, what a crash has left beh
     CHECK_FALSE(fs::exists(old));
 }
 
+TEST_CASE("a folder without a limit keeps all, but what a crash has left behind",
+          "[voxelserver][store]") {
+    const TemporaryFolder folder;
+    const fs::path old = folder.path() / ".y.part-2-0.chunks";
+    write_bytes(old, std::string(100'000, 'y'));
+    fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(3));
+    store::SquareFolder kept(folder.path(), store::kUnlimited_bytes);
+    CHECK_FALSE(fs::exists(old));
+    for (unsigned i = 0; i < 40; ++i) {
+        const std::string name = "i" + std::to_string(i);
+        CHECK_FALSE(kept.holds_index(name));
+        kept.put_index(name, made_index(i, 20));
+        CHECK(kept.holds_index(name));
+    }
+    CHECK(files_ending(folder.path(), ".chunks").size() == 40);
+}
+
 TEST_CASE("a folder that cannot be made or written is reported once, and squares stay in memory",
           "[voxelserver][store]") {
     const TemporaryFolder folder;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 namespace terravox::voxelize {
@@ -42,10 +43,24 @@ bool fits(const SquareSource& source, std::size_t limit_bytes) {
            patches * kBinningBytes + points / run * kRunBytes < limit / 2;
 }
 
-std::string recipe_text(const SquareSource& source, const SquareRecipe& recipe) {
+/// CRSs as text. Writing one takes longer than all else, and thousands of files have the same one.
+class CrsTexts {
+public:
+    const std::string& of(const geo::Crs& crs) {
+        const auto [text, is_new] = m_texts.try_emplace(&crs.ogr());
+        if (is_new)
+            text->second = crs.wkt();
+        return text->second;
+    }
+
+private:
+    std::map<const OGRSpatialReference*, std::string> m_texts;
+};
+
+std::string recipe_text(const SquareSource& source, const SquareRecipe& recipe, CrsTexts& crs) {
     const grid::Frame& frame = recipe.frame;
     const Settings::Points& filters = recipe.settings.points;
-    std::string out = "points 3|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
+    std::string out = "points 3|" + crs.of(frame.crs()) + "|" + crs.of(*source.info.crs) + "|";
     for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres,
                            source.lowest, source.highest})
         out += fmt::format("{}|", v);  // every digit
@@ -88,11 +103,13 @@ PointMemory share_memory(std::size_t memory_bytes, std::span<const SquareSource>
 std::vector<PartedFile> plan_files(std::span<const SquareSource> files, const PointMemory& memory,
                                    const SquareRecipe* recipe) {
     std::vector<PartedFile> out;
+    CrsTexts crs;
     for (const SquareSource& source : files) {
         PartedFile file;
         file.source = &source;
         if (recipe != nullptr)
-            file.name = store::square_name(source.info.path, recipe_text(source, *recipe));
+            file.name = store::square_name(source.info.path, source.identity,
+                                           recipe_text(source, *recipe, crs));
         file.kept_whole = fits(source, memory.squares);
         if (!file.kept_whole)
             file.block_patches = block_patches_of(source, memory.parts);

@@ -32,7 +32,6 @@ struct SquareRecipe {
 
 /// How each file is to be kept, in the order of `files`. The plan points into `files`.
 /// @param recipe names the squares in the cache folder; nullptr = there is none
-/// @throws Error for a file that no longer exists
 [[nodiscard]] std::vector<PartedFile> plan_files(std::span<const SquareSource> files,
                                                  const PointMemory& memory,
                                                  const SquareRecipe* recipe);

@@ -197,6 +197,8 @@ std::optional<store::ChunkIndex> PointParts::find_index(const std::string& name)
     std::optional<store::ChunkIndex> out;
     if (m_folders.cache != nullptr)
         out = m_folders.cache->find_index(name);
+    if (out && m_folders.kept != nullptr && !m_folders.kept->holds_index(name))
+        m_folders.kept->put_index(name, *out);
     if (!out && m_folders.kept != nullptr && m_folders.reads_kept)
         out = m_folders.kept->find_index(name);
     return out;
