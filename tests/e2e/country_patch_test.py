@@ -107,6 +107,22 @@ class CountryPatch(Case):
         self.assertLess(same_points, self.columns_replaced(folder))
         self.assertIsAnew(folder)
 
+    def test_facts_of_another_plan_tell_no_scales(self):
+        """They say what intensities meant in an archive that is no longer there."""
+        folder = self.planned()
+        known = folder / "plan" / "squares.known"
+        facts = known.read_bytes()
+        square = folder / "data" / f"{self.names[12]}.laz"
+        shutil.move(square, folder / "away.laz")
+        words = [folder / "data", "-o", folder / "plan", "--shards", "2", *OPTIONS, "--overwrite"]
+        self.assertDone(country("plan", *words))
+        known.write_bytes(facts)
+        run = country("run", folder / "plan", "-o", folder / "place.tvx", "--overwrite", "-q")
+        self.assertDone(run)
+        shutil.move(folder / "away.laz", square)
+        self.assertPatched(folder, "is new")
+        self.assertIsAnew(folder)
+
     def test_without_its_chunk_indices_the_archive_is_the_same(self):
         folder = self.planned()
         indices = folder / "plan" / "chunks"
@@ -147,20 +163,28 @@ class CountryPatch(Case):
         self.assertPatched(folder)
         self.assertIsAnew(folder)
 
-    def interrupted(self, folder):
-        """A patch that was killed between its archive and its plan."""
+    def interrupted(self, folder, facts_are_new=False):
+        """A patch that was killed between its archive and its facts, or these and its plan."""
         files = [folder / "plan" / name for name in ("plan.json", "run.json")]
         plan, note = (file.read_text() for file in files)
+        known = (folder / "plan" / "squares.known").read_bytes()
         self.fly_again(folder, self.names[11])
         self.assertPatched(folder, "has changed")
         before, after = json.loads(note), json.loads(files[1].read_text())
         files[0].write_text(plan)
         note = {**after, "before": before["after"], "after": "", "patched": before["plan"]}
         files[1].write_text(json.dumps(note))
+        if not facts_are_new:
+            (folder / "plan" / "squares.known").write_bytes(known)
 
     def test_killed_between_archive_and_plan_it_goes_on(self):
+        for facts_are_new in (False, True):
+            with self.subTest(facts_are_new=facts_are_new):
+                self.go_on(facts_are_new)
+
+    def go_on(self, facts_are_new):
         folder = self.planned()
-        self.interrupted(folder)
+        self.interrupted(folder, facts_are_new)
         self.assertPatched(folder, "has changed")
         self.assertIsAnew(folder)
         self.assertPatched(folder, "no square has changed")

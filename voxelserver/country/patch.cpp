@@ -159,7 +159,6 @@ private:
         if (failed)
             throw util::Error(attempt() + ": make the folder " + scratch.path().string() + ": " +
                               failed.message());
-        std::string known_meanwhile;
         std::string known;
         {
             OpenedCountry country(options, m_plan.selection());
@@ -168,9 +167,8 @@ private:
             m_plan.bounds = country.part().bounds;
             if (!m_interrupted_id.empty() && m_plan.id() != m_interrupted_id)
                 refuse_other_data();
-            using Scales = voxelize::LidarWorld::Scales;
-            known_meanwhile = country.world().known_squares(identities_before(), Scales::kThen);
-            known = country.world().known_squares(identities_before(), Scales::kNow);
+            known = country.world().known_squares(identities_before());
+            m_plan.known_squares = fingerprint_of_known(known);
             write_change(country, change);
         }
         // What changes while it is read must not become part of an archive.
@@ -178,10 +176,9 @@ private:
             throw util::Error(attempt() + ": the data changed meanwhile: " + changes.front() +
                               "; the archive stays as it is");
         check_stop();
-        // Before the archive: where squares lay, and what intensities mean in the archive as it is,
-        // is known to the next call, whatever ends this one.
-        util::write_file_atomically(m_folder.known_squares(), known_meanwhile);
         put_in(change);
+        // Facts of the data before, which the plan that is still there names, are all that a call
+        // after an interruption up to here needs.
         util::write_file_atomically(m_folder.known_squares(), known);
         write_plan(m_folder, m_plan);
         const fs::path& archive = m_outcome.archive;
@@ -244,7 +241,7 @@ private:
                 changed.insert(i);
         const voxelize::DependentColumns found = voxelize::columns_that_depend_on(
             country.world(), changed, m_options.threads,
-            {rects_before(country.world()), country.world().rescaled_files()});
+            {rects_before(country.world()), has_known_squares_of(m_folder, m_old)});
         exports::ChangedColumns out = exports::changed_columns(
             country.part(), columns_at({found.dependent.begin(), found.dependent.end()}),
             columns_at(found.neighbours));

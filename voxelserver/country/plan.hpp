@@ -68,6 +68,10 @@ struct Plan {
     /// Of what all boxes depend on (OpenedCountry::fingerprint_of_all_boxes()): while it is the
     /// same, a part of an archive can be made anew.
     std::string fingerprint_of_all_boxes;
+    /// Of the bytes of PlanFolder::known_squares() that belong to these data, 32 digits
+    /// (fingerprint_of_known()). Other bytes say where squares lay, but not what their intensities
+    /// meant in the plan's archive.
+    std::string known_squares;
     std::string crs;  ///< name
     double voxel_m = 1;
     voxel::VoxelBounds bounds;  ///< of the part that is made

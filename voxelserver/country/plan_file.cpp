@@ -129,6 +129,7 @@ Plan plan_of(const Json& json, const Paths& paths) {
         out.heights = json.at("heights").get<std::vector<double>>();
     out.fingerprint = json.at("fingerprint").get<std::string>();
     out.fingerprint_of_all_boxes = json.at("fingerprint_of_all_boxes").get<std::string>();
+    out.known_squares = json.value("known_squares", "");
     out.crs = json.at("crs").get<std::string>();
     out.voxel_m = json.at("voxel_m").get<double>();
     out.bounds.min = json.at("bounds").at("min").get<std::array<std::int32_t, 3>>();
@@ -188,6 +189,7 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
              {"id", plan.id()},
              {"fingerprint", plan.fingerprint},
              {"fingerprint_of_all_boxes", plan.fingerprint_of_all_boxes},
+             {"known_squares", plan.known_squares},
              {"world", json_of(plan.world, paths)},
              {"area", plan.area},
              {"heights", plan.heights},

@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "common/util/error.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
 
 namespace terravox::country {
 
@@ -51,6 +55,18 @@ void PlanFolder::make_folders() const {
             throw util::Error("make the folder " + (m_path / name).string() + ": " +
                               failed.message());
     }
+}
+
+std::string fingerprint_of_known(std::string_view bytes) {
+    voxel::ByteWriter out;
+    out.add(std::string(bytes));
+    return voxel::hex_of(out.fingerprint());
+}
+
+bool has_known_squares_of(const PlanFolder& folder, const Plan& plan) {
+    std::ifstream in(folder.known_squares(), std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    return in && fingerprint_of_known(bytes) == plan.known_squares;
 }
 
 }  // namespace terravox::country

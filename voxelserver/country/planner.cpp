@@ -9,6 +9,7 @@
 #include "common/util/version.hpp"
 #include "voxelserver/country/inputs.hpp"
 #include "voxelserver/country/opened.hpp"
+#include "voxelserver/country/plan_folder.hpp"
 #include "voxelserver/country/sample.hpp"
 #include "voxelserver/country/usage.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
@@ -44,8 +45,9 @@ public:
         });
         sample.open_cpu_s = open_cpu_s;
         foresee(sample, survey, columns);
-        return {std::move(m_plan),
-                country.world().known_squares({}, voxelize::LidarWorld::Scales::kNow)};
+        std::string known = country.world().known_squares({});
+        m_plan.known_squares = fingerprint_of_known(known);
+        return {std::move(m_plan), std::move(known)};
     }
 
 private:

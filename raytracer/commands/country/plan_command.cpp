@@ -57,22 +57,28 @@ country::PlanFolder make_folder(const PlanArguments& args) {
     return folder;
 }
 
-/// A plan that is refused leaves no empty folders.
+/// A plan that is refused leaves no empty folders, and no indices that its sample has made.
 class EmptyFolders {
 public:
-    explicit EmptyFolders(const country::PlanFolder& folder) : m_folder(folder) {}
+    explicit EmptyFolders(const country::PlanFolder& folder) : m_folder(folder) {
+        std::error_code failed;
+        m_had_chunks = fs::exists(folder.chunks(), failed) || failed;
+    }
     ~EmptyFolders() {
         std::error_code ignored;
-        fs::remove(m_folder.scratch(), ignored);
-        if (!fs::exists(m_folder.plan(), ignored))
+        if (!m_had_chunks && !m_is_planned)
             fs::remove_all(m_folder.chunks(), ignored);
+        fs::remove(m_folder.scratch(), ignored);
         fs::remove(m_folder.path(), ignored);
     }
+    void set_planned() noexcept { m_is_planned = true; }
     EmptyFolders(const EmptyFolders&) = delete;
     EmptyFolders& operator=(const EmptyFolders&) = delete;
 
 private:
     const country::PlanFolder& m_folder;
+    bool m_had_chunks = false;
+    bool m_is_planned = false;
 };
 
 country::PlanOptions options_of(const PlanArguments& args) {
@@ -105,7 +111,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
     args.scripts.check();
     country::PlanOptions options = options_of(args);
     const country::PlanFolder folder = make_folder(args);
-    const EmptyFolders unused(folder);
+    EmptyFolders unused(folder);
     const country::ScratchFolder scratch(folder.scratch() / "sample");
     options.scratch = scratch.path();
     options.world.known_squares = folder.known_squares();
@@ -119,6 +125,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
         });
     meter.finish();
     country::write_plan(folder, plan);
+    unused.set_planned();
     util::write_file_atomically(folder.known_squares(), known_squares);
     args.scripts.write(folder, plan, args.out);
     const std::string said = args.json ? json_of(plan, args.out) + "\n" : text_of(plan);

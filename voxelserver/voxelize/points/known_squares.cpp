@@ -1,8 +1,10 @@
 #include "voxelserver/voxelize/points/known_squares.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -202,40 +204,53 @@ bool is_sound(const KnownSquare& square) {
                [](const PlanRect& rect) { return is_sound(rect); });
 }
 
+/// The inverse of voxel::hex_of().
+std::optional<voxel::Fingerprint> fingerprint_of(std::string_view digits) {
+    constexpr std::size_t kDigits = 16;
+    voxel::Fingerprint out{};
+    if (digits.size() != kDigits * out.size())
+        return std::nullopt;
+    for (std::uint64_t& half : out) {
+        const char* const end = digits.data() + kDigits;
+        const auto read = std::from_chars(digits.data(), end, half, 16);
+        if (read.ec != std::errc{} || read.ptr != end)
+            return std::nullopt;
+        digits.remove_prefix(kDigits);
+    }
+    return out;
+}
+
 }  // namespace
+
+template <class Wanted>
+const KnownSquare* KnownSquares::first(const voxel::Fingerprint& identity,
+                                       const Wanted& wanted) const {
+    const auto [begin, end] = m_by_identity.equal_range(identity[0]);
+    std::size_t out = m_squares.size();
+    for (auto at = begin; at != end; ++at)
+        if (m_squares[at->second].identity == identity && wanted(m_squares[at->second]))
+            out = std::min(out, at->second);
+    return out < m_squares.size() ? &m_squares[out] : nullptr;
+}
 
 const KnownSquare* KnownSquares::find(const voxel::Fingerprint& identity,
                                       const voxel::Fingerprint& side_identity) const {
-    const auto [first, end] = m_by_identity.equal_range(identity[0]);
-    for (auto at = first; at != end; ++at)
-        if (const KnownSquare& square = m_squares[at->second];
-            square.identity == identity && square.side_identity == side_identity)
-            return &square;
-    return nullptr;
+    return first(identity,
+                 [&](const KnownSquare& square) { return square.side_identity == side_identity; });
+}
+
+const KnownSquare* KnownSquares::find(const voxel::Fingerprint& identity) const {
+    return first(identity, [](const KnownSquare&) { return true; });
 }
 
 const KnownSquare* KnownSquares::find(std::string_view identity) const {
-    const auto found = std::find_if(
-        m_squares.begin(), m_squares.end(),
-        [&](const KnownSquare& square) { return voxel::hex_of(square.identity) == identity; });
-    return found == m_squares.end() ? nullptr : &*found;
+    const auto print = fingerprint_of(identity);
+    return print ? find(*print) : nullptr;
 }
 
 void KnownSquares::add(KnownSquare square) {
     m_by_identity.emplace(square.identity[0], m_squares.size());
     m_squares.push_back(std::move(square));
-}
-
-KnownSquares KnownSquares::scaled_as(const KnownSquares& then) const {
-    KnownSquares out;
-    for (KnownSquare square : m_squares) {
-        if (const KnownSquare* const found = then.find(square.identity, square.side_identity)) {
-            square.scale_of = found->scale_of;
-            square.brightness = found->brightness;
-        }
-        out.add(std::move(square));
-    }
-    return out;
 }
 
 std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {

@@ -41,15 +41,14 @@ struct KnownSquare {
 /// so a file that has changed is not known. const functions may be called concurrently.
 class KnownSquares {
 public:
-    /// @return nullptr when the file is not known
+    /// @return the one that was added first; nullptr when the file is not known
     [[nodiscard]] const KnownSquare* find(const voxel::Fingerprint& identity,
                                           const voxel::Fingerprint& side_identity) const;
-    /// @param identity 32 hexadecimal digits
-    /// @return of the first one, whatever its side file; nullptr when there is none
+    /// Whatever its side file.
+    [[nodiscard]] const KnownSquare* find(const voxel::Fingerprint& identity) const;
+    /// @param identity as voxel::hex_of() writes it; others are not known
     [[nodiscard]] const KnownSquare* find(std::string_view identity) const;
     void add(KnownSquare square);
-    /// The same squares, where `then` knows them with the scale of their intensities that it knows.
-    [[nodiscard]] KnownSquares scaled_as(const KnownSquares& then) const;
     [[nodiscard]] bool empty() const noexcept { return m_squares.empty(); }
 
     /// With a checksum, the same on every machine. Squares whose CRS does not survive being written
@@ -62,6 +61,10 @@ public:
                                                  const voxel::Fingerprint& way);
 
 private:
+    template <class Wanted>
+    [[nodiscard]] const KnownSquare* first(const voxel::Fingerprint& identity,
+                                           const Wanted& wanted) const;
+
     std::vector<KnownSquare> m_squares;
     std::unordered_multimap<std::uint64_t, std::size_t> m_by_identity;
 };

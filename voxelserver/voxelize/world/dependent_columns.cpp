@@ -7,7 +7,6 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/voxelize/points/brightness.hpp"
 #include "voxelserver/voxelize/world/wide_ground.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 
@@ -224,30 +223,6 @@ private:
     DependentColumns m_out;
 };
 
-/// Squares whose points, as they are, have other materials than before, since what their
-/// intensities mean depends on those near by.
-std::vector<ColumnRect> rescaled_rects(const LidarWorld& world, const WorldBefore& before,
-                                       const std::vector<ColumnRect>& changed) {
-    const std::vector<SquareInfo>& squares = world.facts().squares;
-    std::vector<ColumnRect> out;
-    if (before.rescaled) {
-        for (const std::size_t i : *before.rescaled)
-            out.push_back(squares[i].bounds.grown(1));
-        return out;
-    }
-    if (world.stats().flight_lines == 0)
-        return out;
-    const auto near = static_cast<std::int32_t>(kSharedScale_m / world.info().voxel_m) + 1;
-    for (const SquareInfo& square : squares) {
-        const bool is_near = std::any_of(
-            changed.begin(), changed.end(),
-            [&](const ColumnRect& rect) { return rect.grown(near).overlaps(square.bounds); });
-        if (is_near)
-            out.push_back(square.bounds.grown(1));
-    }
-    return out;
-}
-
 }  // namespace
 
 DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::size_t>& changed,
@@ -259,8 +234,8 @@ DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::s
         rects.push_back(squares[i].bounds.grown(1));
     for (const ColumnRect& rect : before.lay)
         rects.push_back(rect.grown(1));
-    const std::vector<ColumnRect> rescaled = rescaled_rects(world, before, rects);
-    rects.insert(rects.end(), rescaled.begin(), rescaled.end());
+    for (const std::size_t i : world.rescaled_files(rects, before.scales_are_known))
+        rects.push_back(squares[i].bounds.grown(1));
     // Their light changes, and with it all of their colours.
     for (const ColumnRect& photograph : world.photographs_with_light_from(changed))
         rects.push_back(photograph);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -22,10 +21,9 @@ struct DependentColumns {
 struct WorldBefore {
     /// Where squares lay that have changed or are gone, in columns of the world.
     std::vector<grid::ColumnRect> lay;
-    /// Files whose intensities had another scale, by number. nullopt: that is not known, so all
-    /// within 500 m of what changed count, where materials are guessed from intensities: these
-    /// share a scale (points/brightness.hpp).
-    std::optional<std::set<std::size_t>> rescaled;
+    /// Whether the world knows the scales of intensities of before: as
+    /// LidarWorld::rescaled_files().
+    bool scales_are_known = false;
 };
 
 /// The columns of boxes whose voxels may be others once the points of some squares are: those that

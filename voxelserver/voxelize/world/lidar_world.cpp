@@ -8,6 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/downsample.hpp"
+#include "voxelserver/voxelize/points/brightness.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
 #include "voxelserver/voxelize/world/fingerprints_of.hpp"
@@ -63,29 +64,26 @@ public:
                 sources.flight_lines};
     }
 
-    [[nodiscard]] std::string known_squares(std::span<const std::string> also,
-                                            Scales scales) const override {
+    [[nodiscard]] std::string known_squares(std::span<const std::string> also) const override {
         const Sources& sources = m_points.sources();
-        KnownSquares all =
-            scales == Scales::kNow ? sources.known : sources.known.scaled_as(sources.known_before);
+        KnownSquares all = sources.known;
+        // A file that was renamed has its identity still, and is known as it is now.
         for (const std::string& identity : also)
-            if (const KnownSquare* const before = sources.known_before.find(identity))
+            if (const KnownSquare* const before = sources.known_before.find(identity);
+                before != nullptr && all.find(identity) == nullptr)
                 all.add(*before);
         return all.to_bytes(way_of_opening(m_points.classes(), m_settings.points));
     }
 
-    [[nodiscard]] std::optional<std::set<std::size_t>> rescaled_files() const override {
-        const Sources& sources = m_points.sources();
-        if (sources.known_before.empty())
-            return std::nullopt;
+    [[nodiscard]] std::set<std::size_t> rescaled_files(std::span<const grid::ColumnRect> changed,
+                                                       bool scales_are_known) const override {
         std::set<std::size_t> out;
-        for (std::size_t i = 0; i < sources.files.size(); ++i) {
-            const SquareSource& now = sources.files[i];
-            const KnownSquare* const then =
-                sources.known_before.find(now.identity, now.side_identity);
-            if (then == nullptr || then->brightness != now.brightness)
+        if (!m_settings.steps.material_guesses)
+            return out;
+        const std::vector<SquareSource>& files = m_points.sources().files;
+        for (std::size_t i = 0; i < files.size(); ++i)
+            if (scales_are_known ? has_other_scale(files[i]) : may_share_scale(files[i], changed))
                 out.insert(i);
-        }
         return out;
     }
 
@@ -178,6 +176,27 @@ public:
 private:
     [[nodiscard]] bool relights() const noexcept {
         return m_images != nullptr && m_settings.orthophoto.albedo;
+    }
+
+    /// The scale belongs to the points: an index beside them may have come or gone.
+    [[nodiscard]] bool has_other_scale(const SquareSource& file) const {
+        const KnownSquares& before = m_points.sources().known_before;
+        const KnownSquare* then = before.find(file.identity, file.side_identity);
+        if (then == nullptr)
+            then = before.find(file.identity);
+        return then == nullptr || then->brightness != file.brightness;
+    }
+
+    /// A file without echoes has no scale, whatever lies near it.
+    [[nodiscard]] bool may_share_scale(const SquareSource& file,
+                                       std::span<const grid::ColumnRect> changed) const {
+        const KnownSquare* const known =
+            m_points.sources().known.find(file.identity, file.side_identity);
+        const auto near = static_cast<std::int32_t>(kSharedScale_m / m_facts.info.voxel_m) + 1;
+        return known != nullptr && known->has_echoes &&
+               std::any_of(changed.begin(), changed.end(), [&](const grid::ColumnRect& rect) {
+                   return rect.grown(near).overlaps(file.bounds);
+               });
     }
 
     void gather_facts(const LidarWorldOptions& options) {

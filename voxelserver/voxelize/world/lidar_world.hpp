@@ -54,18 +54,20 @@ public:
     /// What is known without making a box (world_facts.hpp). Lives as long as the world.
     [[nodiscard]] virtual const WorldFacts& facts() const noexcept = 0;
 
-    enum class Scales : std::uint8_t { kNow, kThen };
     /// What opening has found of the files, for LidarWorldOptions::known_squares: bytes of a file.
     /// @param also identities of files that are no longer there, as for known_bounds(): what was
     /// known of them is kept
-    /// @param scales kThen: files that were known keep the scale of their intensities of then
-    [[nodiscard]] virtual std::string known_squares(std::span<const std::string> also,
-                                                    Scales scales) const = 0;
+    [[nodiscard]] virtual std::string known_squares(std::span<const std::string> also) const = 0;
 
-    /// The files whose intensities have another scale than when LidarWorldOptions::known_squares
-    /// was written, and those that were not known then.
-    /// @return indices into facts().squares; nullopt when nothing was known
-    [[nodiscard]] virtual std::optional<std::set<std::size_t>> rescaled_files() const = 0;
+    /// The files whose points have other materials than before since their intensities mean
+    /// something else (points/brightness.hpp); none where materials are not guessed.
+    /// @param changed where files have changed, are new or gone, in columns of the world
+    /// @param scales_are_known whether LidarWorldOptions::known_squares holds the scales of before:
+    /// then those are meant whose scale is another one now, else all that may share one with a file
+    /// that has changed
+    /// @return indices into facts().squares
+    [[nodiscard]] virtual std::set<std::size_t> rescaled_files(
+        std::span<const grid::ColumnRect> changed, bool scales_are_known) const = 0;
 
     /// Where a file lay when LidarWorldOptions::known_squares was written, in columns of that
     /// world.

@@ -15,7 +15,6 @@
 using namespace terravox;
 using namespace terravox::test;
 using voxelize::KnownSquare;
-using Scales = voxelize::LidarWorld::Scales;
 using voxelize::KnownSquares;
 
 namespace {
@@ -50,7 +49,7 @@ std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -
 }
 
 KnownSquares read_back(voxelize::LidarWorld& world, const voxel::Fingerprint& way) {
-    return KnownSquares::from_bytes(world.known_squares({}, Scales::kNow), way);
+    return KnownSquares::from_bytes(world.known_squares({}), way);
 }
 
 voxel::Fingerprint usual_way() {
@@ -82,7 +81,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
     const auto without = patchwork.options();
     auto with = without;
     with.known_squares = patchwork.root() / "squares.known";
-    write(with.known_squares, OpenWorld(without).world().known_squares({}, Scales::kNow));
+    write(with.known_squares, OpenWorld(without).world().known_squares({}));
     SECTION("nothing has changed") {
         check_same_world(with, without);
     }
@@ -100,7 +99,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
         check_same_world(other_with, other);
     }
     SECTION("the file is damaged, of other filters, or absent") {
-        const std::string bytes = OpenWorld(without).world().known_squares({}, Scales::kNow);
+        const std::string bytes = OpenWorld(without).world().known_squares({});
         write(with.known_squares, bytes.substr(0, bytes.size() / 2));
         check_same_world(with, without);
         std::filesystem::remove(with.known_squares);
@@ -177,7 +176,7 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     {
         OpenWorld world(without);
         REQUIRE(world.world().stats().flight_lines == 2);
-        write(with.known_squares, world.world().known_squares({}, Scales::kNow));
+        write(with.known_squares, world.world().known_squares({}));
     }
     check_same_world(with, without);
     for (int changed = 0; changed < 4; ++changed) {
@@ -186,29 +185,68 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     }
 }
 
-TEST_CASE("files whose intensities have another scale than then are found until that is noted",
+TEST_CASE("files whose intensities mean something else than then are found",
           "[voxelserver][voxelize][known]") {
     using Files = std::set<std::size_t>;
     const TemporaryFolder folder;
     const TemporaryFolder elsewhere;
     auto options = OpenWorld::with(with_echoes(folder));
-    CHECK(!OpenWorld(options).world().rescaled_files());
     options.known_squares = elsewhere.path() / "squares.known";
-    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kNow));
-    CHECK((OpenWorld(options).world().rescaled_files() == Files{}));
+    const auto rescaled = [&](bool scales_are_known) {
+        OpenWorld world(options);
+        const std::vector<grid::ColumnRect> changed = {world.world().facts().squares.back().bounds};
+        return world.world().rescaled_files(changed, scales_are_known);
+    };
+    write(options.known_squares, OpenWorld(options).world().known_squares({}));
+    CHECK((rescaled(true) == Files{}));
     // Squares are 300 m apart, and share what lies within 500 m.
+    CHECK((rescaled(false) == Files{1, 2, 3}));
+    // The others are written again, the same, with the time that they had.
+    const auto file = [&](int i) { return folder.path() / ("e" + std::to_string(i) + ".laz"); };
+    const auto written = std::filesystem::last_write_time(file(0));
+    for (int i = 0; i < 3; ++i)
+        std::filesystem::last_write_time(file(i), written);
+    write(options.known_squares, OpenWorld(options).world().known_squares({}));
     with_echoes(folder, 3);
-    CHECK((OpenWorld(options).world().rescaled_files() == Files{1, 2, 3}));
-    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kThen));
-    CHECK((OpenWorld(options).world().rescaled_files() == Files{1, 2}));
-    write(options.known_squares, OpenWorld(options).world().known_squares({}, Scales::kNow));
-    CHECK((OpenWorld(options).world().rescaled_files() == Files{}));
+    for (int i = 0; i < 3; ++i)
+        std::filesystem::last_write_time(file(i), written);
+    CHECK((rescaled(true) == Files{1, 2, 3}));
+    CHECK((rescaled(false) == Files{1, 2, 3}));
+    SECTION("not before it is noted") {
+        write(options.known_squares, OpenWorld(options).world().known_squares({}));
+        CHECK((rescaled(true) == Files{}));
+    }
+    SECTION("none where materials are not guessed") {
+        options.steps = "-material_guesses";
+        CHECK((rescaled(true) == Files{}));
+        CHECK((rescaled(false) == Files{}));
+    }
+}
+
+TEST_CASE("of two records of one file the first one counts", "[voxelserver][voxelize][known]") {
+    KnownSquares known;
+    KnownSquare square;
+    square.identity = {0x0123456789abcdef, 0xfedcba9876543210};
+    for (const double low : {1.0, 2.0, 3.0}) {
+        square.low = low;
+        known.add(square);
+    }
+    REQUIRE(known.find(square.identity) != nullptr);
+    CHECK(known.find(square.identity)->low == 1);
+    CHECK(known.find(square.identity, square.side_identity)->low == 1);
+    CHECK(known.find(square.identity, {7, 7}) == nullptr);
+    REQUIRE(known.find("0123456789abcdeffedcba9876543210") != nullptr);
+    CHECK(known.find("0123456789abcdeffedcba9876543210")->low == 1);
+    for (const char* other :
+         {"", "0123", "0123456789abcdeffedcba987654321", "g123456789abcdeffedcba9876543210",
+          "0123456789abcdeffedcba98765432100", "0123456789abcdeffedcba9876543211"})
+        CHECK(known.find(std::string_view(other)) == nullptr);
 }
 
 TEST_CASE("what is known of files is refused when damaged", "[voxelserver][voxelize][known]") {
     const Patchwork patchwork;
     OpenWorld world(patchwork.options());
-    const std::string bytes = world.world().known_squares({}, Scales::kNow);
+    const std::string bytes = world.world().known_squares({});
     const auto way = usual_way();
     CHECK(!KnownSquares::from_bytes(bytes, way).empty());
     CHECK_THROWS_AS(KnownSquares::from_bytes(bytes, {3, 4}), util::Error);
