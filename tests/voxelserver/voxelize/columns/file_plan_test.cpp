@@ -127,13 +127,20 @@ TEST_CASE("the name of a square depends on what its points depend on, and on not
     CHECK(name() != before);
 }
 
-TEST_CASE("a file that is gone cannot be named", "[voxelserver][voxelize][plan]") {
-    std::vector<SquareSource> files{file_of(kFew)};
-    files.front().info.path = "/nowhere/gone.laz";
-    files.front().info.crs = geo::Crs::from_text("EPSG:2154");
+TEST_CASE("a file is named by the identity with which it was opened",
+          "[voxelserver][voxelize][plan]") {
+    std::vector<SquareSource> files{file_of(kFew), file_of(kFew), file_of(kFew)};
+    for (SquareSource& file : files) {
+        file.info.path = "/nowhere/gone.laz";
+        file.info.crs = geo::Crs::from_text("EPSG:2154");
+        file.identity = {1, 2};
+    }
+    files.back().identity = {1, 3};
     const grid::Frame frame(*files.front().info.crs, 1, 0, 0);
     const ClassTable classes{};
     const Settings settings{};
     const SquareRecipe recipe{frame, classes, settings};
-    CHECK_THROWS_WITH(plan_files(files, {80 * kMiB, 30 * kMiB, 0}, &recipe), contains("gone.laz"));
+    const auto planned = plan_files(files, {80 * kMiB, 30 * kMiB, 0}, &recipe);
+    CHECK(planned[0].name == planned[1].name);
+    CHECK(planned[0].name != planned[2].name);
 }
