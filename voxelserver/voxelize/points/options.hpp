@@ -27,8 +27,8 @@ struct LidarWorldOptions {
     /// Folder that receives the chunk index of each file that is decoded: which of its points lie
     /// where (store/chunk_index.hpp). Nothing is ever removed from it. Empty: none.
     std::filesystem::path chunk_indices;
-    /// Whether files are read in parts by the indices that chunk_indices holds already: for who
-    /// needs few places of many files. Who needs most of each is faster without.
+    /// Whether files are read in parts by the indices that chunk_indices holds already. Faster
+    /// where few places of many files are needed, slower where most of each file is.
     bool reads_chunk_indices = false;
     /// For decoded squares, columns and boxes together; at least 24 MiB are used.
     std::size_t memory_bytes = std::size_t{4} << 30;

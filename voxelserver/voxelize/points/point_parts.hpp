@@ -29,7 +29,7 @@ struct PartedFile {
 
 /// Where chunk indices are kept; each may be null.
 struct IndexFolders {
-    store::SquareFolder* cache = nullptr;  ///< beside prepared squares
+    store::SquareFolder* cache = nullptr;  ///< next to prepared squares
     store::SquareFolder* kept = nullptr;   ///< for later worlds
     bool reads_kept = false;               ///< whether those of earlier worlds are used
 };

@@ -178,7 +178,7 @@ private:
         return m_images != nullptr && m_settings.orthophoto.albedo;
     }
 
-    /// The scale belongs to the points: an index beside them may have come or gone.
+    /// The scale depends on the points alone, not on an index file next to theirs.
     [[nodiscard]] bool has_other_scale(const SquareSource& file) const {
         const KnownSquares& before = m_points.sources().known_before;
         const KnownSquare* then = before.find(file.identity, file.side_identity);
