@@ -16,12 +16,10 @@ find_package(CURL REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenSSL 3 REQUIRED)
 find_package(date REQUIRED)
+find_package(OpenEXR CONFIG REQUIRED)
 find_package(OpenVDB REQUIRED)
 find_package(Protobuf REQUIRED)
 find_program(TERRAVOX_GRPC_PLUGIN grpc_cpp_plugin REQUIRED)
-# Not by its CMake package: Debian's names OpenCV's headers, which its -dev package does not need or
-# install.
-pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(grpc REQUIRED IMPORTED_TARGET grpc++)

@@ -11,8 +11,8 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
-#include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/farm/checkpoint/input_names.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/scene/views.hpp"
@@ -55,7 +55,9 @@ util::ExitCode run_animate(const AnimateArguments& args, const OpenRenderer& ope
                               [&](scene::Scene& scene) { animation.apply_base(scene); },
                               scene::fields_layer(args.world.fields)});
     // Reject what cannot be written, or is inconsistent, before any work is done.
-    output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first));
+    const auto [width, height] = base.output.size_px;
+    output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first),
+                               width, height);
     (void)animation.at(0, base);
     animate::FrameOptions frames = args.frames;
     frames.inputs = names_of_inputs(args, base);

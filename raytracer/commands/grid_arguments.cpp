@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/arguments/number_list.hpp"
 
 namespace terravox::commands {
 

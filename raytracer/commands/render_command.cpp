@@ -7,9 +7,9 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
-#include "raytracer/commands/world_arguments.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/scene_io.hpp"

@@ -9,7 +9,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 

@@ -1,7 +1,13 @@
 #include "raytracer/output/exr_channels.hpp"
 
-#include <OpenImageIO/half.h>
+#include <half.h>
+#include <ImathMatrix.h>
+#include <ImfChannelList.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace terravox::output {
@@ -14,6 +20,26 @@ std::vector<std::string> material_names() {
     for (int i = 0; i < voxel::kMaterialCount; ++i)
         out.emplace_back(voxel::material_name(static_cast<voxel::Material>(i)));
     return out;
+}
+
+/// OpenEXR's name of a text that has a place of its own there.
+std::string exr_name(const std::string& name) {
+    return name == "Copyright" ? "owner" : name == "ImageDescription" ? "comments" : name;
+}
+
+/// Stores the contents of `info` other than light: texts, and the matrices of the camera.
+void describe_picture(const PictureInfo& info, Imf::Header& header) {
+    for (const auto& [name, value] : info.metadata)
+        header.insert(exr_name(name), Imf::StringAttribute(value));
+    const auto add_matrix = [&](const char* name, const std::array<float, 16>& values) {
+        Imath::M44f matrix;
+        std::copy(values.begin(), values.end(), &matrix[0][0]);
+        header.insert(name, Imf::M44fAttribute(matrix));
+    };
+    if (info.world_to_camera)
+        add_matrix("worldToCamera", *info.world_to_camera);
+    if (info.world_to_ndc)
+        add_matrix("worldToNDC", *info.world_to_ndc);
 }
 
 /// Writes values one behind the other.
@@ -50,43 +76,43 @@ ExrChannels::ExrChannels(bool with_layers, const PictureInfo& info)
       m_with_layers(with_layers),
       m_materials(kMaterials, with_layers ? material_names() : std::vector<std::string>{}),
       m_squares(kSquares, with_layers ? info.square_names : std::vector<std::string>{}) {
-    const auto add = [&](OIIO::TypeDesc type, std::initializer_list<const char*> names) {
+    const auto add = [&](Imf::PixelType type, std::initializer_list<const char*> names) {
         for (const char* name : names) {
-            m_names.emplace_back(name);
-            m_types.push_back(type);
+            m_channels.push_back({name, type, m_pixel_bytes});
+            m_pixel_bytes += type == Imf::HALF ? sizeof(half) : sizeof(float);
         }
     };
-    const OIIO::TypeDesc half_type = OIIO::TypeDesc::HALF;
-    const OIIO::TypeDesc float_type = OIIO::TypeDesc::FLOAT;
-    add(float_type, {"R", "G", "B", "A", "Z"});
-    if (with_layers) {
-        add(half_type,
-            {"albedo.R", "albedo.G", "albedo.B", "direct.R", "direct.G", "direct.B", "indirect.R",
-             "indirect.G", "indirect.B", "normal.X", "normal.Y", "normal.Z"});
-        add(float_type, {"position.X", "position.Y", "position.Z"});
-        add(half_type, {"material.ID", "sun.V", "water.V"});
-        for (const char* type : {kMaterials, kSquares})
-            for (const std::string& name : Cryptomatte::channel_names(type))
-                add(float_type, {name.c_str()});
-    }
-    for (const OIIO::TypeDesc& type : m_types)
-        m_pixel_bytes += type.size();
+    add(Imf::FLOAT, {"R", "G", "B", "A", "Z"});
+    if (!with_layers)
+        return;
+    add(Imf::HALF, {"albedo.R", "albedo.G", "albedo.B", "direct.R", "direct.G", "direct.B",
+                    "indirect.R", "indirect.G", "indirect.B", "normal.X", "normal.Y", "normal.Z"});
+    add(Imf::FLOAT, {"position.X", "position.Y", "position.Z"});
+    add(Imf::HALF, {"material.ID", "sun.V", "water.V"});
+    for (const char* type : {kMaterials, kSquares})
+        for (const std::string& name : Cryptomatte::channel_names(type))
+            add(Imf::FLOAT, {name.c_str()});
 }
 
-void ExrChannels::describe(OIIO::ImageSpec& spec) const {
-    spec.nchannels = static_cast<int>(m_names.size());
-    spec.channelnames = m_names;
-    spec.format = OIIO::TypeDesc::FLOAT;
-    spec.channelformats = m_with_layers ? m_types : std::vector<OIIO::TypeDesc>{};
-    spec.alpha_channel = 3;
-    spec.z_channel = 4;
-    spec.attribute("oiio:ColorSpace", "Linear");
-    describe_picture(m_info, spec);
+void ExrChannels::describe(Imf::Header& header) const {
+    for (const Channel& channel : m_channels)
+        header.channels().insert(channel.name, Imf::Channel(channel.type));
+    Imf::addChromaticities(header, Imf::Chromaticities());  // those of Rec. 709
+    describe_picture(m_info, header);
     if (!m_with_layers)
         return;
     for (const Cryptomatte* mattes : {&m_materials, &m_squares})
         for (const auto& [key, value] : mattes->metadata())
-            spec.attribute(key, value);
+            header.insert(key, Imf::StringAttribute(value));
+}
+
+Imf::FrameBuffer ExrChannels::frame(const std::byte* pixels, const Imath::Box2i& area) const {
+    const auto width = static_cast<std::size_t>(area.max.x - area.min.x + 1);
+    Imf::FrameBuffer out;
+    for (const Channel& channel : m_channels)
+        out.insert(channel.name, Imf::Slice::Make(channel.type, pixels + channel.offset, area,
+                                                  m_pixel_bytes, m_pixel_bytes * width));
+    return out;
 }
 
 void ExrChannels::put(const tiles::PixelSample& p, const tiles::LayerSample* layers,
@@ -104,16 +130,6 @@ void ExrChannels::put(const tiles::PixelSample& p, const tiles::LayerSample* lay
     to.halves({static_cast<float>(l.material), l.sun, l.water});
     for (const auto& ranks : {m_materials.ranks_of(l.materials), m_squares.ranks_of(l.squares)})
         to.rest(ranks.data(), sizeof ranks);
-}
-
-void describe_picture(const PictureInfo& info, OIIO::ImageSpec& spec) {
-    for (const auto& [key, value] : info.metadata)
-        spec.attribute(key, value);
-    const OIIO::TypeDesc matrix(OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::MATRIX44);
-    if (info.world_to_camera)
-        spec.attribute("worldtocamera", matrix, info.world_to_camera->data());
-    if (info.world_to_ndc)
-        spec.attribute("worldtoNDC", matrix, info.world_to_ndc->data());
 }
 
 }  // namespace terravox::output

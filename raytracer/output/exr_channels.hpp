@@ -1,8 +1,12 @@
 #pragma once
 
-#include <OpenImageIO/imageio.h>
+#include <ImathBox.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfPixelType.h>
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "raytracer/output/cryptomatte.hpp"
@@ -32,8 +36,11 @@ class ExrChannels {
 public:
     ExrChannels(bool with_layers, const PictureInfo& info);
 
-    /// Sets channels, their types, and all metadata that need no more than `info`.
-    void describe(OIIO::ImageSpec& spec) const;
+    /// Sets channels, their types, and all metadata.
+    void describe(Imf::Header& header) const;
+    /// Where OpenEXR finds the values of pixels that put() wrote, row by row.
+    /// @param area their place in the picture; its bounds are inclusive
+    [[nodiscard]] Imf::FrameBuffer frame(const std::byte* pixels, const Imath::Box2i& area) const;
     [[nodiscard]] std::size_t pixel_bytes() const noexcept { return m_pixel_bytes; }
     /// Writes the channels of one pixel, each in its type, one after the other.
     /// @param layers nullptr: not known for this pixel; all become 0
@@ -45,13 +52,13 @@ private:
     bool m_with_layers;
     Cryptomatte m_materials;
     Cryptomatte m_squares;
-    std::vector<std::string> m_names;
-    std::vector<OIIO::TypeDesc> m_types;
+    struct Channel {
+        std::string name;
+        Imf::PixelType type;
+        std::size_t offset;  ///< in the bytes of a pixel
+    };
+    std::vector<Channel> m_channels;
     std::size_t m_pixel_bytes = 0;
 };
-
-/// Stores the contents of `info` other than light: names and values and, for formats that support
-/// them, the matrices of the camera.
-void describe_picture(const PictureInfo& info, OIIO::ImageSpec& spec);
 
 }  // namespace terravox::output

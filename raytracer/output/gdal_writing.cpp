@@ -5,6 +5,9 @@
 #include <ogr_spatialref.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
@@ -90,6 +93,38 @@ void GdalOptions::add(const std::string& name, const std::string& value) {
     m_pointers.push_back(nullptr);
 }
 
+PixelsInMemory byte_pixels(const std::vector<std::uint8_t>& samples, int width_px, int height_px,
+                           int channels) noexcept {
+    return {samples.data(),
+            GDT_Byte,
+            width_px,
+            height_px,
+            channels,
+            1,
+            static_cast<std::size_t>(channels)};
+}
+
+GdalDataset memory_dataset(const PixelsInMemory& pixels, const GdalWatch& watch) {
+    constexpr std::array kMeaning = {GCI_RedBand, GCI_GreenBand, GCI_BlueBand, GCI_AlphaBand};
+    GdalDataset out(GDALCreate(GDALGetDriverByName("MEM"), "", pixels.width_px, pixels.height_px, 0,
+                               GDT_Byte, nullptr));
+    watch.check(out != nullptr);
+    const std::size_t row_bytes = static_cast<std::size_t>(pixels.width_px) * pixels.pixel_bytes;
+    const auto* first = static_cast<const std::byte*>(pixels.first);
+    for (int channel = 0; channel < pixels.channels; ++channel) {
+        const auto i = static_cast<std::size_t>(channel);
+        std::array<char, 32> pointer{};
+        std::snprintf(pointer.data(), pointer.size(), "%p",
+                      static_cast<const void*>(first + i * pixels.channel_bytes));
+        GdalOptions options = {{"DATAPOINTER", pointer.data()},
+                               {"PIXELOFFSET", std::to_string(pixels.pixel_bytes)},
+                               {"LINEOFFSET", std::to_string(row_bytes)}};
+        watch.check(GDALAddBand(out.get(), pixels.type, options.list()) == CE_None);
+        GDALSetRasterColorInterpretation(GDALGetRasterBand(out.get(), channel + 1), kMeaning[i]);
+    }
+    return out;
+}
+
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch) {
     if (info.geo) {
         std::array<double, 6> transform = info.geo->transform;
@@ -100,8 +135,8 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
                             dataset, OGRSpatialReference::ToHandle(
                                          const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
         }
+        GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);
     }
-    GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);
     for (const auto& [name, value] : info.metadata) {
         const char* tag = tag_of(name);
         GDALSetMetadataItem(dataset, tag != nullptr ? tag : gdal_name(name).c_str(), value.c_str(),

@@ -2,6 +2,8 @@
 
 #include <gdal.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -54,7 +56,26 @@ private:
 /// terravox_holes for terravox:holes.
 [[nodiscard]] std::string gdal_name(std::string name);
 
-/// Stores the georeference and the metadata, including the three names that TIFF has tags for.
+/// Pixels that GDAL may read, the channels of each side by side: red, green, blue, perhaps alpha.
+struct PixelsInMemory {
+    const void* first = nullptr;
+    GDALDataType type = GDT_Byte;
+    int width_px = 0;
+    int height_px = 0;
+    int channels = 0;               ///< 3 or 4
+    std::size_t channel_bytes = 0;  ///< from one channel of a pixel to the next
+    std::size_t pixel_bytes = 0;    ///< from one pixel of a row to the next; rows have no gaps
+};
+/// @param samples width * height pixels of `channels` bytes; must outlive the result
+[[nodiscard]] PixelsInMemory byte_pixels(const std::vector<std::uint8_t>& samples, int width_px,
+                                         int height_px, int channels) noexcept;
+/// Makes pixels accessible to GDAL without a copy.
+/// @param pixels must outlive the dataset
+/// @throws Error
+[[nodiscard]] GdalDataset memory_dataset(const PixelsInMemory& pixels, const GdalWatch& watch);
+
+/// Stores the georeference, if any, and the metadata, including the three names that TIFF has tags
+/// for.
 /// @throws Error for a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 

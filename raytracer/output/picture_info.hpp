@@ -28,7 +28,7 @@ struct PictureInfo {
     double exposure_ev = 0;                                 ///< of 8-bit pictures, stops
     core::ToneCurve tone = core::ToneCurve::kPhotographic;  ///< of 8-bit pictures
     std::string credit;      ///< line at the lower right of 8-bit pictures, UTF-8; empty: none
-    ImageMetadata metadata;  ///< TIFF stores only the three names above, GeoTIFF all
+    ImageMetadata metadata;  ///< JPEG stores only the three names above
 
     /// Row-major, for row vectors (v * M, as in OpenEXR: the translation is in the last row).
     /// World: metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the
@@ -40,7 +40,7 @@ struct PictureInfo {
     /// By the SquareGrid's index; squares beyond the end are all named "unknown".
     std::vector<std::string> square_names;
 
-    std::optional<GeoPlacement> geo;  ///< makes a .tif a GeoTIFF (geotiff.hpp)
+    std::optional<GeoPlacement> geo;  ///< makes a .tif a GeoTIFF (tiff_picture.hpp)
     /// Of .tif. kAuto: 8-bit for a GeoTIFF, which is used as a map layer, and linear 32-bit float
     /// for any other.
     core::TiffSamples tiff_samples = core::TiffSamples::kAuto;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "raytracer/output/credit_line.hpp"
 #include "raytracer/output/develop.hpp"
+#include "raytracer/output/film.hpp"
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/tiles/tile.hpp"
 
@@ -36,5 +38,10 @@ private:
     Developer m_develop;
     CreditLine m_credit;
 };
+
+/// All pixels of an 8-bit picture, row by row.
+/// @param channels 3: red, green, blue; 4: and alpha
+[[nodiscard]] std::vector<std::uint8_t> developed_bytes(const Film& film, const PictureInfo& info,
+                                                        int channels);
 
 }  // namespace terravox::output

@@ -4,7 +4,7 @@
 
 namespace terravox::output {
 
-/// Through OpenImageIO; tiles in any order, as OpenEXR's random line order allows, so that none is
+/// Through OpenEXR; tiles in any order, as its random line order allows, so that none is
 /// buffered in memory.
 [[nodiscard]] std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file,
                                                                   const StreamShape& shape,

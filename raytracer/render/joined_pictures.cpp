@@ -47,7 +47,7 @@ void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::s
                            const PictureOptions& options) {
     const scene::Scene scene = scene_of(key, files);
     for (const std::string& file : files)
-        output::check_image_target(file);
+        output::check_image_target(file, key.grid.width_px, key.grid.height_px);
     if (scene.output.denoise)
         output::check_can_denoise();
     const output::StreamShape shape = shape_of(key, scene);

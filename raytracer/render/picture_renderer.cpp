@@ -105,13 +105,13 @@ PictureRenderer::~PictureRenderer() = default;
 void PictureRenderer::check(const scene::Scene& asked, const std::vector<std::string>& files) {
     const scene::Scene scene = drop_unneeded_layers(asked, files);
     scene::check_is_picture(scene);
+    const auto [width, height] = scene.output.size_px;
     for (const std::string& file : files)
-        output::check_image_target(file);
+        output::check_image_target(file, width, height);
     if (scene.output.denoise)
         output::check_can_denoise();
     if (!streams(scene))
         return;
-    const auto [width, height] = scene.output.size_px;
     const std::string attempt =
         "render " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels: more than the memory limit holds, so they go straight into the file; ";

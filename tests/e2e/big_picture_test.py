@@ -26,7 +26,7 @@ from support import (
 
 MIB = 1 << 20
 # Memory of the process in addition to its limits: libraries with their tables (GDAL, PROJ,
-# OpenImageIO, gRPC), textures, sky, tiles in flight.
+# gRPC), textures, sky, tiles in flight.
 BASE_MIB = 232
 FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats/pictures.md
 

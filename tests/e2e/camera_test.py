@@ -271,9 +271,17 @@ class Refused(Case):
             ),
             "65536x65536": (
                 ["-o", "a.png"],
-                "need 114688 MiB, more than there is for a picture, and '.png' "
+                "65536x65536 pixels; allowed for .png: 715827882 in all; .exr and .tif hold more",
+            ),
+            "65536x8192": (
+                ["-o", "a.png"],
+                "need 14336 MiB, more than there is for a picture, and '.png' "
                 "cannot be written in parts; allowed at this size: "
-                ".exr .tif, or --memory-mib 229376 and more",
+                ".exr .tif, or --memory-mib 28672 and more",
+            ),
+            "65501x600": (
+                ["-o", "a.jpg"],
+                "allowed for .jpg: sides of 65500; .exr and .tif hold more",
             ),
             "8192x8192": (
                 ["--time", "9", "-o", "a.exr"],

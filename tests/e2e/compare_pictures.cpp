@@ -3,15 +3,14 @@
 //   compare_pictures A B            alike to the eye: few blocks of 10 x 10 pixels differ in their
 //                                   mean colour
 //   compare_pictures --exact A B    the same bits in every channel
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
-#include <string>
-#include <vector>
+#include <exception>
+
+#include "tests/common/picture_file.hpp"
 
 namespace {
 
@@ -19,34 +18,23 @@ constexpr int kBlock_px = 10;
 constexpr double kMaxBlockDifference = 0.07;  // of the display's range
 constexpr double kMaxBlocks = 0.03;           // share of blocks that may differ by more
 
-struct Picture {
-    int width = 0;
-    int height = 0;
-    int channels = 0;
-    std::vector<float> values;
-};
+using terravox::test::PictureFile;
 
-Picture read(const char* file) {
-    const auto in = OIIO::ImageInput::open(file);
-    if (!in) {
-        std::printf("cannot read %s\n", file);
+PictureFile read(const char* file) {
+    try {
+        return terravox::test::read_picture(file);
+    } catch (const std::exception& e) {
+        std::printf("cannot read %s: %s\n", file, e.what());
         std::exit(2);
     }
-    Picture out{in->spec().width, in->spec().height, in->spec().nchannels, {}};
-    out.values.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height) *
-                      static_cast<std::size_t>(out.channels));
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.values.data()))
-        std::exit(2);
-    return out;
 }
 
-double block_mean(const Picture& p, int x0, int y0, int channel) {
+double block_mean(const PictureFile& p, int x0, int y0, std::size_t channel) {
     double sum = 0;
     int count = 0;
     for (int y = y0; y < std::min(y0 + kBlock_px, p.height); ++y)
         for (int x = x0; x < std::min(x0 + kBlock_px, p.width); ++x, ++count)
-            sum += static_cast<double>(
-                p.values[static_cast<std::size_t>((y * p.width + x) * p.channels + channel)]);
+            sum += static_cast<double>(p.at(x, y, channel));
     return sum / count;
 }
 
@@ -58,18 +46,19 @@ int main(int argc, char** argv) {
         std::printf("usage: compare_pictures [--exact] A B\n");
         return 2;
     }
-    const Picture a = read(argv[argc - 2]);
-    const Picture b = read(argv[argc - 1]);
-    if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
-        std::printf("%d x %d of %d channels, and %d x %d of %d\n", a.width, a.height, a.channels,
-                    b.width, b.height, b.channels);
+    GDALAllRegister();
+    const PictureFile a = read(argv[argc - 2]);
+    const PictureFile b = read(argv[argc - 1]);
+    if (a.width != b.width || a.height != b.height || a.names() != b.names()) {
+        std::printf("%d x %d of %zu channels, and %d x %d of %zu\n", a.width, a.height,
+                    a.channels.size(), b.width, b.height, b.channels.size());
         return 1;
     }
     if (exact) {
         std::size_t different = 0;
-        for (std::size_t i = 0; i < a.values.size(); ++i)
-            different += std::memcmp(&a.values[i], &b.values[i], sizeof(float)) != 0 ? 1 : 0;
-        std::printf("%zu of %zu values differ\n", different, a.values.size());
+        for (std::size_t i = 0; i < a.pixels.size(); ++i)
+            different += std::memcmp(&a.pixels[i], &b.pixels[i], sizeof(float)) != 0 ? 1 : 0;
+        std::printf("%zu of %zu values differ\n", different, a.pixels.size());
         return different == 0 ? 0 : 1;
     }
     int blocks = 0;
@@ -78,7 +67,7 @@ int main(int argc, char** argv) {
     for (int y = 0; y < a.height; y += kBlock_px)
         for (int x = 0; x < a.width; x += kBlock_px) {
             double most = 0;
-            for (int c = 0; c < std::min(a.channels, 3); ++c)
+            for (std::size_t c = 0; c < std::min<std::size_t>(a.channels.size(), 3); ++c)
                 most = std::max(most, std::abs(block_mean(a, x, y, c) - block_mean(b, x, y, c)));
             ++blocks;
             different += most > kMaxBlockDifference ? 1 : 0;

@@ -38,10 +38,8 @@ FLOAT += [
 ]
 AIR = 0
 WATER = 13
-# Metadata of a run and not of a picture (docs/formats/pictures.md), and the time that
-# OpenImageIO adds.
+# Metadata of a run and not of a picture (docs/formats/pictures.md).
 OF_A_RUN = {
-    "DateTime",
     "terravox:seconds",
     "terravox:peak_memory_bytes",
     "terravox:rays",

@@ -7,8 +7,7 @@
 
 namespace terravox::map {
 
-/// Encodes a PNG file: 8 bits per channel, sRGB, straight alpha. The same pixels give the same
-/// bytes (no timestamp is written).
+/// Encodes a PNG file of a map (common/png/png.hpp).
 /// @param pixels row by row from the top; width * height of them
 /// @throws Error when their number is wrong, a side is not in [1, 8192], or libpng fails
 [[nodiscard]] std::string png_of(std::span<const Rgba8> pixels, int width, int height);

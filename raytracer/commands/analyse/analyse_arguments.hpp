@@ -9,9 +9,9 @@
 #include "raytracer/commands/analyse/observer_arguments.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
 #include "raytracer/commands/analyse/sun_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
-#include "raytracer/commands/world_arguments.hpp"
 
 namespace terravox::commands {
 

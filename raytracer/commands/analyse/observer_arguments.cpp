@@ -7,7 +7,7 @@
 
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/arguments/number_list.hpp"
 
 namespace terravox::commands {
 namespace {

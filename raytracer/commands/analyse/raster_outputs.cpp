@@ -2,7 +2,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/analyse/raster/raster.hpp"
-#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/arguments/number_list.hpp"
 
 namespace terravox::commands {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 
 namespace CLI {
 class App;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/scene/scene.hpp"
 
 namespace terravox::cluster {

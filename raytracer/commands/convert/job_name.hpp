@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/scene/scene.hpp"
 #include "voxelserver/export/core/part.hpp"
 

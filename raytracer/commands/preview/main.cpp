@@ -1,5 +1,5 @@
+#include "raytracer/commands/arguments/program_of_command.hpp"
 #include "raytracer/commands/preview/preview_command.hpp"
-#include "raytracer/commands/program_of_command.hpp"
 
 int main(int argc, char** argv) {
     return terravox::commands::run_program_of(terravox::commands::kPreview, argc, argv,

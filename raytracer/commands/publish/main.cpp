@@ -1,4 +1,4 @@
-#include "raytracer/commands/program_of_command.hpp"
+#include "raytracer/commands/arguments/program_of_command.hpp"
 #include "raytracer/commands/publish/publish_command.hpp"
 
 int main(int argc, char** argv) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 
 namespace terravox::commands {
 

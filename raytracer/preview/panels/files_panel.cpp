@@ -73,7 +73,8 @@ void FilesPanel::save_picture(preview::EditorState& editor_state,
                 "' there is only what the window shows; allowed: the others, such as beauty");
         if (!picture.whole())
             throw util::Error("save " + m_picture_file + ": there is no whole picture yet");
-        output::check_image_target(m_picture_file);
+        output::check_image_target(m_picture_file, picture.film()->width_px(),
+                                   picture.film()->height_px());
         shade::View view = *picture.view();
         view.exposure_ev += editor_state.scene.output.exposure_ev - view.scene.output.exposure_ev;
         view.scene.output.exposure_ev = editor_state.scene.output.exposure_ev;

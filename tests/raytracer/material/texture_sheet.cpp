@@ -1,12 +1,12 @@
 // Writes a PNG with every texture of config/materials.toml: for each material 4 x 4 top faces, 4 x
 // 4 side faces and the mips, four pixels a texel; and walls of houses by day and night with voxels
 // of 1, 0.5, 0.25 and 2 m. Usage: texture_sheet OUT.png [night]
-#include <OpenImageIO/imageio.h>
-
 #include <cmath>
 #include <cstdio>
 #include <iterator>
 
+#include "common/png/png.hpp"
+#include "common/util/atomic_file.hpp"
 #include "raytracer/material/material_table.hpp"
 
 using namespace terravox;
@@ -36,11 +36,9 @@ public:
         m_bytes[at + 1] = byte(c.g);
         m_bytes[at + 2] = byte(c.b);
     }
-    bool write(const char* file) const {
-        const auto out = OIIO::ImageOutput::create(file);
-        return out &&
-               out->open(file, OIIO::ImageSpec(m_width, m_height, 3, OIIO::TypeDesc::UINT8)) &&
-               out->write_image(OIIO::TypeDesc::UINT8, m_bytes.data()) && out->close();
+    void write(const char* file) const {
+        const std::string bytes = png::encode(m_bytes, {m_width, m_height, 3});
+        util::write_file_atomically(file, std::as_bytes(std::span(bytes)));
     }
 
 private:
@@ -157,5 +155,5 @@ int main(int count, char** arguments) {
         wall(sheet, table, kVoxel_m[static_cast<std::size_t>(i)], i * (width + kGap), y0 + 308,
              width, 300, night, 1.0 / (i < 2 ? 8 : 3));
     }
-    return sheet.write(arguments[1]) ? 0 : 1;
+    sheet.write(arguments[1]);
 }

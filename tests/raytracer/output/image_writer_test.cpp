@@ -60,12 +60,12 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     const output::Film film = film_of(kImageWidth, kImageHeight);
     write_plain(film, file, 3, core::ToneCurve::kPhotographic,
                 kMetadata);  // exposure and tone are for 8-bit pictures
-    const Picture back = read_picture(file);
-    const bool exr = back.spec.nchannels == 5;
+    const PictureFile back = read_picture(file);
+    const bool exr = back.channels.size() == 5;
     CHECK(exr == (ending == ".exr" || ending == ".EXR"));
-    REQUIRE(back.spec.width == kImageWidth);
-    REQUIRE(back.spec.height == kImageHeight);
-    REQUIRE(back.spec.nchannels == (exr ? 5 : 4));
+    REQUIRE(back.width == kImageWidth);
+    REQUIRE(back.height == kImageHeight);
+    REQUIRE(back.channels.size() == (exr ? 5 : 4));
     int wrong = 0;
     for (int y = 0; y < kImageHeight; ++y)
         for (int x = 0; x < kImageWidth; ++x) {
@@ -81,8 +81,8 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
         }
     CHECK(wrong == 0);
     if (exr)
-        CHECK(back.spec.z_channel == back.channel("Z"));
-    CHECK(back.spec.format == OIIO::TypeDesc::FLOAT);
+        CHECK(back.channels[back.channel("Z")].type == "float");
+    CHECK(back.channels.front().type == "float");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -95,18 +95,20 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
     const output::Film film = film_of(kImageWidth, kImageHeight);
     write_plain(film, file, exposure, tone, {});
-    const Picture back = read_picture(file);
-    REQUIRE(back.spec.nchannels == 3);
-    CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
+    const PictureFile back = read_picture(file);
+    REQUIRE(back.channels.size() == 3);
+    CHECK(back.channels.front().type == "uint8");
     double worst = 0;
     for (int y = 0; y < kImageHeight; ++y)
         for (int x = 0; x < kImageWidth; ++x) {
             const voxel::Colour c = output::develop(film.at(x, y).colour, exposure, tone);
             for (int k = 0; k < 3; ++k)
                 worst = std::max(
-                    worst, std::abs(static_cast<double>(back.at(x, y, k)) - (k == 0   ? c.r
-                                                                             : k == 1 ? c.g
-                                                                                      : c.b)));
+                    worst,
+                    std::abs(static_cast<double>(back.at(x, y, static_cast<std::size_t>(k))) -
+                             (k == 0   ? c.r
+                              : k == 1 ? c.g
+                                       : c.b)));
         }
     CHECK(worst <= 1.0 / 255 + 1e-6);
 }
@@ -117,13 +119,11 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     write_plain(film_of(8, 8), file, 0, core::ToneCurve::kPhotographic, kMetadata);
-    const Picture back = read_picture(file);
-    CHECK(back.spec.get_string_attribute("Software") == "terravox test");
-    CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
-    if (ending == ".tif")
-        return;  // TIFF has a tag for the two above; names of one's own have none
-    CHECK(back.spec.get_string_attribute("terravox:holes") == "3");
-    CHECK(back.spec.get_string_attribute("terravox:camera") == "1.5 2.5 3.5");
+    const PictureFile back = read_picture(file);
+    CHECK(back.text("Software") == "terravox test");
+    CHECK(back.text("Copyright") == "ARSO, CC BY 4.0");
+    CHECK(back.text("terravox:holes") == "3");
+    CHECK(back.text("terravox:camera") == "1.5 2.5 3.5");
 }
 
 TEST_CASE("an ending that names no format is refused before any work", "[raytracer][output]") {
@@ -131,10 +131,54 @@ TEST_CASE("an ending that names no format is refused before any work", "[raytrac
     const std::string name =
         GENERATE("picture", "picture.", "picture.bmp", "picture.png.gz", ".png", "picture.exr ");
     INFO("'" << name << "'");
-    CHECK_THROWS_AS(output::check_image_target(folder.path() / name), util::UsageError);
-    CHECK_THROWS_WITH(output::check_image_target(folder.path() / name),
+    CHECK_THROWS_AS(output::check_image_target(folder.path() / name, 4, 3), util::UsageError);
+    CHECK_THROWS_WITH(output::check_image_target(folder.path() / name, 4, 3),
                       contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
     CHECK(entries_in(folder.path()) == 0);
+}
+
+TEST_CASE("a picture that its format cannot hold is refused before any work",
+          "[raytracer][output]") {
+    const TemporaryFolder folder;
+    struct Case {
+        const char* file;
+        int width_px;
+        int height_px;
+        const char* allowed;
+    };
+    const auto c = GENERATE(values<Case>({{"a.jpg", 65501, 2, "sides of 65500"},
+                                          {"a.JPEG", 2, 65501, "sides of 65500"},
+                                          {"a.png", 50'000, 20'000, "715827882 in all"}}));
+    DYNAMIC_SECTION(c.file) {
+        const auto file = folder.path() / c.file;
+        CHECK_THROWS_WITH(output::check_image_target(file, c.width_px, c.height_px),
+                          contains(c.allowed));
+        CHECK_NOTHROW(output::check_image_target(file, 65500, 2));
+        CHECK_NOTHROW(output::check_image_target(folder.path() / "a.tif", c.width_px, c.height_px));
+    }
+}
+
+TEST_CASE("a JPEG holds the developed colours, and texts with a place in Exif",
+          "[raytracer][output]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "picture.jpg";
+    output::Film film(64, 48);
+    tiles::TileResult all;
+    all.tile.x1 = 64;
+    all.tile.y1 = 48;
+    all.samples.assign(std::size_t{64} * 48, {{0.2f, 0.4f, 0.1f}, 1, 10});
+    film.add(all);
+    write_plain(film, file, 0, core::ToneCurve::kLinear, kMetadata);
+    const PictureFile back = read_picture(file);
+    REQUIRE(back.names() == std::vector<std::string>{"R", "G", "B"});
+    const voxel::Colour c = output::develop({0.2f, 0.4f, 0.1f}, 0, core::ToneCurve::kLinear);
+    CHECK(back.at(30, 20, "R") == Approx(c.r).margin(0.02));
+    CHECK(back.at(30, 20, "G") == Approx(c.g).margin(0.02));
+    CHECK(back.at(30, 20, "B") == Approx(c.b).margin(0.02));
+    CHECK(back.text("Software") == "terravox test");
+    CHECK(back.text("Copyright") == "ARSO, CC BY 4.0");
+    CHECK(back.text("ColorSpace") == "1");
+    CHECK(entries_in(folder.path()) == 1);
 }
 
 TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer][output]") {
@@ -147,7 +191,7 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
     const auto c = GENERATE(values<Case>(
         {{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_AS(output::check_image_target(folder.path() / c.target), util::Error);
+        CHECK_THROWS_AS(output::check_image_target(folder.path() / c.target, 4, 3), util::Error);
         CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0,
                                     core::ToneCurve::kPhotographic, {}),
                         util::Error);
@@ -198,8 +242,8 @@ TEST_CASE("a plain TIFF is 8-bit on request", "[raytracer][output]") {
     const output::Film film = film_of(kImageWidth, kImageHeight);
     output::write_image(film, file, info);
     output::write_image(film, png, info);
-    const Picture back = read_picture(file);
-    CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
+    const PictureFile back = read_picture(file);
+    CHECK(back.channels.front().type == "uint8");
     CHECK(back.pixels == read_picture(png).pixels);
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -14,40 +12,9 @@
 #include <vector>
 
 #include "raytracer/output/film.hpp"
+#include "tests/common/picture_file.hpp"
 
 namespace terravox::test {
-
-struct Picture {
-    OIIO::ImageSpec spec;
-    std::vector<float> pixels;
-    [[nodiscard]] float at(int x, int y, int c) const {
-        return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(spec.width) +
-                       static_cast<std::size_t>(x)) *
-                          static_cast<std::size_t>(spec.nchannels) +
-                      static_cast<std::size_t>(c)];
-    }
-    [[nodiscard]] int channel(const std::string& name) const {
-        const auto found = std::find(spec.channelnames.begin(), spec.channelnames.end(), name);
-        if (found == spec.channelnames.end())
-            throw std::runtime_error("no channel " + name);
-        return static_cast<int>(found - spec.channelnames.begin());
-    }
-    [[nodiscard]] float at(int x, int y, const std::string& name) const {
-        return at(x, y, channel(name));
-    }
-};
-
-inline Picture read_picture(const std::filesystem::path& file) {
-    const auto in = OIIO::ImageInput::open(file.string());
-    if (!in)
-        throw std::runtime_error("open " + file.string() + ": " + OIIO::geterror());
-    Picture out{in->spec(), {}};
-    out.pixels.resize(static_cast<std::size_t>(out.spec.image_pixels()) *
-                      static_cast<std::size_t>(out.spec.nchannels));
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data()))
-        throw std::runtime_error(in->geterror());
-    return out;
-}
 
 inline bool same_bits(float a, float b) {
     return std::memcmp(&a, &b, sizeof a) == 0;

@@ -82,9 +82,9 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
         CHECK_FALSE(fs::exists(streamed));
         stream.finish(1234);
         output::write_image(film, whole, some_info());
-        const Picture a = read_picture(whole);
-        const Picture b = read_picture(streamed);
-        REQUIRE(a.spec.channelnames == b.spec.channelnames);
+        const PictureFile a = read_picture(whole);
+        const PictureFile b = read_picture(streamed);
+        REQUIRE(a.names() == b.names());
         CHECK(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0);
         const ExrHeader header(streamed);
         CHECK(header.tiled);

@@ -2,14 +2,14 @@
 // One picture for each altitude of the sun; in it, turbidity 2, 3 and 6 side by side, without
 // clouds above and with them below. The sun stands in the middle (south); east is left. Exposed as
 // a photographer would.
-#include <OpenImageIO/imageio.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "common/png/png.hpp"
+#include "common/util/atomic_file.hpp"
 #include "raytracer/sky/sky.hpp"
 #include "raytracer/sky/spectrum.hpp"
 
@@ -102,13 +102,8 @@ int main(int argc, char** argv) {
                     static_cast<double>(voxel::luminance(wall)));
                 draw(sheet, column * width, row * height, width, height, sky);
             }
-        const std::string path =
-            (folder / ("sun_" + std::to_string(static_cast<int>(altitude)) + ".png")).string();
-        const auto out = OIIO::ImageOutput::create(path);
-        if (!out ||
-            !out->open(path,
-                       OIIO::ImageSpec(sheet.width, sheet.height, 3, OIIO::TypeDesc::UINT8)) ||
-            !out->write_image(OIIO::TypeDesc::UINT8, sheet.pixels.data()) || !out->close())
-            return std::fprintf(stderr, "write '%s' failed\n", path.c_str()), 1;
+        const std::string name = "sun_" + std::to_string(static_cast<int>(altitude)) + ".png";
+        const std::string bytes = png::encode(sheet.pixels, {sheet.width, sheet.height, 3});
+        util::write_file_atomically(folder / name, std::as_bytes(std::span(bytes)));
     }
 }

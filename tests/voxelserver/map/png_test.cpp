@@ -32,7 +32,7 @@ TEST_CASE("a PNG holds the pixels that were given, also noise, and no time", "[m
 
 TEST_CASE("sizes that do not fit are refused", "[map][png]") {
     const std::vector<map::Rgba8> pixels(12);
-    CHECK_THROWS_WITH(map::png_of(pixels, 4, 4), test::contains("12 pixels were given"));
+    CHECK_THROWS_WITH(map::png_of(pixels, 4, 4), test::contains("48 samples were given, not 64"));
     CHECK_THROWS_AS(map::png_of(pixels, 0, 0), util::Error);
     CHECK_THROWS_AS(map::png_of(pixels, -3, -4), util::Error);
     CHECK_THROWS_AS(map::png_of(pixels, 1 << 30, 4), util::Error);

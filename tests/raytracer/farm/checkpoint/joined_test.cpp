@@ -122,13 +122,13 @@ TEST_CASE("parts of several coordinators make the picture of one",
         CHECK(got.counts.trace.all_rays() > 0);
         CHECK_FALSE(got.has_holes());
 
-        const Picture a = read_picture(whole), b = read_picture(joined);
-        REQUIRE(a.spec.channelnames == b.spec.channelnames);
+        const PictureFile a = read_picture(whole), b = read_picture(joined);
+        REQUIRE(a.names() == b.names());
         CHECK(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0);
         CHECK(ExrHeader(joined).tiled == (c.memory_mib == 0));
-        const std::string scene_there = b.spec.get_string_attribute("terravox:scene");
+        const std::string scene_there = b.text("terravox:scene");
         CHECK_FALSE(scene_there.empty());
-        CHECK(a.spec.get_string_attribute("terravox:scene") == scene_there);
+        CHECK(a.text("terravox:scene") == scene_there);
         if (c.memory_mib > 0)
             CHECK((file_bytes_of(whole_png) == file_bytes_of(joined_png)));
     }

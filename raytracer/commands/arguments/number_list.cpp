@@ -1,4 +1,4 @@
-#include "raytracer/commands/number_list.hpp"
+#include "raytracer/commands/arguments/number_list.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "raytracer/output/geotiff.hpp"
+#include "raytracer/output/tiff_picture.hpp"
 
 #include <cpl_conv.h>
 #include <gdal.h>

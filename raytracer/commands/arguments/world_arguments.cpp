@@ -1,4 +1,4 @@
-#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/arguments/world_arguments.hpp"
 
 #include <algorithm>
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-#include "raytracer/commands/program_of_command.hpp"
+#include "raytracer/commands/arguments/program_of_command.hpp"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>

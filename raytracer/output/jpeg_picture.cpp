@@ -1,0 +1,67 @@
+#include "raytracer/output/jpeg_picture.hpp"
+
+#include <cpl_vsi.h>
+
+#include <span>
+#include <string>
+
+#include "common/util/atomic_file.hpp"
+#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/output/pixel_bytes.hpp"
+
+namespace terravox::output {
+namespace {
+
+constexpr int kChannels = 3;
+
+/// A file in the memory of GDAL, which ends with this object.
+class MemoryFile {
+public:
+    MemoryFile()
+        : m_name("/vsimem/terravox-" + std::to_string(reinterpret_cast<std::uintptr_t>(this))) {}
+    ~MemoryFile() { VSIUnlink(m_name.c_str()); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+
+    [[nodiscard]] const std::string& name() const noexcept { return m_name; }
+    [[nodiscard]] std::span<const std::byte> bytes() const {
+        vsi_l_offset size = 0;
+        const GByte* first = VSIGetMemFileBuffer(m_name.c_str(), &size, FALSE);
+        return std::as_bytes(std::span(first, first != nullptr ? size : 0));
+    }
+
+private:
+    std::string m_name;
+};
+
+void describe(GDALDatasetH dataset, const PictureInfo& info) {
+    const auto set = [&](const char* tag, const std::string& value) {
+        GDALSetMetadataItem(dataset, tag, value.c_str(), nullptr);
+    };
+    constexpr const char* kSrgb = "1";
+    set("EXIF_ColorSpace", kSrgb);
+    for (const auto& [name, value] : info.metadata)
+        if (name == "Software" || name == "Copyright" || name == "ImageDescription")
+            set(("EXIF_" + name).c_str(), value);
+}
+
+}  // namespace
+
+// libjpeg's writer does not report a full disk, so the file is made in memory and written here.
+void write_jpeg(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const GdalWatch watch("write the picture " + file.string());
+    const std::vector<std::uint8_t> bytes = developed_bytes(film, info, kChannels);
+    const GdalDataset pixels =
+        memory_dataset(byte_pixels(bytes, film.width_px(), film.height_px(), kChannels), watch);
+    describe(pixels.get(), info);
+    const MemoryFile encoded;
+    GdalOptions options = {{"QUALITY", "95"}};
+    GdalDataset out(GDALCreateCopy(GDALGetDriverByName("JPEG"), encoded.name().c_str(),
+                                   pixels.get(), FALSE, options.list(), nullptr, nullptr));
+    watch.check(out != nullptr);
+    out.reset();
+    watch.check(!encoded.bytes().empty());
+    util::write_file_atomically(file, encoded.bytes());
+}
+
+}  // namespace terravox::output
