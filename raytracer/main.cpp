@@ -4,7 +4,7 @@
 #include "common/util/version.hpp"
 #include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/animate_command.hpp"
-#include "raytracer/commands/arguments/program_of_command.hpp"
+#include "raytracer/commands/arguments/programs.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/cluster/cluster_command.hpp"
 #include "raytracer/commands/country/country_command.hpp"
@@ -37,11 +37,11 @@ terravox::animate::RenderPicture open_renderer(
 
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
-        terravox::commands::go_on_as(terravox::commands::kConvert, argc, argv);
-        terravox::commands::go_on_as(terravox::commands::kPublish, argc, argv);
-        terravox::commands::go_on_as(terravox::commands::kView, argc, argv);
+        terravox::util::go_on_as(terravox::commands::kConvert, argc, argv);
+        terravox::util::go_on_as(terravox::commands::kPublish, argc, argv);
+        terravox::util::go_on_as(terravox::commands::kView, argc, argv);
 #ifdef TERRAVOX_PREVIEW
-        terravox::commands::go_on_as(terravox::commands::kPreview, argc, argv);
+        terravox::util::go_on_as(terravox::commands::kPreview, argc, argv);
 #endif
         CLI::App app{
             "Ray traces voxel worlds: real places, Minecraft worlds, and worlds from noise.",
@@ -54,15 +54,15 @@ int main(int argc, char** argv) {
         const auto map = terravox::commands::add_map_command(app);
         const auto cluster = terravox::commands::add_cluster_command(app);
         const auto country = terravox::commands::add_country_command(app);
-        terravox::commands::list_command(app, terravox::commands::kConvert);
-        terravox::commands::list_command(app, terravox::commands::kPublish);
-        terravox::commands::list_command(app, terravox::commands::kView);
+        terravox::util::list_command(app, terravox::commands::kConvert);
+        terravox::util::list_command(app, terravox::commands::kPublish);
+        terravox::util::list_command(app, terravox::commands::kView);
         const auto worker = terravox::commands::add_worker_command(app);
         const auto farm = terravox::commands::add_farm_command(app);
         const auto merge = terravox::commands::add_merge_command(app);
         const auto world = terravox::commands::add_world_command(app);
 #ifdef TERRAVOX_PREVIEW
-        terravox::commands::list_command(app, terravox::commands::kPreview);
+        terravox::util::list_command(app, terravox::commands::kPreview);
 #endif
         if (const auto code = terravox::util::parse_arguments(app, argc, argv))
             return *code;

@@ -15,7 +15,7 @@
 include_guard(GLOBAL)
 
 set(programs
-  terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer
+  terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer terravox-stac
   terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
 # Not LIBDIR: nothing links with what is there, and its place does not hang on the machine.
 set(private lib/terravox)

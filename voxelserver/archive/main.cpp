@@ -8,12 +8,13 @@
 
 #include "common/util/printable.hpp"
 #include "common/util/program.hpp"
+#include "common/util/program_of_command.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/archive/archive_files.hpp"
 #include "voxelserver/archive/merge.hpp"
 #include "voxelserver/archive/patch.hpp"
 #include "voxelserver/archive/split.hpp"
-#include "voxelserver/archive/stac.hpp"
+#include "voxelserver/archive/stac_command.hpp"
 #include "voxelserver/archive/summary.hpp"
 #include "voxelserver/archive/verify.hpp"
 #include "voxelserver/export/core/meter.hpp"
@@ -24,13 +25,10 @@ using namespace terravox;
 
 struct Arguments {
     std::string file;                 ///< of patch and split
-    std::vector<std::string> files;   ///< of info and verify: one, or the parts of one; of stac
+    std::vector<std::string> files;   ///< of info and verify: one, or the parts of one
     std::vector<std::string> others;  ///< shards or parts of merge, changes of patch
     std::string out;                  ///< of all but info and verify; empty: as the option says
     int max_mib = 0;                  ///< of split
-    std::string datetime;             ///< of stac
-    std::string href;
-    std::string collection;
     bool overwrite = false;
     bool json = false;
     bool only_checksums = false;  ///< of verify
@@ -164,15 +162,6 @@ util::ExitCode split(const Arguments& arguments) {
     return util::ExitCode::kDone;
 }
 
-util::ExitCode stac(const Arguments& arguments) {
-    const archive_tools::StacReport written = archive_tools::write_stac(
-        {paths_of(arguments.files), arguments.out, archive_tools::stac_time(arguments.datetime),
-         arguments.href, arguments.collection, arguments.overwrite});
-    for (const std::filesystem::path& file : written.files)
-        std::cout << file.string() << "\n";
-    return written.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
-}
-
 int run(int argc, char** argv) {
     CLI::App app(
         "Box archives (.tvx): what one holds, whether it is whole, one of shards, one with "
@@ -222,22 +211,12 @@ int run(int argc, char** argv) {
     splitting->add_option("-o,--output", arguments.out,
                           "folder of the parts; default: that of the archive");
     splitting->add_flag("--overwrite", arguments.overwrite, "replace the parts that are there");
-    auto* const describing = app.add_subcommand(
-        "stac", "describe archives for catalogues: a STAC item for each, and a collection");
-    describing->add_option("files", arguments.files, "archives of places on Earth")->required();
-    describing->add_option("-o,--output", arguments.out, "folder of NAME.json and collection.json")
-        ->required();
-    describing
-        ->add_option("--datetime", arguments.datetime,
-                     "when the data were taken: 2023-04-01, 2023-04-01T10:30:00Z, or two of these "
-                     "with a slash")
-        ->required();
-    describing->add_option("--href", arguments.href,
-                           "address of the archives' folder; default: relative to the items");
-    describing->add_option("--collection", arguments.collection,
-                           "id of the collection; default: none for one archive, else the folder's "
-                           "name");
-    describing->add_flag("--overwrite", arguments.overwrite, "replace the files that are there");
+    // Only listed: go_on_as() has run it.
+    archive_tools::StacArguments stac;
+    auto* const describing =
+        app.add_subcommand(archive_tools::kStac.name, archive_tools::kStac.description);
+    describing->set_version_flag("--version", std::string("terravox ") + kVersion);
+    archive_tools::add_stac_options(*describing, stac);
     for (auto* const command : {verifying, merging, patching}) {
         command->add_option("--threads", arguments.threads, "0: one for each core")
             ->check(CLI::Range(0, 1024));
@@ -251,13 +230,14 @@ int run(int argc, char** argv) {
         return static_cast<int>(patch(arguments));
     if (*splitting)
         return static_cast<int>(split(arguments));
-    if (*describing)
-        return static_cast<int>(stac(arguments));
     return static_cast<int>(*informing ? info(arguments) : verify(arguments));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    return util::run_program([&] { return run(argc, argv); });
+    return util::run_program([&] {
+        util::go_on_as(archive_tools::kStac, argc, argv);
+        return run(argc, argv);
+    });
 }

@@ -1,4 +1,4 @@
-#include "voxelserver/archive/stac.hpp"
+#include "voxelserver/archive/stac/stac.hpp"
 
 #include <array>
 #include <fstream>
@@ -37,8 +37,8 @@ nlohmann::json item_of(const Described& what) {
     info.licence = what.licence;
     const fs::path archive = folder.path() / "place.tvx";
     voxel::ArchiveWriter(archive, info, 0).finish();
-    const auto time = archive_tools::stac_time("2023-04-01");
-    (void)archive_tools::write_stac({{archive}, folder.path(), time, "", "", false});
+    const auto time = stac::stac_time("2023-04-01");
+    (void)stac::write_stac({{archive}, folder.path(), time, "", "", false});
     return nlohmann::json::parse(std::ifstream(folder.path() / "place.json"));
 }
 

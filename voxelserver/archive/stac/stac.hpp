@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/archive/stac_time.hpp"
+#include "voxelserver/archive/stac/stac_time.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 
 /// What is written about archives for catalogues (SpatioTemporal Asset Catalog).
 struct StacRequest {
@@ -37,4 +37,4 @@ struct StacReport {
 /// cannot be read, its place crosses the antimeridian or holds a pole, or a file cannot be written
 StacReport write_stac(const StacRequest& request);
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac

@@ -1,4 +1,4 @@
-#include "voxelserver/archive/stac_time.hpp"
+#include "voxelserver/archive/stac/stac_time.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -7,7 +7,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 namespace {
 
 bool has_form(std::string_view text, std::string_view form) {
@@ -57,4 +57,4 @@ StacTime stac_time(const std::string& text) {
     return {first->start, last->end};
 }
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac

@@ -1,4 +1,4 @@
-#include "raytracer/commands/arguments/program_of_command.hpp"
+#include "common/util/program_of_command.hpp"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -11,15 +11,15 @@
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
 
-namespace terravox::commands {
+namespace terravox::util {
 
 int run_program_of(const CommandWithProgram& command, int argc, char** argv,
                    const AddOptions& add_options) {
-    return util::run_program([&] {
-        CLI::App app{command.description, std::string("terravox ") + command.name};
+    return run_program([&] {
+        CLI::App app{command.description, std::string(command.listed_by) + " " + command.name};
         app.set_version_flag("--version", std::string("terravox ") + kVersion);
         const auto run = add_options(app);
-        if (const auto answered = util::parse_arguments(app, argc, argv))
+        if (const auto answered = parse_arguments(app, argc, argv))
             return *answered;
         return static_cast<int>(run());
     });
@@ -32,11 +32,11 @@ void list_command(CLI::App& app, const CommandWithProgram& command) {
 void go_on_as(const CommandWithProgram& command, int argc, char** argv) {
     if (argc < 2 || std::string_view(argv[1]) != command.name)
         return;
-    std::string program = util::beside_program(command.program).string();
+    std::string program = beside_program(command.program).string();
     argv[1] = program.data();
     ::execv(program.c_str(), argv + 1);
-    throw util::Error(std::string("run ") + command.name + ": cannot start " + program + ": " +
-                      std::strerror(errno) + "; it belongs in the folder of this program");
+    throw Error(std::string("run ") + command.name + ": cannot start " + program + ": " +
+                std::strerror(errno) + "; it belongs in the folder of this program");
 }
 
-}  // namespace terravox::commands
+}  // namespace terravox::util

@@ -1,4 +1,4 @@
-#include "voxelserver/archive/stac.hpp"
+#include "voxelserver/archive/stac/stac.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/archive/stac_item.hpp"
+#include "voxelserver/archive/stac/stac_item.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 namespace {
 
 namespace fs = std::filesystem;
@@ -143,4 +143,4 @@ StacReport write_stac(const StacRequest& request) {
     return out;
 }
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac

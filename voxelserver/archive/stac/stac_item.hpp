@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "voxelserver/archive/stac_time.hpp"
+#include "voxelserver/archive/stac/stac_time.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 
 /// What an item says of one archive.
 struct StacItem {
@@ -35,4 +35,4 @@ inline constexpr const char* kStacCollection = "collection.json";
 /// A name as one segment of an address: all but unreserved characters as %XX.
 [[nodiscard]] std::string url_segment(const std::string& name);
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac

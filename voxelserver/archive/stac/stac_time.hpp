@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 
 /// An instant, or the time from one to another, in UTC as RFC 3339 writes it:
 /// "2023-04-01T00:00:00Z".
@@ -17,4 +17,4 @@ struct StacTime {
 /// @throws UsageError for another text, a day that no calendar has, or an end before its start
 [[nodiscard]] StacTime stac_time(const std::string& text);
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac

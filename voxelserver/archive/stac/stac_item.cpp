@@ -1,4 +1,4 @@
-#include "voxelserver/archive/stac_item.hpp"
+#include "voxelserver/archive/stac/stac_item.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/archive/summary.hpp"
 
-namespace terravox::archive_tools {
+namespace terravox::stac {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -117,8 +117,8 @@ std::string stac_licence(const std::string& licence) {
     return "proprietary";
 }
 
-Json properties_of(const voxel::WorldInfo& world, const Summary& summary, const geo::Crs& crs,
-                   const StacTime& time) {
+Json properties_of(const voxel::WorldInfo& world, const archive_tools::Summary& summary,
+                   const geo::Crs& crs, const StacTime& time) {
     Json out;
     if (!world.title.empty())
         out["title"] = world.title;
@@ -138,7 +138,7 @@ Json properties_of(const voxel::WorldInfo& world, const Summary& summary, const 
     out["terravox:heights_m"] = {world.bounds.min[1] * world.voxel_m,
                                  world.bounds.max[1] * world.voxel_m};
     std::uint64_t boxes = 0;
-    for (const LevelSummary& level : summary.levels)
+    for (const archive_tools::LevelSummary& level : summary.levels)
         boxes += level.boxes;
     out["terravox:boxes"] = boxes;
     out["terravox:holes"] = summary.holes();
@@ -155,7 +155,7 @@ Json properties_of(const voxel::WorldInfo& world, const Summary& summary, const 
 StacItem stac_item(const std::filesystem::path& archive, const StacTime& time,
                    const std::string& href, const std::string& collection) {
     const std::string attempt = "stac of " + archive.string();
-    const Summary summary = summary_of(archive);
+    const archive_tools::Summary summary = archive_tools::summary_of(archive);
     if (summary.shard.of > 0 || summary.replaced_columns)
         throw util::UsageError(attempt + ": it is a " +
                                (summary.shard.of > 0 ? "shard" : "change") +
@@ -219,4 +219,4 @@ std::string url_segment(const std::string& name) {
     return out;
 }
 
-}  // namespace terravox::archive_tools
+}  // namespace terravox::stac
