@@ -49,6 +49,8 @@ public:
             leave_as_it_is();
             return std::move(m_outcome);
         }
+        if (m_options.on_changes)
+            m_options.on_changes(m_outcome.changes);
         make_and_put_in();
         m_outcome.missing = m_plan.missing;
         return std::move(m_outcome);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct PatchOptions {
     std::size_t memory_bytes = std::size_t{2} << 30;
     bool quiet = false;
     std::stop_token stop;
+    /// Called once with the changes, a line each, before anything is made of them.
+    std::function<void(const std::vector<std::string>&)> on_changes;
 };
 
 /// What one call did.

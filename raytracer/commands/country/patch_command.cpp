@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/log.hpp"
@@ -20,13 +21,15 @@ struct PatchArguments {
     bool quiet = false;
 };
 
-void print_changes(const country::PatchOutcome& outcome) {
+void print_changes(const std::vector<std::string>& changes) {
     constexpr std::size_t kMaxShown = 20;
-    const std::size_t count = outcome.changes.size();
+    const std::size_t count = changes.size();
     for (std::size_t i = 0; i < count && i < kMaxShown; ++i)
-        std::printf("%s\n", util::printable(outcome.changes[i]).c_str());
+        std::printf("%s\n", util::printable(changes[i]).c_str());
     if (count > kMaxShown)
         std::printf("... and %zu more\n", count - kMaxShown);
+    // Seen at once, also by a program that reads them: making boxes takes a while.
+    std::fflush(stdout);
 }
 
 util::ExitCode run_patch(const PatchArguments& args) {
@@ -38,16 +41,17 @@ util::ExitCode run_patch(const PatchArguments& args) {
     options.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     options.quiet = args.quiet;
     options.stop = signals.token();
+    options.on_changes = print_changes;
     const country::PatchOutcome outcome = country::patch_country(folder, options);
-    print_changes(outcome);
     const std::string archive = util::printable(outcome.archive.string());
     if (outcome.changes.empty())
         std::printf("%s: no square has changed since the plan was made\n", archive.c_str());
     else
         std::printf(
-            "%s: %zu squares; %llu columns of boxes replaced, %llu records new, %llu kept, "
+            "%s: %zu %s; %llu columns of boxes replaced, %llu records new, %llu kept, "
             "%llu holes\n",
             archive.c_str(), outcome.changes.size(),
+            outcome.changes.size() == 1 ? "square" : "squares",
             static_cast<unsigned long long>(outcome.report.columns),
             static_cast<unsigned long long>(outcome.report.made),
             static_cast<unsigned long long>(outcome.report.kept),
