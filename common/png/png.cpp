@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
+#include "common/util/printable.hpp"
 
 namespace terravox::png {
 namespace {
@@ -43,10 +44,16 @@ bool is_keyword(const std::string& text) noexcept {
 /// The older kind of chunk where it suffices, which more programs read; its texts are Latin-1.
 std::string text_chunk(const Text& text) {
     constexpr std::size_t kMaxLength = std::size_t{1} << 30;
-    if (!is_keyword(text.keyword) || text.value.find('\0') != std::string::npos ||
-        text.value.size() > kMaxLength)
-        throw util::Error("write a PNG: its text '" + text.keyword +
-                          "' has a keyword or a value that PNG does not allow");
+    const std::string attempt = "write a PNG: its text '" + util::printable(text.keyword) + "': ";
+    if (!is_keyword(text.keyword))
+        throw util::Error(attempt +
+                          "its keyword; allowed: 1 to 79 printable ASCII characters, without "
+                          "spaces at its ends");
+    if (text.value.find('\0') != std::string::npos)
+        throw util::Error(attempt + "a byte of 0 in it; allowed: UTF-8 without");
+    if (text.value.size() > kMaxLength)
+        throw util::Error(attempt + std::to_string(text.value.size()) + " bytes; allowed: up to " +
+                          std::to_string(kMaxLength));
     if (is_ascii(text.value))
         return chunk("tEXt", text.keyword + '\0' + text.value);
     const std::string not_compressed(2, '\0');

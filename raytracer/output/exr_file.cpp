@@ -7,7 +7,6 @@
 #include <ImfThreading.h>
 #include <ImfTiledOutputFile.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -96,31 +95,57 @@ Imf::Header header_of(const ExrShape& shape, const ExrChannels& channels) {
     return out;
 }
 
-/// Replaces a text in the header of a finished file by another of the same length. Ref: "OpenEXR
-/// File Layout": an attribute is name, 0, type, 0, size (4 bytes), value.
+/// The next string of a header, which ends with 0.
+std::string next_string(std::istream& in) {
+    std::string out;
+    std::getline(in, out, '\0');
+    return out;
+}
+
+/// A number of four bytes, the lowest first.
+std::uint32_t next_number(std::istream& in) {
+    std::array<unsigned char, 4> bytes{};
+    in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+    std::uint32_t out = 0;
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        out |= static_cast<std::uint32_t>(bytes[i]) << 8 * i;
+    return out;
+}
+
+/// Goes to the value of a text in the header of a finished file. Ref: "OpenEXR File Layout": magic
+/// number and version (4 bytes each), then attributes, each of which is name, 0, type, 0, size (4
+/// bytes), value; an empty name ends them.
+/// @return whether there is such a text, of that many bytes
+bool go_to_text(std::iostream& file, const std::string& name, std::size_t bytes) {
+    constexpr std::streamoff kFirstAttribute = 8;
+    file.seekg(kFirstAttribute);
+    while (file) {
+        const std::string found = next_string(file);
+        const std::string type = next_string(file);
+        const std::uint32_t size = next_number(file);
+        if (found.empty())
+            return false;
+        if (found == name) {
+            file.seekp(file.tellg());
+            return file && type == "string" && size == bytes;
+        }
+        file.seekg(size, std::ios::cur);
+    }
+    return false;
+}
+
+/// Replaces a text in the header of a finished file by another of the same length.
+/// @throws Error when there is no such text
 void replace_text(const std::filesystem::path& file, const std::string& name,
                   const std::string& value, const std::string& attempt) {
-    const std::string before = name + '\0' + "string" + '\0';
-    constexpr std::size_t kMaxHeader = std::size_t{1} << 26;
     std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-    std::string header;
-    std::array<char, 65536> part{};
-    while (stream && header.size() < kMaxHeader) {
-        stream.read(part.data(), part.size());
-        const std::size_t from = header.size() - std::min(header.size(), before.size());
-        header.append(part.data(), static_cast<std::size_t>(stream.gcount()));
-        const std::size_t at = header.find(before, from);
-        if (at == std::string::npos)
-            continue;
-        stream.clear();
-        stream.seekp(static_cast<std::streamoff>(at + before.size() + 4));
+    if (go_to_text(stream, name, value.size())) {
         stream.write(value.data(), static_cast<std::streamsize>(value.size()));
         stream.flush();
         if (stream)
             return;
-        break;
     }
-    throw util::Error(attempt + ": its header cannot be brought up to date");
+    throw util::Error(attempt + ": " + name + " in its header cannot be brought up to date");
 }
 
 void start_threads() {
@@ -140,8 +165,8 @@ public:
           m_attempt("write the picture " + file.string()),
           m_target(file),
           m_stream(m_target.temporary_path(), m_attempt) {
-        start_threads();
         with_reasons([&] {
+            start_threads();
             const Imf::Header header = header_of(shape, channels);
             if (shape.tile_px > 0)
                 m_tiles.emplace(m_stream, header);

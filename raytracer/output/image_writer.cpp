@@ -23,7 +23,8 @@ constexpr std::array kEndings = {".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg
 constexpr int kPngChannels = 3;
 
 bool is_tiff(const std::filesystem::path& file) {
-    return util::lower_extension(file).starts_with(".tif");
+    const std::string ending = util::lower_extension(file);
+    return ending == ".tif" || ending == ".tiff";
 }
 
 bool is_png(const std::filesystem::path& file) {
@@ -31,7 +32,16 @@ bool is_png(const std::filesystem::path& file) {
 }
 
 bool is_jpeg(const std::filesystem::path& file) {
-    return util::lower_extension(file).starts_with(".jp");
+    const std::string ending = util::lower_extension(file);
+    return ending == ".jpg" || ending == ".jpeg";
+}
+
+/// @throws UsageError when it names no supported format
+void check_ending(const std::filesystem::path& file) {
+    const std::string ending = util::lower_extension(file);
+    if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end())
+        throw util::UsageError("write the picture " + file.string() + ": ending '" + ending +
+                               "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
 }
 
 /// Writes a band of rows at a time: writing must not double a picture's memory, and OpenEXR
@@ -65,13 +75,14 @@ std::vector<png::Text> png_texts(const ImageMetadata& metadata) {
 
 void write_png(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
     const std::vector<std::uint8_t> bytes = developed_bytes(film, info, kPngChannels);
+    std::string encoded;
     try {
-        const std::string encoded = png::encode(
-            bytes, {film.width_px(), film.height_px(), kPngChannels}, png_texts(info.metadata));
-        util::write_file_atomically(file, std::as_bytes(std::span(encoded)));
+        encoded = png::encode(bytes, {film.width_px(), film.height_px(), kPngChannels},
+                              png_texts(info.metadata));
     } catch (const util::Error& e) {
         throw util::Error("write the picture " + file.string() + ": " + e.what());
     }
+    util::write_file_atomically(file, std::as_bytes(std::span(encoded)));
 }
 
 }  // namespace
@@ -81,25 +92,25 @@ bool is_exr(const std::filesystem::path& file) {
 }
 
 void check_image_target(const std::filesystem::path& file, int width_px, int height_px) {
+    check_ending(file);
     const std::string ending = util::lower_extension(file);
     const std::string attempt = "write the picture " + file.string() + ": ";
-    if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end())
-        throw util::UsageError(attempt + "ending '" + ending +
-                               "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
     constexpr const char* kLarger = "; .exr and .tif hold more";
     const std::string size = std::to_string(width_px) + "x" + std::to_string(height_px) + " pixels";
     if (is_jpeg(file) && std::max(width_px, height_px) > kMaxJpegSide_px)
-        throw util::UsageError(attempt + size + "; allowed for " + ending + ": sides of " +
+        throw util::UsageError(attempt + size + "; allowed for " + ending + ": sides up to " +
                                std::to_string(kMaxJpegSide_px) + kLarger);
     const std::uint64_t most = png::kMaxBytes / kPngChannels;
     if (is_png(file) &&
         static_cast<std::uint64_t>(width_px) * static_cast<std::uint64_t>(height_px) > most)
-        throw util::UsageError(attempt + size + "; allowed for .png: " + std::to_string(most) +
-                               " in all" + kLarger);
+        throw util::UsageError(attempt + size + "; allowed for .png: up to " +
+                               std::to_string(most) + " in all" + kLarger);
     util::check_writable(file);
 }
 
-void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& given) {
+    check_ending(file);
+    const PictureInfo info = with_clean_texts(given);
     if (is_tiff(file))
         write_tiff(film, file, info);
     else if (is_png(file))

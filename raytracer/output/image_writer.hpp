@@ -21,7 +21,7 @@ void check_image_target(const std::filesystem::path& file, int width_px, int hei
 ///   .tif        linear 32-bit float R, G, B, A; a GeoTIFF where `info` has a place for it
 ///               (tiff_picture.hpp), 8-bit unless `info` specifies otherwise
 ///   .png .jpg   8-bit sRGB through exposure and tone curve (develop.hpp)
-/// @throws Error
+/// @throws UsageError for another extension; Error when the file cannot be written
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 
 }  // namespace terravox::output

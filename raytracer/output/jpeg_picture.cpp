@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/util/atomic_file.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/output/pixel_bytes.hpp"
 
@@ -34,7 +35,21 @@ private:
     std::string m_name;
 };
 
-void describe(GDALDatasetH dataset, const PictureInfo& info) {
+/// All of Exif has room for 64 KiB, and GDAL writes none of it when that does not suffice.
+std::string cut_for_exif(const std::string& name, const std::string& text,
+                         const std::string& attempt) {
+    constexpr std::size_t kMaxBytes = 16384;
+    if (text.size() <= kMaxBytes)
+        return text;
+    util::log_warn("{}: of {} only the first {} bytes are stored", attempt, name, kMaxBytes);
+    std::size_t end = kMaxBytes;
+    // Not in the middle of a character of UTF-8.
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
+        --end;
+    return text.substr(0, end);
+}
+
+void describe(GDALDatasetH dataset, const PictureInfo& info, const std::string& attempt) {
     const auto set = [&](const char* tag, const std::string& value) {
         GDALSetMetadataItem(dataset, tag, value.c_str(), nullptr);
     };
@@ -42,7 +57,7 @@ void describe(GDALDatasetH dataset, const PictureInfo& info) {
     set("EXIF_ColorSpace", kSrgb);
     for (const auto& [name, value] : info.metadata)
         if (name == "Software" || name == "Copyright" || name == "ImageDescription")
-            set(("EXIF_" + name).c_str(), value);
+            set(("EXIF_" + name).c_str(), cut_for_exif(name, value, attempt));
 }
 
 }  // namespace
@@ -53,7 +68,7 @@ void write_jpeg(const Film& film, const std::filesystem::path& file, const Pictu
     const std::vector<std::uint8_t> bytes = developed_bytes(film, info, kChannels);
     const GdalDataset pixels =
         memory_dataset(byte_pixels(bytes, film.width_px(), film.height_px(), kChannels), watch);
-    describe(pixels.get(), info);
+    describe(pixels.get(), info, watch.attempt());
     const MemoryFile encoded;
     GdalOptions options = {{"QUALITY", "95"}};
     GdalDataset out(GDALCreateCopy(GDALGetDriverByName("JPEG"), encoded.name().c_str(),

@@ -50,4 +50,9 @@ struct PictureInfo {
     }
 };
 
+/// Makes the metadata texts that every format can hold: titles and attributions come from data of
+/// strangers. Bytes that are not UTF-8, and control characters other than line feed and tab, become
+/// visible escapes (common/util/printable.hpp).
+[[nodiscard]] PictureInfo with_clean_texts(PictureInfo info);
+
 }  // namespace terravox::output

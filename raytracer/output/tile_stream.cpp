@@ -66,8 +66,8 @@ TileStream::TileStream(const std::filesystem::path& file, const StreamShape& sha
     m_left = columns * rows;
     m_done.resize(m_left);
     m_format = util::lower_extension(file) == ".exr"
-                   ? make_exr_stream(file, shape, std::move(info))
-                   : make_tiff_stream(file, shape, std::move(info));
+                   ? make_exr_stream(file, shape, with_clean_texts(std::move(info)))
+                   : make_tiff_stream(file, shape, with_clean_texts(std::move(info)));
 }
 
 TileStream::~TileStream() = default;

@@ -150,9 +150,12 @@ inline PictureFile read_with_gdal(const std::filesystem::path& file) {
     if (out.tile_width == out.width)
         out.tile_width = out.tile_height = 0;
     const bool bytes = GDALGetRasterDataType(first) == GDT_Byte;
-    constexpr std::array kNames = {"R", "G", "B", "A"};
-    for (int c = 0; c < count; ++c)
-        out.channels.push_back({kNames.at(static_cast<std::size_t>(c)), bytes ? "uint8" : "float"});
+    const std::map<GDALColorInterp, std::string> names = {
+        {GCI_RedBand, "R"}, {GCI_GreenBand, "G"}, {GCI_BlueBand, "B"}, {GCI_AlphaBand, "A"}};
+    for (int c = 1; c <= count; ++c)
+        out.channels.push_back(
+            {names.at(GDALGetRasterColorInterpretation(GDALGetRasterBand(in.get(), c))),
+             bytes ? "uint8" : "float"});
     char** const items = GDALGetMetadata(in.get(), nullptr);
     for (int i = 0; items != nullptr && items[i] != nullptr; ++i) {
         const std::string item = items[i];

@@ -271,7 +271,8 @@ class Refused(Case):
             ),
             "65536x65536": (
                 ["-o", "a.png"],
-                "65536x65536 pixels; allowed for .png: 715827882 in all; .exr and .tif hold more",
+                "65536x65536 pixels; allowed for .png: up to 715827882 in all; "
+                ".exr and .tif hold more",
             ),
             "65536x8192": (
                 ["-o", "a.png"],
@@ -281,7 +282,7 @@ class Refused(Case):
             ),
             "65501x600": (
                 ["-o", "a.jpg"],
-                "allowed for .jpg: sides of 65500; .exr and .tif hold more",
+                "allowed for .jpg: sides up to 65500; .exr and .tif hold more",
             ),
             "8192x8192": (
                 ["--time", "9", "-o", "a.exr"],

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <random>
+#include <string>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
@@ -13,6 +14,7 @@
 using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
+using namespace std::string_literals;
 
 namespace {
 
@@ -48,6 +50,7 @@ output::Film film_of(int width, int height) {
 const output::ImageMetadata kMetadata = {{"Software", "terravox test"},
                                          {"terravox:holes", "3"},
                                          {"terravox:camera", "1.5 2.5 3.5"},
+                                         {"ImageDescription", "Škofja Loka"},
                                          {"Copyright", "ARSO, CC BY 4.0"}};
 
 }  // namespace
@@ -122,8 +125,24 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     const PictureFile back = read_picture(file);
     CHECK(back.text("Software") == "terravox test");
     CHECK(back.text("Copyright") == "ARSO, CC BY 4.0");
+    CHECK(back.text("ImageDescription") == "Škofja Loka");
     CHECK(back.text("terravox:holes") == "3");
     CHECK(back.text("terravox:camera") == "1.5 2.5 3.5");
+}
+
+TEST_CASE("texts of strangers fit into every format, and hide nothing", "[raytracer][output]") {
+    const std::string ending = GENERATE(".exr", ".png", ".tif", ".jpg");
+    INFO(ending);
+    const TemporaryFolder folder;
+    const auto file = folder.path() / ("picture" + ending);
+    // A byte of 0, a colour of a terminal, Latin-1, and what looks like the header of an EXR file.
+    const std::string hostile = "a\0b\x1b[31m \xa9 terravox:holes\0string\0................"s;
+    write_plain(film_of(8, 8), file, 0, core::ToneCurve::kPhotographic,
+                {{"Copyright", hostile}, {"ImageDescription", std::string(100'000, 'x') + "é"}});
+    const PictureFile back = read_picture(file);
+    CHECK_THAT(back.text("Copyright"),
+               contains("a\\x00b\\x1b[31m \\xa9 terravox:holes\\x00string\\x00...."));
+    CHECK(back.text("ImageDescription").substr(0, 16384) == std::string(16384, 'x'));
 }
 
 TEST_CASE("an ending that names no format is refused before any work", "[raytracer][output]") {
@@ -146,9 +165,9 @@ TEST_CASE("a picture that its format cannot hold is refused before any work",
         int height_px;
         const char* allowed;
     };
-    const auto c = GENERATE(values<Case>({{"a.jpg", 65501, 2, "sides of 65500"},
-                                          {"a.JPEG", 2, 65501, "sides of 65500"},
-                                          {"a.png", 50'000, 20'000, "715827882 in all"}}));
+    const auto c = GENERATE(values<Case>({{"a.jpg", 65501, 2, "sides up to 65500"},
+                                          {"a.JPEG", 2, 65501, "sides up to 65500"},
+                                          {"a.png", 50'000, 20'000, "up to 715827882 in all"}}));
     DYNAMIC_SECTION(c.file) {
         const auto file = folder.path() / c.file;
         CHECK_THROWS_WITH(output::check_image_target(file, c.width_px, c.height_px),
@@ -177,6 +196,7 @@ TEST_CASE("a JPEG holds the developed colours, and texts with a place in Exif",
     CHECK(back.at(30, 20, "B") == Approx(c.b).margin(0.02));
     CHECK(back.text("Software") == "terravox test");
     CHECK(back.text("Copyright") == "ARSO, CC BY 4.0");
+    CHECK(back.text("ImageDescription") == "Škofja Loka");
     CHECK(back.text("ColorSpace") == "1");
     CHECK(entries_in(folder.path()) == 1);
 }

@@ -18,12 +18,17 @@
 using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
+using namespace std::string_literals;
 
 namespace {
 
 output::PictureInfo some_info() {
     output::PictureInfo info;
-    info.metadata = {{"Software", "terravox test"}, {"Copyright", "ARSO"}};
+    info.metadata = {
+        {"Software", "terravox test"},
+        {"Copyright", "ARSO"},
+        // Like the attribute whose value is known last; headers list attributes by their names.
+        {"ImageDescription", "terravox:holes\0string\0................"s}};
     info.square_names = {"462_101", "463_101"};
     info.tone = core::ToneCurve::kFilmic;
     return info;
@@ -91,6 +96,8 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
         CHECK(header.attributes.at("lineOrder").value == std::string(1, '\2'));  // random
         CHECK(header.attributes.at("terravox:holes").value == "000000001234");
         CHECK(header.attributes.at("owner").value == "ARSO");
+        CHECK(header.attributes.at("comments").value ==
+              "terravox:holes\\x00string\\x00................");
         CHECK(entries_in(folder.path()) == 2);
     }
 }
