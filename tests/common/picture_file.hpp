@@ -152,10 +152,12 @@ inline PictureFile read_with_gdal(const std::filesystem::path& file) {
     const bool bytes = GDALGetRasterDataType(first) == GDT_Byte;
     const std::map<GDALColorInterp, std::string> names = {
         {GCI_RedBand, "R"}, {GCI_GreenBand, "G"}, {GCI_BlueBand, "B"}, {GCI_AlphaBand, "A"}};
-    for (int c = 1; c <= count; ++c)
-        out.channels.push_back(
-            {names.at(GDALGetRasterColorInterpretation(GDALGetRasterBand(in.get(), c))),
-             bytes ? "uint8" : "float"});
+    for (int c = 1; c <= count; ++c) {
+        const auto found =
+            names.find(GDALGetRasterColorInterpretation(GDALGetRasterBand(in.get(), c)));
+        out.channels.push_back({found != names.end() ? found->second : "band" + std::to_string(c),
+                                bytes ? "uint8" : "float"});
+    }
     char** const items = GDALGetMetadata(in.get(), nullptr);
     for (int i = 0; items != nullptr && items[i] != nullptr; ++i) {
         const std::string item = items[i];
