@@ -85,7 +85,7 @@ Imf::Header header_of(const ExrShape& shape, const ExrChannels& channels) {
     Imf::Header out(shape.width_px, shape.height_px);
     channels.describe(out);
     out.compression() = Imf::ZIP_COMPRESSION;
-    // Files are larger by a few percent than at the default of 4 and written in half the time.
+    // Faster than the default of 4, for somewhat larger files.
     out.zipCompressionLevel() = 2;
     if (shape.tile_px > 0) {
         const auto edge = static_cast<unsigned>(shape.tile_px);

@@ -2,10 +2,12 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_vsi.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdio>
 
@@ -28,6 +30,22 @@ void CPL_STDCALL remember(CPLErr kind, CPLErrorNum number, const char* said) noe
         if (c == '\n' || c == '\r')
             c = ' ';
 }
+
+/// The name of a file in the memory of GDAL, which ends with this object.
+class MemoryFile {
+public:
+    MemoryFile() {
+        static std::atomic<std::uint64_t> count = 0;
+        m_name = "/vsimem/terravox-" + std::to_string(++count);
+    }
+    ~MemoryFile() { VSIUnlink(m_name.c_str()); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    [[nodiscard]] const char* name() const noexcept { return m_name.c_str(); }
+
+private:
+    std::string m_name;
+};
 
 const char* tag_of(const std::string& name) noexcept {
     return name == "Software"           ? "TIFFTAG_SOFTWARE"
@@ -123,6 +141,19 @@ GdalDataset memory_dataset(const PixelsInMemory& pixels, const GdalWatch& watch)
         GDALSetRasterColorInterpretation(GDALGetRasterBand(out.get(), channel + 1), kMeaning[i]);
     }
     return out;
+}
+
+std::string encode_in_memory(GDALDatasetH from, GDALDriverH driver, GdalOptions& options,
+                             const GdalWatch& watch) {
+    const MemoryFile memory;
+    GdalDataset file(
+        GDALCreateCopy(driver, memory.name(), from, FALSE, options.list(), nullptr, nullptr));
+    watch.check(file != nullptr);
+    file.reset();  // writes what is left
+    vsi_l_offset bytes = 0;
+    const GByte* const encoded = VSIGetMemFileBuffer(memory.name(), &bytes, FALSE);
+    watch.check(encoded != nullptr);
+    return {reinterpret_cast<const char*>(encoded), bytes};
 }
 
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch) {

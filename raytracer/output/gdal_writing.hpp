@@ -74,6 +74,13 @@ struct PixelsInMemory {
 /// @throws Error
 [[nodiscard]] GdalDataset memory_dataset(const PixelsInMemory& pixels, const GdalWatch& watch);
 
+/// Encodes a dataset as a file of some format, in memory: for small files, and where the writer of
+/// the format does not report a full disk.
+/// @return the bytes of the file
+/// @throws Error
+[[nodiscard]] std::string encode_in_memory(GDALDatasetH from, GDALDriverH driver,
+                                           GdalOptions& options, const GdalWatch& watch);
+
 /// Stores the georeference, if any, and the metadata, including the three names that TIFF has tags
 /// for.
 /// @throws Error for a CRS that cannot be read

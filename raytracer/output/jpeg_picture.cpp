@@ -1,7 +1,5 @@
 #include "raytracer/output/jpeg_picture.hpp"
 
-#include <cpl_vsi.h>
-
 #include <span>
 #include <string>
 
@@ -14,26 +12,6 @@ namespace terravox::output {
 namespace {
 
 constexpr int kChannels = 3;
-
-/// A file in the memory of GDAL, which ends with this object.
-class MemoryFile {
-public:
-    MemoryFile()
-        : m_name("/vsimem/terravox-" + std::to_string(reinterpret_cast<std::uintptr_t>(this))) {}
-    ~MemoryFile() { VSIUnlink(m_name.c_str()); }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-
-    [[nodiscard]] const std::string& name() const noexcept { return m_name; }
-    [[nodiscard]] std::span<const std::byte> bytes() const {
-        vsi_l_offset size = 0;
-        const GByte* first = VSIGetMemFileBuffer(m_name.c_str(), &size, FALSE);
-        return std::as_bytes(std::span(first, first != nullptr ? size : 0));
-    }
-
-private:
-    std::string m_name;
-};
 
 /// All of Exif has room for 64 KiB, and GDAL writes none of it when that does not suffice.
 std::string cut_for_exif(const std::string& name, const std::string& text,
@@ -69,14 +47,10 @@ void write_jpeg(const Film& film, const std::filesystem::path& file, const Pictu
     const GdalDataset pixels =
         memory_dataset(byte_pixels(bytes, film.width_px(), film.height_px(), kChannels), watch);
     describe(pixels.get(), info, watch.attempt());
-    const MemoryFile encoded;
     GdalOptions options = {{"QUALITY", "95"}};
-    GdalDataset out(GDALCreateCopy(GDALGetDriverByName("JPEG"), encoded.name().c_str(),
-                                   pixels.get(), FALSE, options.list(), nullptr, nullptr));
-    watch.check(out != nullptr);
-    out.reset();
-    watch.check(!encoded.bytes().empty());
-    util::write_file_atomically(file, encoded.bytes());
+    const std::string encoded =
+        encode_in_memory(pixels.get(), GDALGetDriverByName("JPEG"), options, watch);
+    util::write_file_atomically(file, std::as_bytes(std::span(encoded)));
 }
 
 }  // namespace terravox::output

@@ -1,9 +1,5 @@
 #include "raytracer/pmtiles/map_tiles.hpp"
 
-#include <cpl_vsi.h>
-
-#include <atomic>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -20,42 +16,14 @@
 namespace terravox::pmtiles {
 namespace {
 
-/// The name of a file in memory, which goes with the object.
-class MemoryFile {
-public:
-    explicit MemoryFile(const char* ending) {
-        static std::atomic<std::uint64_t> count = 0;
-        m_name = "/vsimem/terravox-tile-" + std::to_string(++count) + ending;
-    }
-    ~MemoryFile() { VSIUnlink(m_name.c_str()); }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    [[nodiscard]] const char* name() const noexcept { return m_name.c_str(); }
-
-private:
-    std::string m_name;
-};
-
-std::string webp_of(std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
+std::string webp_of(const std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
     const output::GdalWatch watch(attempt);
     constexpr int kBands = 4;
-    const output::GdalDataset picture(
-        GDALCreate(GDALGetDriverByName("MEM"), "", edge, edge, kBands, GDT_Byte, nullptr));
-    watch.check(picture != nullptr);
-    watch.check(GDALDatasetRasterIOEx(picture.get(), GF_Write, 0, 0, edge, edge, pixels.data(),
-                                      edge, edge, GDT_Byte, kBands, nullptr, kBands,
-                                      GSpacing{kBands} * edge, 1, nullptr) == CE_None);
-    GDALSetRasterColorInterpretation(GDALGetRasterBand(picture.get(), kBands), GCI_AlphaBand);
-    const MemoryFile memory(".webp");
+    static_assert(sizeof(map::Rgba8) == kBands);
+    const output::GdalDataset picture =
+        output::memory_dataset({pixels.data(), GDT_Byte, edge, edge, kBands, 1, kBands}, watch);
     output::GdalOptions options = {{"QUALITY", "85"}};
-    output::GdalDataset file(GDALCreateCopy(geo::webp_driver(), memory.name(), picture.get(), FALSE,
-                                            options.list(), nullptr, nullptr));
-    watch.check(file != nullptr);
-    file.reset();
-    vsi_l_offset bytes = 0;
-    const GByte* const packed = VSIGetMemFileBuffer(memory.name(), &bytes, FALSE);
-    watch.check(packed != nullptr);
-    return {reinterpret_cast<const char*>(packed), bytes};
+    return output::encode_in_memory(picture.get(), geo::webp_driver(), options, watch);
 }
 
 std::string metadata_of(const MapTexts& texts, int tile_px) {
