@@ -1,7 +1,6 @@
 #include "raytracer/analyse/column_descent.hpp"
 
 #include <cmath>
-#include <memory>
 
 #include "common/util/det_math.hpp"
 
@@ -72,20 +71,6 @@ CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface)
         case Descent::kContinues: return CellStep::kDescend;
     }
     return CellStep::kNothing;
-}
-
-walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
-                            std::vector<walk::TracedRay>& next) {
-    walk::TracedRay& out = next.emplace_back();
-    out.ray = {{ray.ray.origin.x, top_of(ray.hit), ray.ray.origin.z}, to};
-    // Built in place: to copy a ray right after it is written stalls the processor.
-    std::construct_at(&out.state, out.ray);
-    out.state.start_in({ray.hit.voxel.x, ray.hit.voxel.y + 1, ray.hit.voxel.z}, ray.hit.level);
-    out.sample = ray.sample;
-    // Where it starts, for the rays that follow it.
-    out.hit = ray.hit;
-    out.kind = walk::RayKind::kSky;
-    return out;
 }
 
 bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept {

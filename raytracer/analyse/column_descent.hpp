@@ -1,9 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
 #include "raytracer/core/scene_words.hpp"
 #include "raytracer/shade/view.hpp"
 #include "raytracer/walk/traced_ray.hpp"
@@ -64,30 +60,6 @@ enum class CellStep : std::uint8_t {
 /// @param ray at its end
 [[nodiscard]] CellStep cell_step_at(const walk::TracedRay& ray,
                                     core::AnalysisSurface surface) noexcept;
-
-/// Adds a ray from the middle of the top of the voxel that a vertical ray has met.
-/// @param ray such a vertical ray, or another ray that was added so, which starts at the same
-/// point; none of `next`
-/// @param to of unit length, y > 0
-/// @return the ray, made where it lies: there are some hundred for each cell
-walk::TracedRay& add_upward(const walk::TracedRay& ray, core::Vec3 to,
-                            std::vector<walk::TracedRay>& next);
-
-// The rays of a cell are sent in chunks: the last one of a chunk sends the next chunk when it has
-// ended. So a wave holds as few rays for a cell as a chunk has, and rays of neighbouring cells in
-// one direction lie together in it, however many directions there are.
-
-inline constexpr std::size_t kChunkRays = 4;
-
-/// Whether a ray is the last one of its chunk.
-/// @param index of the ray among those of its cell
-[[nodiscard]] constexpr bool ends_chunk(std::size_t index) noexcept {
-    return (index + 1) % kChunkRays == 0;
-}
-/// One past the last ray of the chunk that begins with ray `first`, of `count` rays of a cell.
-[[nodiscard]] constexpr std::size_t chunk_end(std::size_t first, std::size_t count) noexcept {
-    return std::min(first + kChunkRays, count);
-}
 
 /// Whether a ray to the sun or the sky, at its end, has met nothing: no voxel, and no terrain
 /// outside of the data.

@@ -83,7 +83,15 @@ void EnergyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     else if (ray.kind == walk::RayKind::kPrimary)
         shade_neighbour(ray, sum, next);
     else
-        finish_if(m_light.take(ray, sum, next), sum);
+        finish_if(m_light.take_through_crowns(ray, sum, next), sum);
+}
+
+void EnergyEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                                shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const {
+    if (ends.holes != 0)
+        sum.bands = behind_hole(sum.bands);
+    else
+        finish_if(m_light.take_fan(fan, ends, *this, sum, next), sum);
 }
 
 void EnergyEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -141,8 +149,8 @@ void EnergyEvaluator::shade_neighbour(const walk::TracedRay& ray, shade::SampleS
     const core::Vec3 from{ray.ray.origin.x - east * m_spacing,
                           static_cast<double>(heights.top) + plane.lift,
                           ray.ray.origin.z - south * m_spacing};
-    finish_if(m_light.begin(plane.normal(), heights.material, {from, level, ray.sample}, sum, next),
-              sum);
+    const FanStart start = start_at(from, level, ray.sample);
+    finish_if(m_light.begin(plane.normal(), heights.material, start, sum, next), sum);
 }
 
 void EnergyEvaluator::finish_if(bool is_complete, shade::SampleSum& sum) const noexcept {

@@ -92,7 +92,7 @@ void FacadeEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     if (is_hole(ray)) {
         sum.bands = no_values(FacadeBand::kHole, true);
     } else if (ray.kind != walk::RayKind::kPrimary) {
-        finish_if(m_light.take(ray, sum, next), ray.ray.origin.y, sum);
+        finish_if(m_light.take_through_crowns(ray, sum, next), ray.ray.origin.y, sum);
     } else if (ray.stream == kRoof) {
         shade_cell(ray, sum, next);
     } else if (ray.stream == kFoot) {
@@ -102,6 +102,14 @@ void FacadeEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     } else {
         shade_around(ray, sum, next);
     }
+}
+
+void FacadeEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                                shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const {
+    if (ends.holes != 0)
+        sum.bands = no_values(FacadeBand::kHole, true);
+    else
+        finish_if(m_light.take_fan(fan, ends, *this, sum, next), fan.ray.origin.y, sum);
 }
 
 void FacadeEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -215,8 +223,8 @@ void FacadeEvaluator::shade_around(const walk::TracedRay& ray, shade::SampleSum&
     const double lift = edge / 2 * std::sqrt(std::max(1 - along * along, 0.0));
     const core::Vec3 from =
         cell + m_outwards * (m_spacing - static_cast<double>(wall.forward)) + normal * lift;
-    finish_if(m_light.begin(normal, wall.height, {from, level, ray.sample}, sum, next), middle,
-              sum);
+    const FanStart start = start_at(from, level, ray.sample);
+    finish_if(m_light.begin(normal, wall.height, start, sum, next), middle, sum);
 }
 
 void FacadeEvaluator::finish_if(bool is_complete, double middle,

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <memory>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/column_descent.hpp"
@@ -25,7 +24,7 @@ struct Gathered {
     float level_sky = 0, free_level_sky = 0;
     float horizon = 0, free_horizon = 0;
     float sun_hours = 0;
-    float waiting = 0;  ///< rays of the chunk that are on their way
+    float waiting = 0;  ///< fans and rays through crowns that are on their way
     float kept = 0;
 
     [[nodiscard]] static Gathered of(const core::Bands& bands) noexcept {
@@ -55,10 +54,6 @@ bool lets_light_through_crowns(const solar::Energy& energy) noexcept {
     return energy.through_crowns > 0 ||
            std::any_of(energy.sun.begin(), energy.sun.end(),
                        [](const auto& light) { return light.through_crowns > 0; });
-}
-
-int level_of(float edge) noexcept {
-    return std::ilogb(edge);
 }
 
 /// What light of a direction reaches the plane.
@@ -102,7 +97,7 @@ PlaneLight::PlaneLight(const shade::View& view, Behind behind) noexcept
       m_crowns_shine(lets_light_through_crowns(view.energy)),
       m_thin_passes(thin_things(view) == walk::ThinThings::kPass) {}
 
-std::size_t PlaneLight::directions() const noexcept {
+std::size_t PlaneLight::count() const noexcept {
     return m_view.energy.sun.size() + m_view.energy.sky.size();
 }
 
@@ -111,7 +106,15 @@ core::Vec3 PlaneLight::direction(std::size_t index) const noexcept {
     return index < suns ? m_view.energy.sun[index].to : m_view.energy.sky[index - suns];
 }
 
-bool PlaneLight::begin(core::Vec3 normal, float kept, const Start& start, shade::SampleSum& sum,
+walk::FanDirections PlaneLight::directions(std::uint32_t stream) const noexcept {
+    const std::size_t first = stream * walk::kFanRays;
+    walk::FanDirections out;
+    for (std::size_t i = first; i < fan_end(first, count()); ++i)
+        out.add(direction(i));
+    return out;
+}
+
+bool PlaneLight::begin(core::Vec3 normal, float kept, const FanStart& start, shade::SampleSum& sum,
                        std::vector<walk::TracedRay>& next) const {
     Gathered gathered;
     gathered.east = static_cast<float>(normal.x);
@@ -122,33 +125,24 @@ bool PlaneLight::begin(core::Vec3 normal, float kept, const Start& start, shade:
     return send(start, 0, sum, next);
 }
 
-bool PlaneLight::send(const Start& start, std::size_t first, shade::SampleSum& sum,
+bool PlaneLight::send(const FanStart& start, std::size_t first, shade::SampleSum& sum,
                       std::vector<walk::TracedRay>& next) const {
-    const auto edge = static_cast<float>(det::exp2_int(start.level));
-    const core::VoxelCoord voxel = voxel_at(start.at, start.level);
     auto gathered = Gathered::of(sum.bands);
     const core::Vec3 normal = normal_of(gathered);
     gathered.waiting = 0;
-    while (first < directions() && gathered.waiting == 0) {
-        const std::size_t end = chunk_end(first, directions());
-        for (; first < end; ++first) {
-            const core::Vec3 to = direction(first);
-            if (m_behind == Behind::kFree && core::dot(normal, to) <= 0) {
-                add(m_view.energy, first, to, Passage::kFree, gathered);
+    for (; first < count() && gathered.waiting == 0; first = fan_end(first, count())) {
+        walk::FanMask mask = walk::first_of_fan(fan_end(first, count()) - first);
+        for (std::size_t i = first; m_behind == Behind::kFree && i < fan_end(first, count()); ++i) {
+            const core::Vec3 to = direction(i);
+            if (core::dot(normal, to) > 0)
                 continue;
-            }
-            gathered.waiting += 1;
-            walk::TracedRay& out = next.emplace_back();
-            out.ray = {start.at, to};
-            // Built in place: to copy a ray right after it is written stalls the processor.
-            std::construct_at(&out.state, out.ray);
-            out.state.start_in(voxel, start.level);
-            // For the rays that follow it: the edge of the voxel from which it comes.
-            out.footprint = edge;
-            out.sample = start.sample;
-            out.stream = static_cast<std::uint32_t>(first);
-            out.kind = walk::RayKind::kShadow;
+            add(m_view.energy, i, to, Passage::kFree, gathered);
+            mask = static_cast<walk::FanMask>(mask & ~(1U << (i - first)));
         }
+        if (mask == 0)
+            continue;
+        add_fan(start, walk::RayKind::kShadow, mask, fan_of(first), next);
+        gathered.waiting = 1;
     }
     gathered.keep_in(sum.bands);
     return gathered.waiting == 0;
@@ -158,49 +152,78 @@ bool PlaneLight::lets_through(voxel::Material material) const noexcept {
     return is_crown(material) || (m_thin_passes && core::is_thin(material));
 }
 
-bool PlaneLight::sends_through_crowns(const walk::TracedRay& ray,
-                                      std::vector<walk::TracedRay>& next) const {
+void PlaneLight::send_through_crowns(const walk::TracedRay& fan, std::size_t index,
+                                     std::vector<walk::TracedRay>& next) const {
+    const FanStart start = start_of(fan);
+    walk::TracedRay& out = next.emplace_back();
+    out.ray = {start.at, direction(index)};
+    out.state = core::RayState(out.ray);
+    out.state.start_in(start.voxel, start.level);
+    out.stop = {voxel::Material::kHighVegetation, false};
+    out.kind = walk::RayKind::kSky;
+    out.depth = 1;
+    out.stream = static_cast<std::uint32_t>(index);
+    out.sample = start.sample;
+    // For the fan that follows: the edge of the voxel in which it starts.
+    out.footprint = static_cast<float>(det::exp2_int(start.level));
+}
+
+bool PlaneLight::goes_on_through_crowns(const walk::TracedRay& ray,
+                                        std::vector<walk::TracedRay>& next) const {
     // A walk passes one material: crowns of more layers than this are as dark as walls.
     constexpr std::uint8_t kMaxWalks = 32;
-    const bool is_first = ray.depth == 0;
-    if (!m_crowns_shine || ray.end != walk::WalkEnd::kHit || ray.depth == kMaxWalks ||
-        (!is_first && !lets_through(ray.hit.attr.material)))
+    if (ray.end != walk::WalkEnd::kHit || ray.depth == kMaxWalks ||
+        !lets_through(ray.hit.attr.material))
         return false;
     walk::TracedRay out = ray;
     out.state = core::RayState(out.ray);
-    if (is_first) {
-        // What has blocked it is not known, so it starts again.
-        const int level = level_of(ray.footprint);
-        out.state.start_in(voxel_at(ray.ray.origin, level), level);
-        out.stop = {voxel::Material::kHighVegetation, false};
-    } else {
-        out.state.start_in(ray.hit.voxel, ray.hit.level);
-        out.state.t = ray.hit.t;
-        out.state.face = ray.hit.face;
-        out.stop = {ray.hit.attr.material, false};
-    }
+    out.state.start_in(ray.hit.voxel, ray.hit.level);
+    out.state.t = ray.hit.t;
+    out.state.face = ray.hit.face;
+    out.stop = {ray.hit.attr.material, false};
     out.end = walk::WalkEnd::kWaits;
-    out.kind = walk::RayKind::kSky;
     out.depth = static_cast<std::uint8_t>(ray.depth + 1);
     next.push_back(out);
     return true;
 }
 
-bool PlaneLight::take(const walk::TracedRay& ray, shade::SampleSum& sum,
-                      std::vector<walk::TracedRay>& next) const {
-    if (sends_through_crowns(ray, next))
+bool PlaneLight::take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                          const shade::RayEvaluator& evaluator, shade::SampleSum& sum,
+                          std::vector<walk::TracedRay>& next) const {
+    auto gathered = Gathered::of(sum.bands);
+    gathered.waiting = 0;
+    const std::size_t first = fan.stream * walk::kFanRays;
+    const std::size_t end = fan_end(first, count());
+    const walk::FanMask free = free_rays(fan, ends, evaluator, m_view);
+    for (std::size_t i = first; i < end; ++i) {
+        if (!walk::has(fan.fan, i - first))
+            continue;
+        if (m_crowns_shine && walk::has(ends.blocked, i - first)) {
+            send_through_crowns(fan, i, next);
+            gathered.waiting += 1;
+            continue;
+        }
+        const bool is_free = walk::has(free, i - first);
+        add(m_view.energy, i, direction(i), is_free ? Passage::kFree : Passage::kBlocked, gathered);
+    }
+    gathered.keep_in(sum.bands);
+    return gathered.waiting == 0 && send(start_of(fan), end, sum, next);
+}
+
+bool PlaneLight::take_through_crowns(const walk::TracedRay& ray, shade::SampleSum& sum,
+                                     std::vector<walk::TracedRay>& next) const {
+    if (goes_on_through_crowns(ray, next))
         return false;
-    Passage passage = ray.depth > 0 ? Passage::kThroughCrowns : Passage::kFree;
-    if (!is_free(ray, m_view))
-        passage = Passage::kBlocked;
+    const Passage passage = is_free(ray, m_view) ? Passage::kThroughCrowns : Passage::kBlocked;
     auto gathered = Gathered::of(sum.bands);
     add(m_view.energy, ray.stream, ray.ray.direction, passage, gathered);
     gathered.waiting -= 1;
     gathered.keep_in(sum.bands);
     if (gathered.waiting > 0)
         return false;
-    const std::size_t end = chunk_end(ray.stream / kChunkRays * kChunkRays, directions());
-    return send({ray.ray.origin, level_of(ray.footprint), ray.sample}, end, sum, next);
+    const std::size_t first = fan_of(ray.stream) * walk::kFanRays;
+    const FanStart start = start_at(ray.ray.origin, std::ilogb(ray.footprint), ray.sample);
+    return send(start, fan_end(first, count()), sum, next);
 }
 
 PlaneLight::Result PlaneLight::result(const core::Bands& bands) const noexcept {

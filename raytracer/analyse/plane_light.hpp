@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "raytracer/analyse/cell_fan.hpp"
 #include "raytracer/core/analysis_bands.hpp"
 #include "raytracer/shade/shading.hpp"
 
@@ -25,22 +26,25 @@ public:
 
     PlaneLight(const shade::View& view, Behind behind) noexcept;
 
-    /// Where the rays start.
-    struct Start {
-        core::Vec3 at;  ///< level-0 voxels
-        int level = 0;  ///< of its voxel
-        std::uint32_t sample = 0;
-    };
+    /// The directions of fans of a stream, for the evaluator that they belong to.
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const noexcept;
+
     /// Begins, and sends the first rays. What the bands held before is lost.
     /// @param normal of unit length, y >= 0; x east, y up, z south
     /// @param kept a number that result() gives back
     /// @return whether that was all: there is no direction to look into
-    [[nodiscard]] bool begin(core::Vec3 normal, float kept, const Start& start,
+    [[nodiscard]] bool begin(core::Vec3 normal, float kept, const FanStart& start,
                              shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const;
-    /// Takes a ray at its end that begin() or take() has sent, and which has met no hole.
-    /// @return whether it was the last one
-    [[nodiscard]] bool take(const walk::TracedRay& ray, shade::SampleSum& sum,
-                            std::vector<walk::TracedRay>& next) const;
+    /// Takes a fan at its end, none of whose rays has met a hole.
+    /// @param evaluator whose fan it is
+    /// @return whether that was all
+    [[nodiscard]] bool take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                                const shade::RayEvaluator& evaluator, shade::SampleSum& sum,
+                                std::vector<walk::TracedRay>& next) const;
+    /// Takes a ray through crowns at its end, which has met no hole.
+    /// @return whether that was all
+    [[nodiscard]] bool take_through_crowns(const walk::TracedRay& ray, shade::SampleSum& sum,
+                                           std::vector<walk::TracedRay>& next) const;
 
     /// Light on the plane, kWh/m2.
     struct Result {
@@ -59,15 +63,19 @@ public:
     static constexpr std::size_t kKept = core::kMaxBands - 1;
 
 private:
-    /// Sends chunks of rays from direction `first` on, until there is one that has rays.
-    [[nodiscard]] bool send(const Start& start, std::size_t first, shade::SampleSum& sum,
+    /// Sends fans from direction `first` on, until there is one that has rays.
+    [[nodiscard]] bool send(const FanStart& start, std::size_t first, shade::SampleSum& sum,
                             std::vector<walk::TracedRay>& next) const;
-    [[nodiscard]] std::size_t directions() const noexcept;
+    [[nodiscard]] std::size_t count() const noexcept;
     [[nodiscard]] core::Vec3 direction(std::size_t index) const noexcept;
-    /// Sends a blocked ray on through crowns, or once more from where it came.
+    /// Sends a ray of a fan once more from where it came, through crowns: what has blocked it is
+    /// not known.
+    void send_through_crowns(const walk::TracedRay& fan, std::size_t index,
+                             std::vector<walk::TracedRay>& next) const;
+    /// Sends a blocked ray on through crowns.
     /// @return false: what has blocked it lets no light through
-    [[nodiscard]] bool sends_through_crowns(const walk::TracedRay& ray,
-                                            std::vector<walk::TracedRay>& next) const;
+    [[nodiscard]] bool goes_on_through_crowns(const walk::TracedRay& ray,
+                                              std::vector<walk::TracedRay>& next) const;
 
     /// Whether light that meets a material on its way through crowns goes on.
     [[nodiscard]] bool lets_through(voxel::Material material) const noexcept;

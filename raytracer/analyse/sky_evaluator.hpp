@@ -1,6 +1,7 @@
 #pragma once
 
 #include "raytracer/analyse/cell_evaluator.hpp"
+#include "raytracer/analyse/cell_fan.hpp"
 #include "raytracer/analyse/sky_directions.hpp"
 
 namespace terravox::analyse {
@@ -14,16 +15,25 @@ public:
 
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const override;
+    void shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const override;
 
 private:
-    void shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
-                    std::vector<walk::TracedRay>& next) const;
-    /// Sends the chunk of rays that begins with direction `first`.
-    void send_to_sky(const walk::TracedRay& ray, std::size_t first,
+    /// A part of a set of directions.
+    struct Part {
+        std::size_t set;
+        std::size_t first;  ///< direction of the set
+        std::size_t end;
+    };
+    /// The part that fans of a stream look at.
+    [[nodiscard]] Part part_of(std::uint32_t stream) const noexcept;
+    void send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
                      std::vector<walk::TracedRay>& next) const;
     const shade::View& m_view;
     const SkyDirections m_directions;
-    const double m_range;  ///< level-0 voxels
+    const std::uint32_t m_fans;  ///< of a set
+    const double m_range;        ///< level-0 voxels
 };
 
 }  // namespace terravox::analyse

@@ -47,32 +47,40 @@ std::size_t hole_of(AnalysisKind kind) noexcept {
 
 void SunEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
-    if (ray.kind == walk::RayKind::kPrimary) {
-        shade_cell(ray, sum, next);
-        return;
-    }
-    const std::size_t hole = hole_of(m_view.scene.analysis.kind);
-    if (sum.bands[hole] > 0)
-        return;
-    if (is_hole(ray))
-        sum.bands = no_values(hole, true);
-    else if (is_free(ray, m_view))
-        add_sunlit(m_view.sun_way.directions[ray.stream], sum.bands);
-    if (ends_chunk(ray.stream))
-        send_to_sun(ray, ray.stream + 1, next);
-}
-
-void SunEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
-                              std::vector<walk::TracedRay>& next) const {
     sum.bands = no_values(hole_of(m_view.scene.analysis.kind), is_hole(ray));
     switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
         case CellStep::kMeasure:
             sum.bands = without_sun();
-            send_to_sun(ray, 0, next);
+            send_to_sun(start_above(ray), 0, next);
             break;
         case CellStep::kDescend: next.push_back(below(ray)); break;
         case CellStep::kNothing: break;
     }
+}
+
+walk::FanDirections SunEvaluator::directions(std::uint32_t stream) const {
+    const auto& all = m_view.sun_way.directions;
+    const std::size_t first = stream * walk::kFanRays;
+    walk::FanDirections out;
+    for (std::size_t i = first; i < fan_end(first, all.size()); ++i)
+        out.add(all[i].to);
+    return out;
+}
+
+void SunEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                             std::vector<walk::TracedRay>& next) const {
+    if (ends.holes != 0) {
+        sum.bands = no_values(hole_of(m_view.scene.analysis.kind), true);
+        return;
+    }
+    const auto& all = m_view.sun_way.directions;
+    const std::size_t first = fan.stream * walk::kFanRays;
+    const std::size_t end = fan_end(first, all.size());
+    const walk::FanMask free = free_rays(fan, ends, *this, m_view);
+    for (std::size_t i = first; i < end; ++i)
+        if (walk::has(free, i - first))
+            add_sunlit(all[i], sum.bands);
+    send_to_sun(start_of(fan), end, next);
 }
 
 core::Bands SunEvaluator::without_sun() const noexcept {
@@ -100,14 +108,12 @@ void SunEvaluator::add_sunlit(const solar::SunDirection& from, core::Bands& band
     }
 }
 
-void SunEvaluator::send_to_sun(const walk::TracedRay& ray, std::size_t first,
+void SunEvaluator::send_to_sun(const FanStart& start, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
-    const auto& directions = m_view.sun_way.directions;
-    for (std::size_t i = first; i < chunk_end(first, directions.size()); ++i) {
-        walk::TracedRay& out = add_upward(ray, directions[i].to, next);
-        out.kind = walk::RayKind::kShadow;
-        out.stream = static_cast<std::uint32_t>(i);
-    }
+    const std::size_t end = fan_end(first, m_view.sun_way.directions.size());
+    if (first < end)
+        add_fan(start, walk::RayKind::kShadow, walk::first_of_fan(end - first), fan_of(first),
+                next);
 }
 
 }  // namespace terravox::analyse

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "raytracer/analyse/cell_evaluator.hpp"
+#include "raytracer/analyse/cell_fan.hpp"
 
 namespace terravox::analyse {
 
@@ -13,14 +14,15 @@ public:
 
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const override;
+    void shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const override;
 
 private:
-    void shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
-                    std::vector<walk::TracedRay>& next) const;
     [[nodiscard]] core::Bands without_sun() const noexcept;
     void add_sunlit(const solar::SunDirection& from, core::Bands& bands) const noexcept;
-    /// Sends the chunk of rays that begins with direction `first`.
-    void send_to_sun(const walk::TracedRay& ray, std::size_t first,
+    /// Sends the fan that begins with direction `first`, if there are so many.
+    void send_to_sun(const FanStart& start, std::size_t first,
                      std::vector<walk::TracedRay>& next) const;
     const shade::View& m_view;
 };

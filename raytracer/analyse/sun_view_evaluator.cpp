@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "raytracer/analyse/cell_fan.hpp"
 #include "raytracer/analyse/column_descent.hpp"
 
 namespace terravox::analyse {
@@ -16,16 +17,26 @@ walk::TracedRay SunViewEvaluator::primary(const core::Ray& ray,
 
 void SunViewEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                              std::vector<walk::TracedRay>& next) const {
-    if (is_hole(ray)) {
+    if (is_hole(ray))
         sum.direct.g = 1;
-        return;
-    }
-    if (ray.kind == walk::RayKind::kPrimary) {
-        if (ray.end == walk::WalkEnd::kHit)
-            shade_face(ray, sum, next);
-    } else if (is_free(ray, m_view)) {
-        sum.direct.r += ray.weight.r;
-    }
+    else if (ray.end == walk::WalkEnd::kHit)
+        shade_face(ray, sum, next);
+}
+
+// Each pixel has moments of its own: its fans have one ray.
+walk::FanDirections SunViewEvaluator::directions(std::uint32_t stream) const {
+    walk::FanDirections out;
+    out.add(m_view.sun_way.directions[stream].to);
+    return out;
+}
+
+void SunViewEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                                 shade::SampleSum& sum,
+                                 std::vector<walk::TracedRay>& /*next*/) const {
+    if (ends.holes != 0)
+        sum.direct.g = 1;
+    else if (free_rays(fan, ends, *this, m_view) != 0)
+        sum.direct.r += fan.weight.r;
 }
 
 void SunViewEvaluator::shade_face(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -36,6 +47,8 @@ void SunViewEvaluator::shade_face(const walk::TracedRay& ray, shade::SampleSum& 
         return;
     const core::Vec3 normal = core::normal_of(ray.hit.face);
     const core::Vec3 from = ray.ray.origin + ray.ray.direction * ray.hit.t;
+    const FanStart start{from, walk::neighbour(ray.hit.voxel, ray.hit.face), ray.hit.level,
+                         ray.sample};
     const auto count = static_cast<double>(directions.size());
     const std::size_t rays = std::min(kRays, directions.size());
     const double first = sum.numbers.number(0);
@@ -45,15 +58,10 @@ void SunViewEvaluator::shade_face(const walk::TracedRay& ray, shade::SampleSum& 
         const solar::SunDirection& sun = directions[index];
         if (core::dot(normal, sun.to) <= 0)
             continue;
-        walk::TracedRay& out = next.emplace_back();
-        out.ray = {from, sun.to};
-        out.state = core::RayState(out.ray);
-        out.state.start_in(walk::neighbour(ray.hit.voxel, ray.hit.face), ray.hit.level);
+        walk::TracedRay& out = add_fan(start, walk::RayKind::kShadow, walk::first_of_fan(1),
+                                       static_cast<std::uint32_t>(index), next);
         out.weight.r = static_cast<float>(sun.hours / m_view.sun_way.hours * count /
                                           static_cast<double>(rays));
-        out.sample = ray.sample;
-        out.stream = static_cast<std::uint32_t>(index);
-        out.kind = walk::RayKind::kShadow;
     }
 }
 

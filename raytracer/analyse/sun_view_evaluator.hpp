@@ -21,6 +21,9 @@ public:
     }
     void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                std::vector<walk::TracedRay>& next) const override;
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const override;
+    void shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const override;
 
 private:
     void shade_face(const walk::TracedRay& ray, shade::SampleSum& sum,

@@ -111,6 +111,21 @@ struct RayState {
         }
     }
 
+    /// The same for a ray of this direction from another origin: for many rays this spares the
+    /// divisions.
+    /// @param from level-0 voxels
+    /// @param start of the ray's level
+    void restart_in(VoxelCoord start, const Vec3& from) noexcept {
+        const double down = det::exp2_int(-level);
+        for (int a = 0; a < 3; ++a) {
+            voxel[a] = start[a];
+            origin[a] = from[a] * down;
+            if (direction[a] == 0)
+                origin[a] = std::clamp((std::floor(from[a]) + 0.5) * down, start[a] + 0.5 * down,
+                                       start[a] + 1 - 0.5 * down);
+        }
+    }
+
     /// Switches to the scale of another level, except for `voxel`, which the caller sets next.
     void change_scale(int to) noexcept {
         if (to != level)

@@ -50,6 +50,13 @@ public:
     /// result.
     virtual void shade(const walk::TracedRay& ray, SampleSum& sum,
                        std::vector<walk::TracedRay>& next) const = 0;
+    /// The directions of fans of a stream (TracedRay::fan).
+    [[nodiscard]] virtual walk::FanDirections directions(std::uint32_t /*stream*/) const {
+        return {};
+    }
+    /// The same as shade(), for a fan.
+    virtual void shade_fan(const walk::TracedRay& /*fan*/, walk::FanEnds /*ends*/,
+                           SampleSum& /*sum*/, std::vector<walk::TracedRay>& /*next*/) const {}
 };
 
 /// Evaluates rays of a picture: what they find is light.

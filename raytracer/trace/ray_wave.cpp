@@ -1,6 +1,7 @@
 #include "raytracer/trace/ray_wave.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace terravox::trace {
 namespace {
@@ -38,16 +39,15 @@ bool needs_voxels_around(const TracerTools& tools, const walk::TracedRay& ray) {
     return tools.shading->needs_surroundings(ray) || tools.shading->needs_lamp(ray);
 }
 
-/// Whether an analysis' ray is one of those without an end that start together: all of them with
-/// one stream go in one direction.
-bool has_direction_of_stream(const walk::TracedRay& ray) noexcept {
-    return ray.only_blocked() && ray.t_max == core::kFar && ray.state.t == 0;
+bool is_pending(const TracerTools& tools, const walk::TracedRay& ray) {
+    return ray.fan == 0 && (ray.end == walk::WalkEnd::kWaits || needs_voxels_around(tools, ray));
 }
 
 }  // namespace
 
 void RayWave::clear() {
     m_rays.clear();
+    m_fans.clear();
     m_pending.clear();
     m_parked.clear();
     m_missing.clear();
@@ -56,6 +56,7 @@ void RayWave::clear() {
 
 std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
     m_rays.assign(count, {});
+    m_fans.clear();
     return m_rays;
 }
 
@@ -100,24 +101,31 @@ void RayWave::read_arrived(TracerTools& tools) {
 void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
                     tiles::TraceCounts& counts) {
     m_next.clear();
-    for (const walk::TracedRay& ray : m_rays) {
+    m_fans.take_singles(m_rays, counts);
+    for (std::size_t i = 0; i < m_rays.size(); ++i) {
+        const walk::TracedRay& ray = m_rays[i];
+        if (ray.fan != 0) {
+            tools.shading->shade_fan(ray, m_fans.ends(i), samples[ray.sample], m_next);
+            continue;
+        }
         if (ray.end == walk::WalkEnd::kHit && ray.hit.hole)
             ++counts.hole_rays;
         tools.shading->shade(ray, samples[ray.sample], m_next);
     }
     m_rays.swap(m_next);
     for (const walk::TracedRay& ray : m_rays)
-        ++counts.rays[static_cast<std::size_t>(ray.kind)];
+        counts.rays[static_cast<std::size_t>(ray.kind)] +=
+            ray.fan == 0 ? 1 : static_cast<std::uint64_t>(std::popcount(ray.fan));
     clock.lap(tiles::TraceStage::kShading, counts);
     if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
         trace_shadow_groups(tools, counts);
     else
-        trace_directions(tools, counts);
+        m_fans.trace(tools, m_rays, counts);
     clock.lap(tiles::TraceStage::kSun, counts);
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);
     for (std::uint32_t i = 0; i < m_rays.size(); ++i)
-        if (m_rays[i].end == walk::WalkEnd::kWaits || needs_voxels_around(tools, m_rays[i]))
+        if (is_pending(tools, m_rays[i]))
             m_pending.push_back(i);
 }
 
@@ -139,59 +147,13 @@ void RayWave::trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts
             ray.end = walk::WalkEnd::kWaits;
 }
 
-// Of an analysis, rays of one stream have one direction, and come from many cells of the wave.
-void RayWave::trace_directions(TracerTools& tools, tiles::TraceCounts& counts) {
-    sort_by_stream();
-    for (std::size_t first = 0; first < m_by_stream.size();) {
-        const walk::TracedRay& leader = m_rays[m_by_stream[first]];
-        m_shadows.clear();
-        for (; first < m_by_stream.size() && m_shadows.size() < ShadowGroups::kMax; ++first) {
-            walk::TracedRay& ray = m_rays[m_by_stream[first]];
-            if (ray.stream != leader.stream)
-                break;
-            m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
-        }
-        ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr,
-                            leader.ray.direction, 0);
-        counts.spared += groups.trace(m_shadows);
-    }
-}
-
-// Counts the rays of each stream, and puts them in its place: rays of one stream stay in order.
-void RayWave::sort_by_stream() {
-    m_by_stream.clear();
-    std::uint32_t low = ~0U;
-    std::uint32_t high = 0;
-    std::uint32_t count = 0;
-    for (const walk::TracedRay& ray : m_rays) {
-        if (!has_direction_of_stream(ray))
-            continue;
-        low = std::min(low, ray.stream);
-        high = std::max(high, ray.stream);
-        ++count;
-    }
-    if (count == 0)
-        return;
-    m_stream_end.assign(high - low + 1, 0);
-    for (const walk::TracedRay& ray : m_rays)
-        if (has_direction_of_stream(ray))
-            ++m_stream_end[ray.stream - low];
-    std::uint32_t before = 0;
-    for (std::uint32_t& end : m_stream_end)
-        before = end = before + end;
-    m_by_stream.resize(count);
-    for (auto i = static_cast<std::uint32_t>(m_rays.size()); i-- > 0;)
-        if (has_direction_of_stream(m_rays[i]))
-            m_by_stream[--m_stream_end[m_rays[i].stream - low]] = i;
-}
-
 // Rays that matt faces send out, mirrored rays, and shadow rays among leaves.
 void RayWave::trace_scattered(TracerTools& tools) {
     if (!tools.lanes)
         return;
     m_scattered.clear();
     for (walk::TracedRay& ray : m_rays)
-        if (ray.end == walk::WalkEnd::kWaits && ray.stop == walk::StopAt::kSolid)
+        if (ray.fan == 0 && ray.end == walk::WalkEnd::kWaits && ray.stop == walk::StopAt::kSolid)
             m_scattered.push_back(
                 {&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
     tools.lanes->trace(m_scattered);

@@ -10,6 +10,7 @@
 #include "common/thread/stop_condition.hpp"
 #include "common/voxel/box.hpp"
 #include "raytracer/tiles/trace_counts.hpp"
+#include "raytracer/trace/fan_tracer.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
 #include "raytracer/trace/stage_clock.hpp"
 #include "raytracer/trace/tracer_tools.hpp"
@@ -33,8 +34,8 @@ public:
     [[nodiscard]] bool walk(TracerTools& tools, std::span<const shade::SampleSum> samples,
                             const thread::StopCondition& stop, tiles::TraceCounts& counts);
     /// Shades the wave, all of whose rays must have been walked. The rays that this makes become
-    /// the wave; those towards the sun and those that scatter are traced here as far as groups can
-    /// do it.
+    /// the wave; fans, those towards the sun, and those that scatter are traced here as far as
+    /// groups can do it.
     /// @param samples that the rays belong to, by TracedRay::sample
     void shade(TracerTools& tools, std::span<shade::SampleSum> samples, StageClock& clock,
                tiles::TraceCounts& counts);
@@ -49,15 +50,12 @@ public:
 private:
     void read_arrived(TracerTools& tools);
     void trace_shadow_groups(TracerTools& tools, tiles::TraceCounts& counts);
-    void trace_directions(TracerTools& tools, tiles::TraceCounts& counts);
-    void sort_by_stream();
     void trace_scattered(TracerTools& tools);
 
     std::vector<walk::TracedRay> m_rays;
     std::vector<walk::TracedRay> m_next;
+    FanTracer m_fans;
     std::vector<ShadowRay> m_shadows;
-    std::vector<std::uint32_t> m_by_stream;   ///< indices into m_rays of rays towards the sun
-    std::vector<std::uint32_t> m_stream_end;  ///< in m_by_stream, by stream
     std::vector<walk::LaneRay> m_scattered;
     std::vector<std::uint32_t> m_pending;  ///< indices into m_rays
     /// Indices into m_rays by the box that they wait for.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "raytracer/analyse/column_descent.hpp"
 #include "raytracer/trace/primary_rays.hpp"
 
 namespace terravox::trace {
@@ -10,10 +9,9 @@ namespace {
 
 constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 
-// Rays of an analysis cost little more than to be written and read again: those of a wave, and
-// those that they send, are to stay in a processor's second cache. Half of these are slower
-// again, since fewer rays of one direction walk together.
-constexpr std::size_t kAnalysisWaveRays = TileJob::kWaveRays / 2;
+// Cells of an analysis that looks at sun or sky. The more there are, the more fans of the same
+// directions walk together.
+constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 2;
 
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
@@ -23,8 +21,7 @@ std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept
         return std::max<std::size_t>(
             wave_rays / kBlockPixels / (1 + view.scene.analysis.observers.points.size()), 1);
     if (kind != core::AnalysisKind::kNone && kind != core::AnalysisKind::kTerrain)
-        return std::max<std::size_t>(
-            std::min(wave_rays, kAnalysisWaveRays) / kBlockPixels / analyse::kChunkRays, 1);
+        return std::max<std::size_t>(std::min(wave_rays, kAnalysisWaveCells) / kBlockPixels, 1);
     const bool has_ambient_rays =
         quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
     const std::size_t rays =

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "common/voxel/colour.hpp"
+#include "raytracer/walk/fan.hpp"
 #include "raytracer/walk/lamp_choice.hpp"
 #include "raytracer/walk/surroundings.hpp"
 
@@ -44,6 +45,8 @@ struct TracedRay {
     RayKind kind = RayKind::kPrimary;
     WalkEnd end = WalkEnd::kWaits;
     std::uint8_t depth = 0;  ///< number of faces that have reflected or refracted it
+    /// Of a fan: which directions of its stream it sends a ray in. 0: this is one ray.
+    FanMask fan = 0;
     bool direct = true;      ///< its light reached the first hit without a detour
     /// For occlusion rays: leaves may let the ray pass, so the voxel that it hits must be known.
     bool leaves = false;
@@ -56,8 +59,7 @@ struct TracedRay {
     float lamps_reach = 0;
     Seen around;      ///< the voxels around the one in front of the face
     LampChoice lamp;  ///< for the point that it hits
-    /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`. Occlusion rays of an
-    /// analysis keep the voxel here on which they start.
+    /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`.
     Hit hit;
 
     /// Whether it is an occlusion ray: only whether it is free matters.
