@@ -1,8 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api } from '../../voxelserver/page/src/api.js';
+import { captionOf } from '../../voxelserver/page/src/analysis-form.js';
+import { styleOf, valueText } from '../../voxelserver/page/src/band-styles.js';
 import { colourOf, paint, scaleOf } from '../../voxelserver/page/src/colour-scale.js';
-import { bodyOf, cellsOf, Jobs, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
+import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
 import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/page/src/raster-file.js';
 import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
 
@@ -84,11 +86,38 @@ test('colours go from the least to the most, and leave out what has no value', (
   assert.deepEqual(scale, { min: 2, max: 4 });
   assert.equal(scaleOf(Float32Array.of(kNoData), kNoData), undefined);
   const rgba = new Uint8ClampedArray(20);
-  paint(values, kNoData, scale, rgba);
+  paint(values, kNoData, scale, 'warm', rgba);
   assert.deepEqual([...rgba].filter((_, i) => i % 4 === 3), [255, 0, 255, 0, 255]);
-  assert.notDeepEqual(colourOf(2, scale), colourOf(4, scale));
-  assert.deepEqual(colourOf(-100, scale), colourOf(2, scale));
-  assert.deepEqual(colourOf(5, { min: 5, max: 5 }), colourOf(4, scale));
+  assert.notDeepEqual(colourOf(2, scale, 'warm'), colourOf(4, scale, 'warm'));
+  assert.deepEqual(colourOf(-100, scale, 'warm'), colourOf(2, scale, 'warm'));
+  assert.deepEqual(colourOf(5, { min: 5, max: 5 }, 'warm'), colourOf(4, scale, 'warm'));
+});
+
+test('a band that has ends by nature has these, and directions close a circle', () => {
+  const aspect = styleOf('aspect')!;
+  const scale = scaleOf(Float32Array.of(10, 350), kNoData, aspect)!;
+  assert.deepEqual(scale, { min: 0, max: 360 });
+  assert.deepEqual(colourOf(0, scale, aspect.ramp), colourOf(360, scale, aspect.ramp));
+  const energy = scaleOf(Float32Array.of(900, 1200), kNoData, styleOf('kwh_m2')!);
+  assert.deepEqual(energy, { min: 0, max: 1200 });
+  assert.equal(scaleOf(Float32Array.of(kNoData), kNoData, aspect), undefined);
+  assert.equal(styleOf('material'), undefined);
+});
+
+test('values are written as their band is read', () => {
+  const cases: readonly [string, string, number, number, string][] = [
+    ['kwh_m2', 'kWh/m2', 1234.567, 2563, '1235 kWh/m2'],
+    ['kwh_m2', 'kWh/m2', 1234.567e-3, 9.5, '1.23 kWh/m2'],
+    ['aspect', 'degree', 181.2, 360, '181°'],
+    ['svf', '', 0.98765, 1, '0.99'],
+    ['first_sun', 'h', 4 + 10 / 60, 20, '04:10'],
+    ['last_sun', 'h', 19.9999, 20, '20:00'],
+    ['seen', '', 1, 1, 'seen'],
+    ['seen', '', 0, 1, 'not seen'],
+    ['something_new', 'm', 12.345, 50, '12.3 m'],
+  ];
+  for (const [band, unit, value, max, text] of cases) assert.equal(valueText(value, unit, styleOf(band)!, { min: 0, max }), text, band);
+  assert.equal(valueText(8.97654, 'kWh/m2', styleOf('kwh_m2')!, { min: 8.97654, max: 8.97654 }), '8.977 kWh/m2');
 });
 
 const wish: Wish = {
@@ -98,6 +127,7 @@ const wish: Wish = {
   surface: 'ground',
   from: '2026-06-21',
   to: '2026-06-21',
+  clockOffsetH: 1,
   observer: [12, 22, 1.6],
 };
 
@@ -112,6 +142,24 @@ test('what is asked for has the form of the interface', () => {
   const sight = bodyOf({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
   assert.deepEqual(sight['area'], [5, -25, 15, -10]);
   assert.deepEqual(sight['observers'], [[6, -11, 1.6]]);
+});
+
+test('a result says what it is of, and its file is named so', () => {
+  assert.equal(captionOf(wish), 'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.');
+  const year: Wish = { ...wish, kind: 'energy', surface: 'top', from: '2026-01-01', to: '2026-12-31' };
+  assert.equal(captionOf(year), 'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.');
+  assert.equal(captionOf({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
+  assert.match(captionOf({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
+  assert.equal(fileNameOf(wish), 'terravox-sun-2026-06-21.tif');
+  assert.equal(fileNameOf(year), 'terravox-energy-2026-01-01-2026-12-31.tif');
+  assert.equal(fileNameOf({ ...wish, kind: 'sight' }), 'terravox-sight.tif');
+});
+
+test('a period is as long as the server takes it', () => {
+  assert.equal(daysOfPeriod('2026-01-01', '2026-12-31'), 365);
+  assert.equal(daysOfPeriod('2026-03-28', '2026-03-30'), 3);
+  // In steps of half an hour.
+  assert.ok(kMaxDays * 48 <= 1_000_000 && (kMaxDays + 1) * 48 > 1_000_000);
 });
 
 test('cells are as large as they must be', () => {

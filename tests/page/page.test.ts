@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, textOf, until, untilText, type WatchedPage } from './support/browser.js';
+import { coloursOnMap, noBrowser, openBrowser, openPage, pixelsOnMap, screenshot, textOf, until, untilText, type WatchedPage } from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
 const kRealUrl = process.env['TERRAVOX_URL'];
@@ -245,8 +245,9 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await untilText(page, '#analysis-cells', /^About \d+ × \d+ cells\.$/);
     await page.getByRole('button', { name: 'Compute what the map shows' }).click();
     await page.locator('#analysis-result').waitFor({ state: 'visible' });
-    await untilText(page, '#analysis-result .ends', /^[\d.]+ h[\d.]+ h$/);
+    await untilText(page, '#analysis-result .ends', /^([\d.]+ h){3}$/);
     await untilText(page, '#analysis-state', /^$/);
+    assert.match(await textOf(page, '#analysis-caption'), /^Hours of sun · roofs and crowns · 21 Jun 2026 · cells of 4 m\..*no clouds.*UTC\+\d+\.$/);
     await page.locator('#map').hover();
     await until('the value under the pointer is shown', async () => {
       await page.mouse.move(400 + Math.random() * 100, 400);
@@ -254,16 +255,57 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     });
     await page.locator('#analysis-result').scrollIntoViewIfNeeded();
     await screenshot(page, 'light-1280-analysis');
-    await page.getByLabel('Shown', { exact: true }).selectOption({ label: 'First sun' });
-    await untilText(page, '#analysis-result .ends', /h/);
+    // The form is of the next analysis, and the value is that of the band without any movement.
+    await page.getByLabel('First day').fill('2026-06-20');
+    assert.match(await textOf(page, '#analysis-caption'), /21 Jun 2026/);
+    await page.getByLabel('Shown', { exact: true }).selectOption({ label: 'First sun, clock time' });
+    await untilText(page, '#analysis-result .ends', /^(\d\d:\d\d){3}$/);
+    await untilText(page, '#analysis-value', /^Here: (\d\d:\d\d|no value)$/);
     await page.getByLabel('Opacity').fill('30');
     const download = page.waitForEvent('download');
     await page.getByRole('button', { name: 'Download GeoTIFF' }).click();
-    assert.equal((await download).suggestedFilename(), 'terravox.tif');
+    assert.equal((await download).suggestedFilename(), 'terravox-sun-2026-06-21.tif');
     await page.getByRole('button', { name: 'Remove' }).click();
     await page.locator('#analysis-result').waitFor({ state: 'hidden' });
     if (kRealUrl === undefined) await until('the job is deleted', () => fake.jobs.size === 0);
     await closeClean(watched);
+  });
+
+  test('an analysis lies below the frames of squares, and has the colours of its legend', { skip: kRealUrl !== undefined }, async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    await untilText(page, '#squares', /in all/);
+    // Of the states of squares: --wanted, --fetched, --prepared, --failed.
+    const frames = ['#5f6873', '#0b5cad', '#1a7334', '#b3261e'];
+    let before = 0;
+    await until('frames are drawn', async () => (before = await pixelsOnMap(page, frames)) > 100);
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    // The end of the scale for sun: no other layer has this colour.
+    await until('the result is drawn', async () => (await pixelsOnMap(page, ['#fcffa4'])) > 100);
+    const after = await pixelsOnMap(page, frames);
+    assert.ok(after > 0.9 * before, `${after} pixels of frames instead of ${before}`);
+    await closeClean(watched);
+    fake.jobs.clear();
+  });
+
+  test('no choice of an analysis is cut off', { skip: kRealUrl !== undefined }, async () => {
+    fake.isOnEarth = true;
+    const watched = await openMap();
+    const { page } = watched;
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await page.locator('#analysis-result').waitFor({ state: 'visible' });
+    const cut = await page.evaluate(() => {
+      const context = new OffscreenCanvas(1, 1).getContext('2d')!;
+      const arrowPx = 24;
+      return [...document.querySelectorAll<HTMLSelectElement>('#analysis-form select, #analysis-result select')].flatMap((select) => {
+        context.font = getComputedStyle(select).font;
+        const roomPx = select.clientWidth - arrowPx;
+        return select.clientWidth === 0 ? [] : [...select.options].filter(({ text }) => context.measureText(text).width > roomPx).map(({ text }) => text);
+      });
+    });
+    assert.deepEqual(cut, []);
+    await closeClean(watched);
+    fake.jobs.clear();
   });
 
   test('an analysis may be stopped, and a failed one says why', { skip: kRealUrl !== undefined }, async () => {
@@ -289,6 +331,14 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.getByLabel('Last day').fill('2026-06-21');
     await page.getByRole('button', { name: 'Compute what the map shows' }).click();
     await untilText(page, '#analysis-state', /last day lies before/);
+    await page.getByLabel('First day').fill('1950-01-01');
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-state', /up to 20,833 days/);
+    // Days that are not of the analysis do not matter.
+    await page.getByLabel('First day').fill('2026-06-22');
+    await page.getByLabel('Analysis', { exact: true }).selectOption('terrain');
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await page.locator('#analysis-result').waitFor({ state: 'visible' });
     fake.jobLooks = 3;
     await closeClean(watched);
   });

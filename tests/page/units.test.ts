@@ -40,6 +40,24 @@ for (const item of crsCases)
     assert.ok(back && Math.hypot(back[0] - item.easting, back[1] - item.northing) < 0.01);
   });
 
+test('clocks of analyses are those of the longitude: of the middle of small worlds, of the part in wide ones', () => {
+  const item = crsCases[0]!;
+  const worldOf = (halfM: number, lonDeg: number): WorldProjection =>
+    new WorldProjection({
+      ...world,
+      crsWkt: item.wkt,
+      crsProj4: item.proj4,
+      min: [Math.floor(item.easting - halfM), 0, Math.floor(-item.northing - halfM)],
+      max: [Math.floor(item.easting + halfM), 1, Math.floor(-item.northing + halfM)],
+      centre: { ...item, lonDeg, convergenceDeg: 0 },
+    });
+  const part = [item.easting - 500, item.northing - 500, item.easting + 500, item.northing + 500] as const;
+  const ofPart = Math.round(item.lonDeg / 15);
+  assert.equal(worldOf(9_000, -30.2).clockOffsetH(part), -2);
+  assert.equal(worldOf(15_000, item.lonDeg).clockOffsetH(part), ofPart);
+  assert.equal(new WorldProjection({ ...world, centre: undefined }).clockOffsetH(part), undefined);
+});
+
 test('a CRS that is not understood, or that lies elsewhere, leaves a map without latitude and longitude', () => {
   for (const [crsWkt, crsProj4] of [['', ''], ['NONSENSE["x"]', '+proj=nonsense'], [crsCases[1]!.wkt, '']] as const) {
     const here = new WorldProjection({ ...world, crsWkt, crsProj4 });

@@ -67,10 +67,10 @@ export async function untilText(page: Page, selector: string, pattern: RegExp): 
   return textOf(page, selector);
 }
 
-/** How many colours the map shows, up to a thousand: 1 is an empty map. */
-export const coloursOnMap = (page: Page): Promise<number> =>
+/** How many of the map's pixels have each colour, 0xrrggbb. */
+const mapColours = (page: Page): Promise<readonly (readonly [number, number])[]> =>
   page.evaluate(() => {
-    const seen = new Set<number>();
+    const seen = new Map<number, number>();
     for (const canvas of document.querySelectorAll('#map canvas')) {
       if (!(canvas instanceof HTMLCanvasElement) || canvas.width === 0) continue;
       // Read from a copy: reading the map's own canvas often makes the browser warn, and slow it down.
@@ -78,11 +78,22 @@ export const coloursOnMap = (page: Page): Promise<number> =>
       copy?.drawImage(canvas, 0, 0);
       const pixels = copy?.getImageData(0, 0, canvas.width, canvas.height).data;
       if (!pixels) continue;
-      for (let i = 0; i < pixels.length && seen.size < 1000; i += 4)
-        if (pixels[i + 3] === 255) seen.add((pixels[i]! << 16) | (pixels[i + 1]! << 8) | pixels[i + 2]!);
+      for (let i = 0; i < pixels.length; i += 4) {
+        const colour = (pixels[i]! << 16) | (pixels[i + 1]! << 8) | pixels[i + 2]!;
+        if (pixels[i + 3] === 255) seen.set(colour, (seen.get(colour) ?? 0) + 1);
+      }
     }
-    return seen.size;
+    return [...seen];
   });
+
+/** How many colours the map shows: 1 is an empty map. */
+export const coloursOnMap = async (page: Page): Promise<number> => (await mapColours(page)).length;
+
+/** @param colours #rrggbb */
+export async function pixelsOnMap(page: Page, colours: readonly string[]): Promise<number> {
+  const wanted = new Set(colours.map((colour) => parseInt(colour.slice(1), 16)));
+  return (await mapColours(page)).reduce((sum, [colour, count]) => sum + (wanted.has(colour) ? count : 0), 0);
+}
 
 export async function until(what: string, holds: () => boolean | Promise<boolean>): Promise<void> {
   for (const end = Date.now() + kHangs_ms; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100))) if (await holds()) return;

@@ -1,5 +1,5 @@
 import { byId, element, setText } from './dom.js';
-import { cellsOf, resolutionFor, type Kind, type Wish } from './jobs.js';
+import { cellsOf, daysOfPeriod, hasDays, kMaxDays, resolutionFor, type Kind, type Wish } from './jobs.js';
 import { formatCount } from './number-format.js';
 import type { Stats } from './replies.js';
 
@@ -8,8 +8,9 @@ const kNames: Readonly<Record<Kind, string>> = {
   sky: 'How much sky is seen',
   sun: 'Hours of sun',
   energy: 'Energy of the sun',
-  sight: 'What is seen from a place',
+  sight: 'Seen from a place',
 };
+const kSurfaces: Readonly<Record<Wish['surface'], string>> = { top: 'roofs and crowns', ground: 'ground below them' };
 /** A raster that is made within a minute or so. */
 const kUsualCells = 250_000;
 
@@ -21,6 +22,8 @@ export type FormPlace = {
   readonly extent: readonly number[] | undefined;
   readonly voxelM: number;
   readonly metresPerUnit: number;
+  /** Hours that the clocks of its analyses are ahead of UTC; undefined: nobody knows. */
+  readonly clockOffsetH: number | undefined;
   /** The place that was picked last. */
   readonly picked: readonly [number, number] | undefined;
 };
@@ -31,6 +34,21 @@ const today = (): string => {
 };
 
 const row = (label: string, field: HTMLElement): HTMLElement => element('p', {}, element('label', { for: field.id }, label), field);
+
+const kDay = new Intl.DateTimeFormat('en-GB', { dateStyle: 'medium', timeZone: 'UTC' });
+const dayText = (day: string): string => kDay.format(new Date(day));
+
+/** What a result is of: by the time that it is shown the form may say something else. */
+export function captionOf({ kind, surface, from, to, resolutionM, clockOffsetH }: Wish): string {
+  const parts: string[] = [kNames[kind]];
+  if (kind !== 'terrain') parts.push(kSurfaces[surface]);
+  if (hasDays(kind)) parts.push(from === to ? dayText(from) : `${dayText(from)} to ${dayText(to)}`);
+  parts.push(`cells of ${resolutionM} m`);
+  const sentences = [`${parts.join(' · ')}.`];
+  if (hasDays(kind)) sentences.push('The sky has no clouds: this is an upper limit.');
+  if (kind === 'sun' && from === to && clockOffsetH !== undefined) sentences.push(`Clock times are those of UTC${clockOffsetH < 0 ? '' : '+'}${clockOffsetH}.`);
+  return sentences.join(' ');
+}
 
 /** The fields by which an analysis is chosen. */
 export class AnalysisForm {
@@ -52,7 +70,7 @@ export class AnalysisForm {
     this.#limits = limits;
     for (const kind of kinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
     if (kinds.includes('sun')) this.#kind.value = 'sun';
-    this.#surface.append(element('option', { value: 'top' }, 'roofs and crowns'), element('option', { value: 'ground' }, 'ground, below crowns and bridges'));
+    for (const [surface, name] of Object.entries(kSurfaces)) this.#surface.append(element('option', { value: surface }, name));
     this.#from.value = this.#to.value = today();
     const days = element('div', {}, row('First day', this.#from), row('Last day', this.#to));
     const observer = element('div', {}, row('Eyes, metres above the marked place', this.#above));
@@ -95,11 +113,10 @@ export class AnalysisForm {
   }
 
   #showRows(): void {
-    const kind = this.#kind.value;
+    const kind = this.#kind.value as Kind;
     this.#rows.surface.hidden = kind === 'terrain';
-    const hasDays = kind === 'sun' || kind === 'energy';
-    this.#rows.days.hidden = !hasDays;
-    this.#from.disabled = this.#to.disabled = !hasDays;
+    this.#rows.days.hidden = !hasDays(kind);
+    this.#from.disabled = this.#to.disabled = !hasDays(kind);
     this.#rows.observer.hidden = kind !== 'sight';
     this.#above.disabled = kind !== 'sight';
   }
@@ -119,7 +136,8 @@ export class AnalysisForm {
     const resolutionM = Number(this.#resolution.value);
     if (place?.extent === undefined) return 'The map shows nothing of the world: move it to where there is land.';
     if (resolutionM < place.voxelM) return `Cells are at least as large as a voxel: ${place.voxelM} m.`;
-    if (this.#from.value > this.#to.value) return 'The last day lies before the first one.';
+    if (hasDays(kind) && this.#from.value > this.#to.value) return 'The last day lies before the first one.';
+    if (hasDays(kind) && daysOfPeriod(this.#from.value, this.#to.value) > kMaxDays) return `From the first to the last day are up to ${formatCount(kMaxDays)} days.`;
     if (kind === 'sight' && place.picked === undefined) return 'Click the map where somebody stands who looks around.';
     const observer = place.picked && ([...place.picked, Number(this.#above.value)] as const);
     return {
@@ -129,6 +147,7 @@ export class AnalysisForm {
       surface: this.#surface.value === 'ground' ? 'ground' : 'top',
       from: this.#from.value,
       to: this.#to.value,
+      clockOffsetH: place.clockOffsetH,
       observer,
     };
   }

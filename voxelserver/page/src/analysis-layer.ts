@@ -1,6 +1,7 @@
 import ImageLayer from 'ol/layer/Image.js';
 import type Projection from 'ol/proj/Projection.js';
 import ImageStatic from 'ol/source/ImageStatic.js';
+import type { BandStyle } from './band-styles.js';
 import { paint, type ColourScale } from './colour-scale.js';
 import type { RasterInfo, RasterLevel } from './raster-file.js';
 import type { WorldProjection } from './world-projection.js';
@@ -11,11 +12,15 @@ export type ShownBand = {
   readonly level: RasterLevel;
   readonly values: Float32Array;
   readonly scale: ColourScale;
+  readonly style: BandStyle;
 };
 
-/** The result of an analysis as colours over the map. */
+/**
+ * The result of an analysis as colours over the top view, and below the frames and names of squares
+ * and boxes. It is opaque at first: mixed with what is below, colours are no longer those of the legend.
+ */
 export class AnalysisLayer {
-  readonly layer = new ImageLayer<ImageStatic>({ zIndex: 4, opacity: 0.7, visible: false });
+  readonly layer = new ImageLayer<ImageStatic>({ zIndex: 2, visible: false });
   readonly #projection: Projection;
   readonly #unitsPerRasterUnit: number;
   #shown: ShownBand | undefined;
@@ -39,7 +44,9 @@ export class AnalysisLayer {
     const context = canvas.getContext('2d');
     if (context === null) throw new Error('draw the analysis: the browser has no canvas');
     const image = context.createImageData(width, height);
-    paint(shown.values, shown.info.noData, shown.scale, image.data);
+    const { values, info, scale, style } = shown;
+    const coloured = style.words ? values.map((value) => (value === 0 ? info.noData : value)) : values;
+    paint(coloured, info.noData, scale, style.ramp, image.data);
     context.putImageData(image, 0, 0);
     const url = canvas.toDataURL('image/png');
     const imageExtent = [...this.#extent];

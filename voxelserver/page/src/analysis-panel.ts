@@ -1,9 +1,9 @@
-import { AnalysisForm, type FormPlace, type JobLimits } from './analysis-form.js';
+import { AnalysisForm, captionOf, type FormPlace, type JobLimits } from './analysis-form.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
 import { ApiError, messageOf, type Api } from './api.js';
 import { byId, element, setText } from './dom.js';
-import { bodyOf, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
+import { bodyOf, fileNameOf, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
 
 const kPollMs = 1000;
 
@@ -54,14 +54,14 @@ export class AnalysisPanel {
     await this.#remove();
     this.#setBusy(true);
     try {
-      await this.#follow(await this.#jobs.submit(bodyOf(wish, this.#places)));
+      await this.#follow(await this.#jobs.submit(bodyOf(wish, this.#places)), wish);
     } catch (error) {
       this.#setBusy(false);
       this.#say(messageOf(error), true);
     }
   }
 
-  async #follow(job: Job): Promise<void> {
+  async #follow(job: Job, wish: Wish): Promise<void> {
     this.#id = job.id;
     let now = job;
     while (now.state === 'waiting' || now.state === 'running') {
@@ -78,7 +78,7 @@ export class AnalysisPanel {
       return this.#say(`The analysis failed: ${now.message}`, true);
     }
     this.#say('Showing the result …');
-    await this.#result.show(job.id, now.hasHoles);
+    await this.#result.show({ id: job.id, hasHoles: now.hasHoles, caption: captionOf(wish), fileName: fileNameOf(wish) });
     if (this.#id === job.id) this.#say('');
   }
 

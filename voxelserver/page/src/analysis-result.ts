@@ -1,5 +1,6 @@
 import type { AnalysisLayer } from './analysis-layer.js';
 import { messageOf } from './api.js';
+import { styleOf, valueText, type BandStyle } from './band-styles.js';
 import { colourOf, scaleOf, type ColourScale } from './colour-scale.js';
 import { byId, element, setText } from './dom.js';
 import type { Jobs } from './jobs.js';
@@ -7,55 +8,38 @@ import { levelFor, readBand, readRasterInfo, type RasterInfo } from './raster-fi
 
 /** Cells that a browser shows at once: a coarser level of larger rasters is shown. */
 const kShownCells = 2_000_000;
-/** Bands whose values are numbers of something: no colours between them mean anything. */
-const kHiddenBands = new Set(['class', 'material', 'red', 'green', 'blue', 'dtm_source']);
 
-const kNames: Readonly<Record<string, string>> = {
-  dsm: 'Height of what is highest',
-  dtm: 'Height of the ground',
-  ndsm: 'Height above the ground',
-  slope: 'Slope',
-  aspect: 'Where the slope falls to',
-  hillshade: 'Hillshade',
-  svf: 'Sky-view factor',
-  sky_view_solid: 'Share of the sky that is seen',
-  openness: 'Openness',
-  sun_hours: 'Hours of sun',
-  first_sun: 'First sun',
-  last_sun: 'Last sun',
-  sun_hours_per_day: 'Hours of sun a day',
-  sun_share: 'Share of the time that the sun is up',
-  kwh_m2: 'Energy',
-  beam: 'Energy from the sun',
-  diffuse: 'Energy from the sky',
-  reflected: 'Energy from around',
-  seen: 'Seen',
-  distance_m: 'Distance',
-  hole: 'Data that could not be read',
+/** A finished job, with what is written next to its raster. */
+export type Finished = {
+  readonly id: string;
+  readonly hasHoles: boolean;
+  readonly caption: string;
+  readonly fileName: string;
 };
-
-const numberText = (value: number): string => String(Number(value.toPrecision(4)));
-const withUnit = (value: number, unit: string): string => (unit === '' ? numberText(value) : `${numberText(value)} ${unit}`);
 
 /** Shows the raster of a finished job: band, legend, opacity, value, download. */
 export class AnalysisResult {
   readonly #jobs: Jobs;
   readonly #layer: AnalysisLayer;
   readonly #part = byId('analysis-result', HTMLElement);
+  readonly #caption = element('p', { id: 'analysis-caption' });
   readonly #band = element('select', { id: 'analysis-band' });
   readonly #legend = element('canvas', { width: '256', height: '14', role: 'img' });
   readonly #ends = element('p', { class: 'ends' });
   readonly #value = element('p', { id: 'analysis-value' });
   readonly #note = element('p', { class: 'note', role: 'status' });
   #id = '';
+  #fileName = '';
   #info: RasterInfo | undefined;
-  #unit = '';
+  #toText = String as (value: number) => string;
+  /** The place whose value is shown. */
+  #pointed: readonly [number, number] | undefined;
   #turn = 0;
 
   constructor(jobs: Jobs, layer: AnalysisLayer, onDelete: () => void) {
     this.#jobs = jobs;
     this.#layer = layer;
-    const opacity = element('input', { id: 'analysis-opacity', type: 'range', min: '0', max: '100', value: '70' });
+    const opacity = element('input', { id: 'analysis-opacity', type: 'range', min: '0', max: '100', value: '100' });
     opacity.addEventListener('input', () => (layer.opacity = Number(opacity.value) / 100));
     this.#band.addEventListener('change', () => void this.#showBand());
     const download = element('button', { type: 'button' }, 'Download GeoTIFF');
@@ -63,6 +47,7 @@ export class AnalysisResult {
     const remove = element('button', { type: 'button' }, 'Remove');
     remove.addEventListener('click', onDelete);
     this.#part.replaceChildren(
+      this.#caption,
       element('p', {}, element('label', { for: 'analysis-band' }, 'Shown'), this.#band),
       this.#legend,
       this.#ends,
@@ -73,13 +58,16 @@ export class AnalysisResult {
     );
   }
 
-  async show(id: string, hasHoles: boolean): Promise<void> {
+  async show({ id, hasHoles, caption, fileName }: Finished): Promise<void> {
     this.#id = id;
+    this.#fileName = fileName;
     this.#info = await readRasterInfo((offset, length) => this.#jobs.read(id, offset, length));
     this.#band.replaceChildren();
     this.#info.bands.forEach(({ name }, i) => {
-      if (!kHiddenBands.has(name) && (name !== 'hole' || hasHoles)) this.#band.append(element('option', { value: String(i) }, kNames[name] ?? name));
+      const style = styleOf(name);
+      if (style && (name !== 'hole' || hasHoles)) this.#band.append(element('option', { value: String(i) }, style.title));
     });
+    setText(this.#caption, caption);
     setText(this.#note, hasHoles ? 'Some data could not be read: cells without colour have no value.' : '');
     this.#part.hidden = false;
     await this.#showBand();
@@ -94,9 +82,13 @@ export class AnalysisResult {
 
   /** The pointer is over this place, or in the middle of the map. */
   pointAt(easting: number, northing: number): void {
-    if (this.#info === undefined) return;
-    const value = this.#layer.valueAt(easting, northing);
-    setText(this.#value, value === undefined ? 'Here: no value' : `Here: ${withUnit(value, this.#unit)}`);
+    this.#pointed = [easting, northing];
+    if (this.#info !== undefined) this.#showValue();
+  }
+
+  #showValue(): void {
+    const value = this.#pointed && this.#layer.valueAt(...this.#pointed);
+    setText(this.#value, value === undefined ? 'Here: no value' : `Here: ${this.#toText(value)}`);
   }
 
   async #showBand(): Promise<void> {
@@ -107,25 +99,29 @@ export class AnalysisResult {
     try {
       const values = await readBand((offset, length) => this.#jobs.read(id, offset, length), info, level, number);
       if (turn !== this.#turn) return;
-      const scale = scaleOf(values, info.noData);
-      this.#unit = info.bands[number]?.unit ?? '';
-      this.#drawLegend(scale);
-      if (scale) this.#layer.show({ info, level, values, scale });
+      const { name, unit } = info.bands[number] ?? { name: '', unit: '' };
+      const style = styleOf(name) ?? { title: name, ramp: 'much' };
+      const scale = scaleOf(values, info.noData, style);
+      if (scale) this.#toText = (value) => valueText(value, unit, style, scale);
+      this.#drawLegend(scale, style);
+      if (scale) this.#layer.show({ info, level, values, scale, style });
       else this.#layer.clear();
+      this.#showValue();
     } catch (error) {
       if (turn === this.#turn) setText(this.#note, `The raster could not be shown. ${messageOf(error)}`);
     }
   }
 
-  #drawLegend(scale: ColourScale | undefined): void {
+  #drawLegend(scale: ColourScale | undefined, { ramp, words }: BandStyle): void {
     this.#legend.hidden = scale === undefined;
     if (scale === undefined) return setText(this.#ends, 'No cell has a value.');
-    const [least, most] = [withUnit(scale.min, this.#unit), withUnit(scale.max, this.#unit)];
-    this.#ends.replaceChildren(element('span', {}, least), element('span', {}, most));
-    this.#legend.setAttribute('aria-label', `Colours from ${least}, dark, to ${most}`);
+    const middle = (scale.min + scale.max) / 2;
+    const texts = words ? [words[1]] : [scale.min, middle, scale.max].map((value) => this.#toText(value));
+    this.#ends.replaceChildren(...texts.map((text) => element('span', {}, text)));
+    this.#legend.setAttribute('aria-label', words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`);
     const context = this.#legend.getContext('2d');
     for (let x = 0; x < 256 && context !== null; ++x) {
-      context.fillStyle = `rgb(${colourOf(x / 255, { min: 0, max: 1 }).join(' ')})`;
+      context.fillStyle = `rgb(${colourOf(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;
       context.fillRect(x, 0, 1, 14);
     }
   }
@@ -133,7 +129,7 @@ export class AnalysisResult {
   async #download(): Promise<void> {
     try {
       const url = URL.createObjectURL(await this.#jobs.file(this.#id));
-      const link = element('a', { href: url, download: 'terravox.tif' });
+      const link = element('a', { href: url, download: this.#fileName });
       link.click();
       setTimeout(() => URL.revokeObjectURL(url), 60_000);
     } catch (error) {

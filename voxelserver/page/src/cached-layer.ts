@@ -16,7 +16,7 @@ import type { WorldProjection } from './world-projection.js';
  * ten thousand boxes would be slow.
  */
 export class CachedLayer {
-  readonly layer = new VectorLayer({ source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }), zIndex: 2 });
+  readonly layer = new VectorLayer({ source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }), zIndex: 3 });
   readonly #projection: WorldProjection;
   readonly #memory = new Feature<MultiPolygon>();
   readonly #disk = new Feature<MultiPolygon>();

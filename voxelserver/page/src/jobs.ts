@@ -5,8 +5,10 @@ import { isFields, textOf } from './replies.js';
 
 export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight'] as const;
 export type Kind = (typeof kKinds)[number];
+/** Whether it is of the sun, so of some days. */
+export const hasDays = (kind: Kind): boolean => kind === 'sun' || kind === 'energy';
 /** @param isOnEarth elsewhere nobody knows where the sun is */
-export const kindsOf = (isOnEarth: boolean): readonly Kind[] => kKinds.filter((kind) => isOnEarth || (kind !== 'sun' && kind !== 'energy'));
+export const kindsOf = (isOnEarth: boolean): readonly Kind[] => kKinds.filter((kind) => isOnEarth || !hasDays(kind));
 
 export type Job = {
   readonly id: string;
@@ -27,6 +29,8 @@ export type Wish = {
   /** Days as YYYY-MM-DD; equal: one day. */
   readonly from: string;
   readonly to: string;
+  /** Hours that the clocks of the result are ahead of UTC; undefined: nobody knows. */
+  readonly clockOffsetH: number | undefined;
   /** Easting, northing, and metres above the surface. */
   readonly observer: readonly [number, number, number] | undefined;
 };
@@ -60,7 +64,7 @@ export function bodyOf(wish: Wish, { isPlaced, unitsPerVoxel: u }: Places): Reco
   const area = isPlaced ? [west, south, east, north] : [west / u, -north / u, east / u, -south / u];
   const body: Record<string, unknown> = { kind: wish.kind, area, resolution_m: wish.resolutionM };
   if (wish.kind !== 'terrain') body['surface'] = wish.surface;
-  if (wish.kind === 'sun' || wish.kind === 'energy') Object.assign(body, daysOf(wish));
+  if (hasDays(wish.kind)) Object.assign(body, daysOf(wish));
   if (wish.kind === 'sight' && wish.observer) {
     const [e, n, above] = wish.observer;
     body['observers'] = [isPlaced ? [e, n, above] : [e / u, -n / u, above]];
@@ -69,9 +73,21 @@ export function bodyOf(wish: Wish, { isPlaced, unitsPerVoxel: u }: Places): Reco
   return body;
 }
 
-function daysOf({ from, to }: Wish): Record<string, unknown> {
-  // A period in steps of half an hour: its directions are gathered anyway.
-  return from === to ? { date: from } : { from, to, step_min: 30 };
+/** A period is in steps of half an hour: its directions are gathered anyway. */
+const kStepMin = 30;
+const kMaxSteps = 1_000_000;
+/** What the server takes, in such steps. */
+export const kMaxDays = Math.floor((kMaxSteps * kStepMin) / (24 * 60));
+
+/** @param from, to days as YYYY-MM-DD, both included */
+export const daysOfPeriod = (from: string, to: string): number => (Date.parse(to) - Date.parse(from)) / 86_400_000 + 1;
+
+const daysOf = ({ from, to }: Wish): Record<string, unknown> => (from === to ? { date: from } : { from, to, step_min: kStepMin });
+
+/** A name for the raster that tells it from those of other kinds and days. */
+export function fileNameOf({ kind, from, to }: Wish): string {
+  const days = from === to ? [from] : [from, to];
+  return `${['terravox', kind, ...(hasDays(kind) ? days : [])].join('-')}.tif`;
 }
 
 /** Columns and rows of a raster, about. */

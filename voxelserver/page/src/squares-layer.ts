@@ -16,15 +16,16 @@ const kHatchToPx = 480;  // a square that fills the map is there to look at the 
 
 /** LiDAR squares by state: hatch, letter and, when there is room, name. */
 export class SquaresLayer {
-  readonly layer = new VectorLayer({ source: new VectorSource<Feature<Polygon>>({ wrapX: false }), zIndex: 3 });
+  readonly layer = new VectorLayer({ source: new VectorSource<Feature<Polygon>>({ wrapX: false }), zIndex: 4 });
   #squares: readonly Square[] = [];
+  #hasHatch = true;
   #styles = stylesOfStates();
 
   constructor() {
     this.layer.setStyle((feature, resolution) => {
       const square = feature.get('square') as Square;
       const widthPx = (feature.get('width') as number) / resolution;
-      const style = this.#styles[square.state][widthPx <= kHatchToPx ? 'hatched' : 'framed'];
+      const style = this.#styles[square.state][this.#hasHatch && widthPx <= kHatchToPx ? 'hatched' : 'framed'];
       const letter = kStateSigns[square.state].letter;
       style.getText()?.setText(widthPx >= kNameFromPx ? `${letter} ${square.name}` : widthPx >= kLetterFromPx ? letter : '');
       return style;
@@ -44,6 +45,12 @@ export class SquaresLayer {
   }
   get squares(): readonly Square[] {
     return this.#squares;
+  }
+
+  /** Without it the colours of what is below are not changed. */
+  set hasHatch(hasHatch: boolean) {
+    this.#hasHatch = hasHatch;
+    this.layer.changed();
   }
 
   at(position: Position): Square | undefined {

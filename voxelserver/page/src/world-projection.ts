@@ -3,6 +3,9 @@ import type { World } from './replies.js';
 
 export type LatLon = { readonly latDeg: number; readonly lonDeg: number };
 
+/** Wider worlds have another sun in each of their parts. */
+const kWideM = 20_000;
+
 /**
  * The world's space: CRS coordinates (easting, northing in CRS units), voxels (x east, z south)
  * and, where the CRS is supported, latitude and longitude. All functions are pure.
@@ -56,6 +59,17 @@ export class WorldProjection {
   toLatLon(easting: number, northing: number): LatLon | undefined {
     const [lonDeg, latDeg] = this.#geographic?.inverse([easting, northing]) ?? [];
     return lonDeg !== undefined && latDeg !== undefined && Number.isFinite(lonDeg) && Number.isFinite(latDeg) ? { latDeg, lonDeg } : undefined;
+  }
+
+  /**
+   * Hours that the clocks of an analysis are ahead of UTC: those of the longitude, without summer
+   * time. As for the sun, it is the middle of the world that counts, or of the part in a wide world.
+   */
+  clockOffsetH([west, south, east, north]: readonly [number, number, number, number]): number | undefined {
+    const [w, s, e, n] = this.extent;
+    const isWide = Math.max(e - w, n - s) * this.metresPerUnit > kWideM;
+    const middle = isWide ? this.toLatLon((west + east) / 2, (south + north) / 2) : this.world.centre;
+    return middle && Math.round(middle.lonDeg / 15);
   }
 
   fromLatLon({ latDeg, lonDeg }: LatLon): [number, number] | undefined {

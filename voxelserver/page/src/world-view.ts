@@ -60,6 +60,7 @@ export class WorldView {
     this.#map.add(this.#cached.layer);
     const analyses = new AnalysisLayer(this.#map.mapProjection, projection);
     this.#map.add(analyses.layer);
+    analyses.layer.on('change:visible', () => (this.#squares.hasHatch = !analyses.layer.getVisible()));
     const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
     this.#analyses = new AnalysisPanel(api, kindsOf(world.centre !== undefined), places, analyses);
     this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
@@ -171,7 +172,9 @@ export class WorldView {
   #placeAnalyses(): void {
     const shown = getIntersection(this.#map.shownExtent, this.#projection.extent);
     const { world, metresPerUnit } = this.#projection;
-    this.#analyses.place = { extent: isEmpty(shown) ? undefined : shown, voxelM: world.voxelM, metresPerUnit, picked: this.#picked };
+    const extent = isEmpty(shown) ? undefined : shown;
+    const clockOffsetH = extent && this.#projection.clockOffsetH(extent as [number, number, number, number]);
+    this.#analyses.place = { extent, voxelM: world.voxelM, metresPerUnit, clockOffsetH, picked: this.#picked };
   }
 
   // Without a pointer (keyboard, touch) it is the middle of the map that counts.
