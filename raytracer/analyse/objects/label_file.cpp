@@ -7,6 +7,10 @@
 namespace terravox::analyse {
 namespace {
 
+/// Wide enough for a building, and so low that two rows of blocks of the widest raster are a part
+/// of GDAL's cache: rows are read and written one after the other, too.
+constexpr int kBlockColumns = 256;
+constexpr int kBlockRows = 64;
 constexpr int kMaxWindow = 2 * LabelFile::kMaxNear + 1;
 
 /// A neighbour of a cell.
@@ -28,6 +32,17 @@ std::vector<Neighbour> neighbours(int near) {
     return out;
 }
 
+/// The cells whose middles a polygon may hold, within the raster.
+CellRectangle cells_around(const overlay::Footprint& part, int columns, int rows) {
+    const auto within = [](double side, int end) {
+        return static_cast<int>(std::clamp(side, 0.0, static_cast<double>(end)));
+    };
+    const int west = within(std::floor(part.min()[0]), columns);
+    const int north = within(std::floor(part.min()[1]), rows);
+    return {west, north, within(std::ceil(part.max()[0]), columns) - west,
+            within(std::ceil(part.max()[1]), rows) - north};
+}
+
 }  // namespace
 
 LabelFile::LabelFile(const std::filesystem::path& out, int columns, int rows)
@@ -36,88 +51,99 @@ LabelFile::LabelFile(const std::filesystem::path& out, int columns, int rows)
       m_rows(rows),
       m_file(std::filesystem::path(out).replace_extension(".labels.tif")) {
     const output::GdalWatch watch(m_attempt);
-    output::GdalOptions options = {
-        {"COMPRESS", "DEFLATE"}, {"ZLEVEL", "1"}, {"SPARSE_OK", "TRUE"}, {"BIGTIFF", "YES"}};
+    output::GdalOptions options = {{"TILED", "YES"},
+                                   {"BLOCKXSIZE", std::to_string(kBlockColumns)},
+                                   {"BLOCKYSIZE", std::to_string(kBlockRows)},
+                                   {"COMPRESS", "DEFLATE"},
+                                   {"ZLEVEL", "1"},
+                                   {"SPARSE_OK", "TRUE"},
+                                   {"BIGTIFF", "YES"}};
     m_dataset.reset(GDALCreate(GDALGetDriverByName("GTiff"),
                                m_file.temporary_path().string().c_str(), columns, rows, 1,
                                GDT_Int32, options.list()));
     watch.check(m_dataset != nullptr);
 }
 
-void LabelFile::read(int row, Numbers& numbers) const {
+void LabelFile::read(const CellRectangle& area, Numbers& numbers) const {
     const output::GdalWatch watch(m_attempt);
-    numbers.resize(static_cast<std::size_t>(m_columns));
-    watch.check(GDALRasterIO(GDALGetRasterBand(m_dataset.get(), 1), GF_Read, 0, row, m_columns, 1,
-                             numbers.data(), m_columns, 1, GDT_Int32, 0, 0) == CE_None);
+    numbers.resize(static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height));
+    watch.check(GDALRasterIO(GDALGetRasterBand(m_dataset.get(), 1), GF_Read, area.x0, area.y0,
+                             area.width, area.height, numbers.data(), area.width, area.height,
+                             GDT_Int32, 0, 0) == CE_None);
 }
 
-void LabelFile::write(int row, Numbers& numbers) const {
+void LabelFile::write(const CellRectangle& area, Numbers& numbers) const {
     const output::GdalWatch watch(m_attempt);
-    watch.check(GDALRasterIO(GDALGetRasterBand(m_dataset.get(), 1), GF_Write, 0, row, m_columns, 1,
-                             numbers.data(), m_columns, 1, GDT_Int32, 0, 0) == CE_None);
+    watch.check(GDALRasterIO(GDALGetRasterBand(m_dataset.get(), 1), GF_Write, area.x0, area.y0,
+                             area.width, area.height, numbers.data(), area.width, area.height,
+                             GDT_Int32, 0, 0) == CE_None);
 }
 
 LabelFile::LabelFile(const std::filesystem::path& out, ConnectedCells& found, int columns, int rows)
     : LabelFile(out, columns, rows) {
-    found.each_row([&](int row, Numbers& numbers) { write(row, numbers); });
+    found.each_row([&](int at, Numbers& numbers) { write(row(at), numbers); });
 }
 
 LabelFile::LabelFile(const std::filesystem::path& out, const std::vector<ObjectPolygon>& polygons,
                      int columns, int rows, int near, const std::stop_token& stop)
     : LabelFile(out, columns, rows) {
-    Numbers numbers;
     for (const ObjectPolygon& polygon : polygons)
         for (const overlay::Footprint& part : polygon.parts) {
             check_stop(stop);
-            const int first = static_cast<int>(
-                std::clamp(std::floor(part.min()[1]), 0.0, static_cast<double>(rows)));
-            const int end = static_cast<int>(
-                std::clamp(std::ceil(part.max()[1]), 0.0, static_cast<double>(rows)));
-            const int west = static_cast<int>(
-                std::clamp(std::floor(part.min()[0]), 0.0, static_cast<double>(columns)));
-            const int east = static_cast<int>(
-                std::clamp(std::ceil(part.max()[0]), 0.0, static_cast<double>(columns)));
-            for (int row = first; row < end; ++row) {
-                const std::vector<double> crossings = part.crossings(row + 0.5);
-                read(row, numbers);
-                for (int x = west; x < east; ++x) {
-                    std::int32_t& number = numbers[static_cast<std::size_t>(x)];
-                    if (number == 0 && overlay::Footprint::is_inside(crossings, x + 0.5))
-                        number = static_cast<std::int32_t>(polygon.feature) + 1;
-                }
-                write(row, numbers);
-            }
+            number(part, static_cast<std::int32_t>(polygon.feature) + 1);
         }
     widen(near, stop);
+}
+
+void LabelFile::number(const overlay::Footprint& part, std::int32_t number) const {
+    CellRectangle area = cells_around(part, m_columns, m_rows);
+    if (area.width <= 0)
+        return;
+    const int end = area.y0 + area.height;
+    // A polygon may be as large as the raster, which may be larger than memory.
+    const int strip_rows = std::max(1, kStripCells / area.width);
+    Numbers numbers;
+    for (; area.y0 < end; area.y0 += area.height) {
+        area.height = std::min(strip_rows, end - area.y0);
+        read(area, numbers);
+        auto cell = numbers.begin();
+        for (int y = area.y0; y < area.y0 + area.height; ++y) {
+            const std::vector<double> crossings = part.crossings(y + 0.5);
+            for (int x = area.x0; x < area.x0 + area.width; ++x, ++cell)
+                if (*cell == 0 && overlay::Footprint::is_inside(crossings, x + 0.5))
+                    *cell = number;
+        }
+        write(area, numbers);
+    }
 }
 
 void LabelFile::widen(int near, const std::stop_token& stop) const {
     // Rows as they were before: those around the one that is written.
     std::array<Numbers, kMaxWindow> around;
-    const auto before = [&](int row) -> Numbers& {
-        return around[static_cast<std::size_t>(row % kMaxWindow)];
+    const auto before = [&](int y) -> Numbers& {
+        return around[static_cast<std::size_t>(y % kMaxWindow)];
     };
-    for (int row = 0; row < std::min(near, m_rows); ++row)
-        read(row, before(row));
+    for (int y = 0; y < std::min(near, m_rows); ++y)
+        read(row(y), before(y));
     const std::vector<Neighbour> nearest_first = neighbours(near);
     Numbers wider;
-    for (int row = 0; row < m_rows; ++row) {
+    for (int y = 0; y < m_rows; ++y) {
         check_stop(stop);
-        if (row + near < m_rows)
-            read(row + near, before(row + near));
-        wider = before(row);
+        if (y + near < m_rows)
+            read(row(y + near), before(y + near));
+        wider = before(y);
         for (int x = 0; x < m_columns; ++x) {
             std::int32_t& number = wider[static_cast<std::size_t>(x)];
             for (const Neighbour& to : nearest_first) {
                 if (number != 0)
                     break;
                 const int column = x + to.column;
-                const int other = row + to.row;
+                const int other = y + to.row;
                 if (column >= 0 && column < m_columns && other >= 0 && other < m_rows)
                     number = before(other)[static_cast<std::size_t>(column)];
             }
         }
-        write(row, wider);
+        write(row(y), wider);
     }
 }
 

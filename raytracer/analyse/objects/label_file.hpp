@@ -15,6 +15,9 @@ namespace terravox::analyse {
 
 /// The numbers of objects, cell by cell, as a temporary raster of Int32 next to an output: 0 where
 /// there is none. The file is removed with the object.
+///
+/// It may be larger than GDAL's cache, and polygons come in any order: so the file has small
+/// blocks, and only those that a polygon meets are read and written for it.
 class LabelFile {
 public:
     /// Numbers the buildings of a raster.
@@ -36,8 +39,12 @@ public:
 private:
     LabelFile(const std::filesystem::path& out, int columns, int rows);
     using Numbers = std::vector<std::int32_t>;
-    void read(int row, Numbers& numbers) const;
-    void write(int row, Numbers& numbers) const;
+    /// @param area within the raster
+    void read(const CellRectangle& area, Numbers& numbers) const;
+    void write(const CellRectangle& area, Numbers& numbers) const;
+    [[nodiscard]] CellRectangle row(int row) const noexcept { return {0, row, m_columns, 1}; }
+    /// Gives a polygon's number to those of its cells that have none.
+    void number(const overlay::Footprint& part, std::int32_t number) const;
     /// Gives cells without a number that of the nearest one.
     void widen(int near, const std::stop_token& stop) const;
 

@@ -12,6 +12,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/material.hpp"
 #include "raytracer/analyse/objects/connected_cells.hpp"
+#include "raytracer/analyse/objects/label_file.hpp"
 #include "raytracer/analyse/objects/qgis_style.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -115,7 +116,95 @@ std::string polygon(const std::string& rings, const char* type = "Polygon") {
            R"(","coordinates":)" + rings + "}}";
 }
 
+overlay::Footprint rectangle(double west, double north, double east, double south) {
+    return overlay::Footprint({{{west, north}, {east, north}, {east, south}, {west, south}}});
+}
+
+/// Rectangles anywhere, also over each other and beyond the raster, some of two parts.
+std::vector<analyse::ObjectPolygon> random_polygons(std::uint32_t seed, int columns, int rows) {
+    std::mt19937 random(seed);
+    const auto between = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    std::vector<analyse::ObjectPolygon> out(1 + random() % 40);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        out[i].feature = 2 * i;
+        for (std::size_t part = 0; part <= i % 2; ++part) {
+            const double west = between(-20, columns);
+            const double north = between(-20, rows);
+            const double side = random() % 5 == 0 ? 300 : 15;
+            out[i].parts.push_back(
+                rectangle(west, north, west + between(0.1, side), north + between(0.1, side)));
+        }
+    }
+    return out;
+}
+
+/// The numbers of cells by their rule, each on its own.
+Grid numbered(const std::vector<analyse::ObjectPolygon>& polygons, int columns, int rows,
+              int near) {
+    const auto inside = [&](int x, int y) {
+        if (x < 0 || y < 0 || x >= columns || y >= rows)
+            return 0;
+        for (const analyse::ObjectPolygon& polygon : polygons)
+            for (const overlay::Footprint& part : polygon.parts)
+                if (part.contains(x + 0.5, y + 0.5))
+                    return static_cast<int>(polygon.feature) + 1;
+        return 0;
+    };
+    Grid own(static_cast<std::size_t>(rows));
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            own[static_cast<std::size_t>(y)].push_back(inside(x, y));
+    Grid out = own;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            int& number = out[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
+            for (int far = 1; number == 0 && far <= near * near; ++far)
+                for (int dy = -near; dy <= near; ++dy)
+                    for (int dx = -near; dx <= near; ++dx) {
+                        const int column = x + dx;
+                        const int row = y + dy;
+                        if (number == 0 && dx * dx + dy * dy == far && column >= 0 && row >= 0 &&
+                            column < columns && row < rows)
+                            number = own[static_cast<std::size_t>(row)]
+                                        [static_cast<std::size_t>(column)];
+                    }
+        }
+    return out;
+}
+
+Grid grid_of(const analyse::LabelFile& labels, int columns, int rows) {
+    std::vector<std::int32_t> row(static_cast<std::size_t>(columns));
+    Grid out;
+    for (int y = 0; y < rows; ++y) {
+        REQUIRE(GDALRasterIO(GDALGetRasterBand(labels.dataset(), 1), GF_Read, 0, y, columns, 1,
+                             row.data(), columns, 1, GDT_Int32, 0, 0) == CE_None);
+        out.emplace_back(row.begin(), row.end());
+    }
+    return out;
+}
+
 }  // namespace
+
+TEST_CASE("cells have the number of the first polygon that holds their middle, or of a near one",
+          "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    // Less than a block of the file, and several of them.
+    struct Case {
+        int columns;
+        int rows;
+    };
+    const auto c = GENERATE(values<Case>({{1, 1}, {7, 90}, {530, 150}, {300, 64}}));
+    for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+        INFO(c.columns << " x " << c.rows << " cells, seed " << seed);
+        const auto polygons = random_polygons(seed, c.columns, c.rows);
+        const int near = 1 + static_cast<int>(seed % 2);
+        const analyse::LabelFile labels(folder.path() / "a.gpkg", polygons, c.columns, c.rows, near,
+                                        {});
+        CHECK(grid_of(labels, c.columns, c.rows) == numbered(polygons, c.columns, c.rows, near));
+    }
+}
 
 TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analyse]") {
     analyse::ObjectSums sums;
