@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 
-// Cells of an analysis that looks at sun or sky. The more there are, the more fans of the same
-// directions walk together.
-constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 2;
+// Cells of an analysis that looks at sun or sky. More of them are not faster, and each may send two
+// dozen rays at once.
+constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 8;
 
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
