@@ -28,14 +28,14 @@ walk::TracedRay& add_fan(const FanStart& start, walk::RayKind kind, walk::FanMas
     out.state.start_in(start.voxel, start.level);
     out.sample = start.sample;
     out.kind = kind;
-    out.fan = mask;
+    out.fan_mask = mask;
     out.stream = stream;
     return out;
 }
 
 walk::FanMask free_rays(const walk::TracedRay& fan, walk::FanEnds ends,
                         const shade::RayEvaluator& evaluator, const shade::View& view) {
-    auto free = static_cast<walk::FanMask>(fan.fan & ~ends.blocked);
+    auto free = static_cast<walk::FanMask>(fan.fan_mask & ~ends.blocked);
     if (view.horizon.empty())
         return free;
     const walk::FanDirections directions = evaluator.directions(fan.stream);

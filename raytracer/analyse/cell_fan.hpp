@@ -10,7 +10,7 @@
 namespace terravox::analyse {
 
 // A cell looks at sun and sky by fans: the directions of an analysis are cut into fans, and the end
-// of one sends the next. So a wave holds one ray for a cell, however many directions there are.
+// of one sends the next. So a wave holds one fan of a cell, however many directions there are.
 
 /// Where the rays of a fan start.
 struct FanStart {

@@ -131,7 +131,7 @@ bool PlaneLight::send(const FanStart& start, std::size_t first, shade::SampleSum
     const core::Vec3 normal = normal_of(gathered);
     gathered.waiting = 0;
     for (; first < count() && gathered.waiting == 0; first = fan_end(first, count())) {
-        walk::FanMask mask = walk::first_of_fan(fan_end(first, count()) - first);
+        walk::FanMask mask = walk::mask_of_first(fan_end(first, count()) - first);
         for (std::size_t i = first; m_behind == Behind::kFree && i < fan_end(first, count()); ++i) {
             const core::Vec3 to = direction(i);
             if (core::dot(normal, to) > 0)
@@ -196,7 +196,7 @@ bool PlaneLight::take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
     const std::size_t end = fan_end(first, count());
     const walk::FanMask free = free_rays(fan, ends, evaluator, m_view);
     for (std::size_t i = first; i < end; ++i) {
-        if (!walk::has(fan.fan, i - first))
+        if (!walk::has(fan.fan_mask, i - first))
             continue;
         if (m_crowns_shine && walk::has(ends.blocked, i - first)) {
             send_through_crowns(fan, i, next);

@@ -32,6 +32,7 @@ public:
     /// Begins, and sends the first rays. What the bands held before is lost.
     /// @param normal of unit length, y >= 0; x east, y up, z south
     /// @param kept a number that result() gives back
+    /// @param start of start_at(): fans that follow rays through crowns find its voxel again
     /// @return whether that was all: there is no direction to look into
     [[nodiscard]] bool begin(core::Vec3 normal, float kept, const FanStart& start,
                              shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const;

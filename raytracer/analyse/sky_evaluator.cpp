@@ -83,7 +83,7 @@ void SkyEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, sha
 void SkyEvaluator::send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
     const std::size_t end = fan_end(first, m_directions.count());
-    walk::TracedRay& fan = add_fan(start, walk::RayKind::kSky, walk::first_of_fan(end - first),
+    walk::TracedRay& fan = add_fan(start, walk::RayKind::kSky, walk::mask_of_first(end - first),
                                    static_cast<std::uint32_t>(set) * m_fans + fan_of(first), next);
     fan.t_max = m_range;
 }

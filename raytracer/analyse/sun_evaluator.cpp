@@ -112,7 +112,7 @@ void SunEvaluator::send_to_sun(const FanStart& start, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
     const std::size_t end = fan_end(first, m_view.sun_way.directions.size());
     if (first < end)
-        add_fan(start, walk::RayKind::kShadow, walk::first_of_fan(end - first), fan_of(first),
+        add_fan(start, walk::RayKind::kShadow, walk::mask_of_first(end - first), fan_of(first),
                 next);
 }
 

@@ -58,7 +58,7 @@ void SunViewEvaluator::shade_face(const walk::TracedRay& ray, shade::SampleSum& 
         const solar::SunDirection& sun = directions[index];
         if (core::dot(normal, sun.to) <= 0)
             continue;
-        walk::TracedRay& out = add_fan(start, walk::RayKind::kShadow, walk::first_of_fan(1),
+        walk::TracedRay& out = add_fan(start, walk::RayKind::kShadow, walk::mask_of_first(1),
                                        static_cast<std::uint32_t>(index), next);
         out.weight.r = static_cast<float>(sun.hours / m_view.sun_way.hours * count /
                                           static_cast<double>(rays));

@@ -44,7 +44,7 @@ void FanTracer::sort_by_stream(std::span<const walk::TracedRay> rays) {
     std::uint32_t high = 0;
     std::uint32_t count = 0;
     for (const walk::TracedRay& ray : rays) {
-        if (ray.fan == 0)
+        if (!ray.is_fan())
             continue;
         low = std::min(low, ray.stream);
         high = std::max(high, ray.stream);
@@ -54,14 +54,14 @@ void FanTracer::sort_by_stream(std::span<const walk::TracedRay> rays) {
         return;
     m_stream_end.assign(std::size_t{high} - low + 1, 0);
     for (const walk::TracedRay& ray : rays)
-        if (ray.fan != 0)
+        if (ray.is_fan())
             ++m_stream_end[ray.stream - low];
     std::uint32_t before = 0;
     for (std::uint32_t& end : m_stream_end)
         before = end = before + end;
     m_by_stream.resize(count);
     for (auto i = static_cast<std::uint32_t>(rays.size()); i-- > 0;)
-        if (rays[i].fan != 0)
+        if (rays[i].is_fan())
             m_by_stream[--m_stream_end[rays[i].stream - low]] = i;
 }
 
@@ -72,7 +72,7 @@ void FanTracer::take_group(std::span<const walk::TracedRay> rays,
         const walk::TracedRay& fan = rays[index];
         const auto& voxel = fan.state.voxel;
         m_group.push_back(
-            {fan.ray.origin, {voxel[0], voxel[1], voxel[2]}, index, fan.fan, fan.state.level});
+            {fan.ray.origin, {voxel[0], voxel[1], voxel[2]}, index, fan.fan_mask, fan.state.level});
     }
 }
 
@@ -88,14 +88,14 @@ void FanTracer::trace_group(TracerTools& tools, std::vector<walk::TracedRay>& ra
         }
         for (const Started& started : m_started) {
             if (started.end == walk::WalkEnd::kHit)
-                m_ends[started.fan].blocked |= bit_of(d);
+                m_ends[started.index].blocked |= bit_of(d);
             if (started.end != walk::WalkEnd::kWaits)
                 continue;
-            walk::TracedRay& single = rays.emplace_back(rays[started.fan]);
-            single.fan = 0;
+            walk::TracedRay& single = rays.emplace_back(rays[started.index]);
+            single.fan_mask = 0;
             single.ray.direction = directions.to[d];
             single.state = started.state;
-            single.stream = stream_of(started.fan, d);
+            single.stream = stream_of(started.index, d);
         }
     }
 }

@@ -56,7 +56,7 @@ private:
     std::vector<Member> m_group;
     /// A ray of the group in one direction.
     struct Started {
-        std::uint32_t fan;  ///< index into the wave
+        std::uint32_t index;  ///< of its fan in the wave
         walk::WalkEnd end;
         core::RayState state;
     };

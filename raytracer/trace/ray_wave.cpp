@@ -40,7 +40,7 @@ bool needs_voxels_around(const TracerTools& tools, const walk::TracedRay& ray) {
 }
 
 bool is_pending(const TracerTools& tools, const walk::TracedRay& ray) {
-    return ray.fan == 0 && (ray.end == walk::WalkEnd::kWaits || needs_voxels_around(tools, ray));
+    return !ray.is_fan() && (ray.end == walk::WalkEnd::kWaits || needs_voxels_around(tools, ray));
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
     m_fans.take_singles(m_rays, counts);
     for (std::size_t i = 0; i < m_rays.size(); ++i) {
         const walk::TracedRay& ray = m_rays[i];
-        if (ray.fan != 0) {
+        if (ray.is_fan()) {
             tools.shading->shade_fan(ray, m_fans.ends(i), samples[ray.sample], m_next);
             continue;
         }
@@ -115,7 +115,7 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
     m_rays.swap(m_next);
     for (const walk::TracedRay& ray : m_rays)
         counts.rays[static_cast<std::size_t>(ray.kind)] +=
-            ray.fan == 0 ? 1 : static_cast<std::uint64_t>(std::popcount(ray.fan));
+            !ray.is_fan() ? 1 : static_cast<std::uint64_t>(std::popcount(ray.fan_mask));
     clock.lap(tiles::TraceStage::kShading, counts);
     if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
         trace_shadow_groups(tools, counts);
@@ -153,7 +153,7 @@ void RayWave::trace_scattered(TracerTools& tools) {
         return;
     m_scattered.clear();
     for (walk::TracedRay& ray : m_rays)
-        if (ray.fan == 0 && ray.end == walk::WalkEnd::kWaits && ray.stop == walk::StopAt::kSolid)
+        if (!ray.is_fan() && ray.end == walk::WalkEnd::kWaits && ray.stop == walk::StopAt::kSolid)
             m_scattered.push_back(
                 {&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
     tools.lanes->trace(m_scattered);

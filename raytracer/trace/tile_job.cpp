@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 
-// Cells of an analysis that looks at sun or sky. More of them are not faster, and each may send two
-// dozen rays at once.
+// Cells of an analysis that looks at sun or sky. More of them are not faster, and each may have up
+// to some forty rays in a wave: to its neighbours, or those of a fan that walk alone.
 constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 8;
 
 // A wave of many rays for each pixel must not take more memory than one of few.

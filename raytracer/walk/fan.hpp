@@ -25,7 +25,7 @@ struct FanDirections {
 };
 
 /// The mask of the first `count` directions, of at most kFanRays.
-[[nodiscard]] constexpr FanMask first_of_fan(std::size_t count) noexcept {
+[[nodiscard]] constexpr FanMask mask_of_first(std::size_t count) noexcept {
     return static_cast<FanMask>((std::uint32_t{1} << count) - 1);
 }
 [[nodiscard]] constexpr bool has(FanMask mask, std::size_t direction) noexcept {

@@ -36,7 +36,7 @@ struct TracedRay {
     voxel::Colour weight;
     double t_max = core::kFar;  ///< of rays to lamps, and ambient ones
     std::uint32_t sample = 0;   ///< index within the round
-    std::uint32_t stream = 0;   ///< selects its random numbers
+    std::uint32_t stream = 0;   ///< selects its random numbers; of a fan, its directions
     float footprint = 0;        ///< what its pixel covers at its origin, level-0 voxels
     float spread = 0;           ///< growth of the footprint for each voxel on its way
     /// Probability density, per steradian, with which its direction was chosen; 0: there was no
@@ -45,9 +45,11 @@ struct TracedRay {
     RayKind kind = RayKind::kPrimary;
     WalkEnd end = WalkEnd::kWaits;
     std::uint8_t depth = 0;  ///< number of faces that have reflected or refracted it
-    /// Of a fan: which directions of its stream it sends a ray in. 0: this is one ray.
-    FanMask fan = 0;
-    bool direct = true;      ///< its light reached the first hit without a detour
+    /// Of a fan: which directions of its stream it sends a ray in. 0: this is one ray. A fan starts
+    /// at `ray.origin`, in the voxel of `state`; its direction, `end` and `hit` mean nothing, and
+    /// its weight what its evaluator wants.
+    FanMask fan_mask = 0;
+    bool direct = true;  ///< its light reached the first hit without a detour
     /// For occlusion rays: leaves may let the ray pass, so the voxel that it hits must be known.
     bool leaves = false;
     /// For paths: the sunlight that the ray may reach was sampled at its origin, in water.
@@ -62,6 +64,7 @@ struct TracedRay {
     /// Valid with kHit; of occlusion rays only `hole`, unless `leaves`.
     Hit hit;
 
+    [[nodiscard]] bool is_fan() const noexcept { return fan_mask != 0; }
     /// Whether it is an occlusion ray: only whether it is free matters.
     [[nodiscard]] bool is_occlusion() const noexcept {
         return kind == RayKind::kShadow || kind == RayKind::kSky || kind == RayKind::kAmbient ||

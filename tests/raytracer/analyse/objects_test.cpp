@@ -206,6 +206,17 @@ TEST_CASE("cells have the number of the first polygon that holds their middle, o
     }
 }
 
+TEST_CASE("a polygon of more cells than are in memory at a time is numbered to its end",
+          "[raytracer][analyse]") {
+    constexpr int kColumns = 3000;
+    constexpr int kRows = 800;
+    std::vector<analyse::ObjectPolygon> polygons(1);
+    polygons[0].parts.emplace_back(overlay::Footprint({{{10, 5}, {2990, 400}, {20, 795}}}));
+    const TemporaryFolder folder;
+    const analyse::LabelFile labels(folder.path() / "a.gpkg", polygons, kColumns, kRows, 1, {});
+    CHECK(grid_of(labels, kColumns, kRows) == numbered(polygons, kColumns, kRows, 1));
+}
+
 TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analyse]") {
     analyse::ObjectSums sums;
     // 60 degrees: twice as much surface as on the map.
