@@ -30,9 +30,9 @@ const kStyles: Readonly<Record<string, BandStyle>> = {
   beam: { title: 'Energy directly from the sun', ramp: 'warm', low: 0 },
   diffuse: { title: 'Energy from the sky', ramp: 'warm', low: 0 },
   reflected: { title: 'Energy from what is around', ramp: 'warm', low: 0 },
-  seen: { title: 'Seen from the place', ramp: 'much', low: 0, words: ['not seen', 'seen'] },
+  seen: { title: 'Seen from the place', ramp: 'much', low: 0, high: 1, words: ['not seen', 'seen'] },
   distance_m: { title: 'Distance to the place', ramp: 'much', low: 0 },
-  hole: { title: 'Data that could not be read', ramp: 'much', low: 0, words: ['read', 'could not be read'] },
+  hole: { title: 'Data that could not be read', ramp: 'much', low: 0, high: 1, words: ['read', 'could not be read'] },
 };
 /** Bands whose values are numbers of something: no colours between them mean anything. */
 const kHiddenBands = new Set(['class', 'material', 'red', 'green', 'blue', 'dtm_source']);
@@ -45,7 +45,6 @@ export function styleOf(band: string): BandStyle | undefined {
 
 /** Three digits of what the scale spans: more would only tell cells apart that have one colour. */
 function numberText(value: number, { min, max }: ColourScale): string {
-  if (!(max > min)) return String(Number(value.toPrecision(4)));
   const decimals = Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(max - min))));
   return value.toFixed(decimals);
 }

@@ -17,6 +17,7 @@ const kStops: Readonly<Record<Ramp, Stops>> = {
   grey: [[0, 0, 0], [255, 255, 255]],
 };
 
+/** It has a length: max is above min. */
 export type ColourScale = { readonly min: number; readonly max: number };
 /** Ends of a scale; undefined: by the values. */
 export type ScaleEnds = { readonly low?: number; readonly high?: number };
@@ -29,13 +30,18 @@ export function scaleOf(values: Float32Array, noData: number, { low, high }: Sca
     min = Math.min(min, value);
     max = Math.max(max, value);
   }
-  return min <= max ? { min: low ?? min, max: high ?? max } : undefined;
+  return min <= max ? withLength(low ?? min, high ?? max) : undefined;
+}
+
+/** As in the report: where all values are alike, they have the colour of the least. */
+function withLength(min: number, max: number): ColourScale {
+  return { min, max: max > min ? max : min + Math.max(1, Math.abs(min) * 1e-3) };
 }
 
 /** @return red, green, blue, 0 to 255 */
 export function colourOf(value: number, { min, max }: ColourScale, ramp: Ramp): [number, number, number] {
   const stops = kStops[ramp];
-  const share = max > min ? Math.min(1, Math.max(0, (value - min) / (max - min))) : 1;
+  const share = Math.min(1, Math.max(0, (value - min) / (max - min)));
   const at = share * (stops.length - 1);
   const below = Math.min(Math.floor(at), stops.length - 2);
   const [from, to] = [stops[below]!, stops[below + 1]!];
