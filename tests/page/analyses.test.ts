@@ -112,6 +112,22 @@ test('a scale has a length, and where all values are alike they have the colour 
   assert.notDeepEqual(colourOf(0, { min: 0, max: 1 }, 'warm'), colourOf(1, { min: 0, max: 1 }, 'warm'));
 });
 
+test('the ends that values give leave out the outermost hundredths, such as one mast', () => {
+  const values = Float32Array.from({ length: 1000 }, (_, i) => (i % 200) / 10);
+  values.set([300, -50, kNoData, NaN, Infinity], 100);
+  const ends = (band: string): number[] => {
+    const { min, max } = scaleOf(values, kNoData, styleOf(band))!;
+    return [min, max].map((end) => Math.round(end * 10) / 10);
+  };
+  assert.deepEqual(ends('dsm'), [0.1, 19.8]);
+  assert.deepEqual(ends('ndsm'), [0, 19.8]);
+  assert.deepEqual(ends('openness'), [0, 90]);
+  const scale = scaleOf(values, kNoData)!;
+  assert.deepEqual(colourOf(300, scale, 'heights'), colourOf(scale.max, scale, 'heights'));
+  const rarelySunny = Float32Array.from({ length: 1000 }, (_, i) => (i < 5 ? 10 : 0));
+  assert.deepEqual(scaleOf(rarelySunny, kNoData, styleOf('sun_hours')), { min: 0, max: 1 });
+});
+
 test('a band that has ends by nature has these, and directions close a circle', () => {
   const aspect = styleOf('aspect')!;
   const scale = scaleOf(Float32Array.of(10, 350), kNoData, aspect)!;

@@ -22,15 +22,43 @@ export type ColourScale = { readonly min: number; readonly max: number };
 /** Ends of a scale; undefined: by the values. */
 export type ScaleEnds = { readonly low?: number; readonly high?: number };
 
-/** The range of the values that are there, with the ends that are given; undefined: there is no value. */
+/** Of the values, on each side: as in the report, they lie beyond an end that the values give. */
+const kOutermost = 0.01;
+
+/** Of a histogram, which unlike sorting takes no notable time for millions of values. */
+const kBins = 4096;
+
+/**
+ * The ends that are given, else those between which nearly all values lie: one mast must not give
+ * all other cells one colour.
+ * @return undefined: there is no value
+ */
 export function scaleOf(values: Float32Array, noData: number, { low, high }: ScaleEnds = {}): ColourScale | undefined {
-  let [min, max] = [Infinity, -Infinity];
+  const isThere = (value: number): boolean => value !== noData && Number.isFinite(value);
+  let [min, max, count] = [Infinity, -Infinity, 0];
   for (const value of values) {
-    if (value === noData || Number.isNaN(value)) continue;
+    if (!isThere(value)) continue;
     min = Math.min(min, value);
     max = Math.max(max, value);
+    ++count;
   }
-  return min <= max ? withLength(low ?? min, high ?? max) : undefined;
+  if (count === 0) return undefined;
+  if (low !== undefined && high !== undefined) return withLength(low, high);
+  const counts = new Uint32Array(kBins);
+  const largest = new Float32Array(kBins).fill(-Infinity);
+  const binsPerUnit = max > min ? kBins / (max - min) : 0;
+  for (const value of values) {
+    if (!isThere(value)) continue;
+    const bin = Math.min(kBins - 1, Math.floor((value - min) * binsPerUnit));
+    ++counts[bin]!;
+    largest[bin] = Math.max(largest[bin]!, value);
+  }
+  const quantile = (share: number): number => {
+    let below = 0;
+    const bin = counts.findIndex((inBin) => (below += inBin) >= share * count);
+    return largest[bin]!;
+  };
+  return withLength(low ?? quantile(kOutermost), high ?? quantile(1 - kOutermost));
 }
 
 /** As in the report: where all values are alike, they have the colour of the least. */
