@@ -58,6 +58,31 @@ test('clocks of analyses are those of the longitude: of the middle of small worl
   assert.equal(new WorldProjection({ ...world, centre: undefined }).clockOffsetH(part), undefined);
 });
 
+test('in a wide world clocks are those of the middle of a square of 10 km, as on the server', () => {
+  // On this globe a degree has 100 km, and clocks change 4 km and 6 km into squares.
+  const wideOf = (falseEasting: number): WorldProjection =>
+    new WorldProjection({
+      ...world,
+      crsWkt: `+proj=eqc +R=5729577.951308232 +x_0=${falseEasting} +units=m +no_defs`,
+      crsProj4: '',
+      min: [-2_000_000, 0, -1_000_000],
+      max: [2_000_000, 1, 1_000_000],
+      centre: { latDeg: 0, lonDeg: -falseEasting / 100_000, convergenceDeg: 0 },
+    });
+  // The middle of the square is at 755 km.
+  const cases = [[4_000, 751_000, 1], [4_000, 759_000, 1], [4_000, 749_000, 0], [6_000, 759_000, 0], [6_000, 761_000, 1], [6_000, -741_000, -1]] as const;
+  for (const [falseEasting, easting, hours] of cases)
+    assert.equal(wideOf(falseEasting).clockOffsetH([easting - 100, 300, easting + 100, 500]), hours, `${falseEasting}, ${easting}`);
+});
+
+test('clocks of a world with a place but without a CRS are those of its centre, halves away from zero', () => {
+  const cases = [[-7.5, -1], [7.5, 1], [-7.4, 0], [-22.5, -2], [22.4, 1], [172.5, 12]] as const;
+  for (const [lonDeg, hours] of cases) {
+    const here = new WorldProjection({ ...world, crsWkt: '', crsProj4: '', min: [0, 0, 0], max: [50_000, 1, 50_000], centre: { latDeg: 0, lonDeg, convergenceDeg: 0 } });
+    assert.equal(here.clockOffsetH([0, 0, 10, 10]), hours, `${lonDeg}`);
+  }
+});
+
 test('a CRS that is not understood, or that lies elsewhere, leaves a map without latitude and longitude', () => {
   for (const [crsWkt, crsProj4] of [['', ''], ['NONSENSE["x"]', '+proj=nonsense'], [crsCases[1]!.wkt, '']] as const) {
     const here = new WorldProjection({ ...world, crsWkt, crsProj4 });

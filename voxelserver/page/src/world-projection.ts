@@ -3,8 +3,9 @@ import type { World } from './replies.js';
 
 export type LatLon = { readonly latDeg: number; readonly lonDeg: number };
 
-/** Wider worlds have another sun in each of their parts. */
-const kWideM = 20_000;
+/** Worlds wider than two such squares of the map have another sun in each square. */
+const kSquareM = 10_000;
+const kDegreesPerHour = 15;
 
 /**
  * The world's space: CRS coordinates (easting, northing in CRS units), voxels (x east, z south)
@@ -63,19 +64,31 @@ export class WorldProjection {
 
   /**
    * Hours that the clocks of an analysis are ahead of UTC: those of the longitude, without summer
-   * time. As for the sun, it is the middle of the world that counts, or of the part in a wide world.
+   * time. As for the sun (raytracer/analyse/raster/cell_grid.cpp), it is the middle of the world
+   * that counts, or in a wide world that of the square that holds the middle of the part.
    */
   clockOffsetH([west, south, east, north]: readonly [number, number, number, number]): number | undefined {
+    const { centre, crsWkt } = this.world;
+    if (centre === undefined) return undefined;
     const [w, s, e, n] = this.extent;
-    const isWide = Math.max(e - w, n - s) * this.metresPerUnit > kWideM;
-    const middle = isWide ? this.toLatLon((west + east) / 2, (south + north) / 2) : this.world.centre;
-    return middle && Math.round(middle.lonDeg / 15);
+    const square = kSquareM / this.metresPerUnit;
+    if (crsWkt === '' || Math.max(e - w, n - s) <= 2 * square) return hoursAhead(centre.lonDeg);
+    const middle = (at: number): number => (Math.floor(at / square) + 0.5) * square;
+    // Voxels go south, so that a middle on the border of two squares belongs to the southern one.
+    const place = this.toLatLon(middle((west + east) / 2), -middle(-(south + north) / 2));
+    return place && hoursAhead(place.lonDeg);
   }
 
   fromLatLon({ latDeg, lonDeg }: LatLon): [number, number] | undefined {
     const [e, n] = this.#geographic?.forward([lonDeg, latDeg]) ?? [];
     return e !== undefined && n !== undefined && Number.isFinite(e) && Number.isFinite(n) ? [e, n] : undefined;
   }
+}
+
+/** Rounds halves away from zero, as the server does, and has no negative zero. */
+function hoursAhead(lonDeg: number): number {
+  const hours = Math.floor(Math.abs(lonDeg) / kDegreesPerHour + 0.5);
+  return lonDeg < 0 ? 0 - hours : hours;
 }
 
 /** Of a compound CRS the horizontal part, which is all that proj4 reads; anything else as it is. */
