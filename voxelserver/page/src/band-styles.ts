@@ -49,7 +49,9 @@ export function styleOf(band: string): BandStyle | undefined {
 /** Three digits of what the scale spans: more would only tell cells apart that have one colour. */
 function numberText(value: number, { min, max }: ColourScale): string {
   const decimals = Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(max - min))));
-  return value.toFixed(decimals);
+  const text = value.toFixed(decimals);
+  // No minus sign before a zero.
+  return Number(text) === 0 ? (0).toFixed(decimals) : text;
 }
 
 function clockText(hours: number): string {
