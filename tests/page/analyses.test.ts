@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api } from '../../voxelserver/page/src/api.js';
 import { captionOf } from '../../voxelserver/page/src/analysis-form.js';
-import { styleOf, valueText } from '../../voxelserver/page/src/band-styles.js';
+import { colourlessText, styleOf, valueText } from '../../voxelserver/page/src/band-styles.js';
 import { colourOf, paint, scaleOf } from '../../voxelserver/page/src/colour-scale.js';
 import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
 import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/page/src/raster-file.js';
@@ -155,6 +155,16 @@ test('values are written as their band is read', () => {
     ['something_new', 'm', 12.345, 50, '12.3 m'],
   ];
   for (const [band, unit, value, max, text] of cases) assert.equal(valueText(value, unit, styleOf(band)!, { min: 0, max }), text, band);
+});
+
+test('what has no colour is said where it may be a value', () => {
+  const cases: readonly [string, boolean, string][] = [
+    ['dsm', false, ''],
+    ['dsm', true, 'Some data could not be read: cells without colour have no value.'],
+    ['seen', false, 'Cells without colour are: not seen.'],
+    ['seen', true, 'Some data could not be read: cells without colour have no value, or are: not seen.'],
+  ];
+  for (const [band, hasHoles, text] of cases) assert.equal(colourlessText(styleOf(band)!, hasHoles), text, band);
 });
 
 const wish: Wish = {

@@ -85,6 +85,31 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await page.context().close();
   });
 
+  test('a result that cannot be read leaves no other one on the map, and its note ends with the next that can', async () => {
+    fake.jobHoles = true;
+    const { page, errors } = await openPage(browser, fake.url);
+    const holes = 'Some data could not be read: cells without colour have no value';
+    const note = '#analysis-result .note';
+    const choose = (label: string): Promise<unknown> => page.getByLabel('Shown', { exact: true }).selectOption({ label });
+    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+    await untilText(page, '#analysis-result .ends', /h$/);
+    await untilText(page, note, new RegExp(`^${holes}\\.$`));
+    fake.rasterFails = true;
+    await choose('First sun, clock time');
+    await untilText(page, note, new RegExp(`^The raster could not be shown\\. .*no such disk.* ${holes}\\.$`));
+    assert.equal(await textOf(page, '#analysis-result .ends'), '');
+    assert.equal(await page.locator('#analysis-result canvas').isVisible(), false);
+    assert.equal(await textOf(page, '#analysis-value'), 'Here: no value');
+    await page.getByRole('button', { name: 'Download GeoTIFF' }).click();
+    await untilText(page, note, /^The file could not be fetched\. /);
+    fake.rasterFails = false;
+    await choose('Data that could not be read');
+    await untilText(page, note, new RegExp(`^${holes}, or are: read\\.$`));
+    await untilText(page, '#analysis-result .ends', /^could not be read$/);
+    assert.deepEqual(ownErrors(errors), []);
+    await page.context().close();
+  });
+
   test('malicious texts stay texts', async () => {
     const harm = '<img src=x onerror="alert(1)"><script>alert(2)</script>';
     fake.title = `T ${harm}`;

@@ -33,6 +33,10 @@ export class FakeServer {
   /** Whether its world has a latitude and a longitude. */
   isOnEarth = true;
   jobFails = '';
+  /** The data of jobs have holes. */
+  jobHoles = false;
+  /** The rasters of jobs cannot be read. */
+  rasterFails = false;
   /** Looks at a job until it is done. */
   jobLooks = 3;
   readonly jobs = new Map<string, { readonly body: Record<string, unknown>; looks: number }>();
@@ -123,10 +127,11 @@ export class FakeServer {
       this.jobs.delete(id);
       return void reply.writeHead(204).end();
     }
+    if (file !== undefined && this.rasterFails) return problem(reply, 500, 'no such disk');
     if (file !== undefined) return sendRange(request, reply, jobRaster(job.body['area'] as number[]));
     const isOver = ++job.looks >= this.jobLooks;
     const state = isOver ? (this.jobFails === '' ? 'done' : 'failed') : 'running';
-    send(200, { id, kind: 'sun', state, progress: Math.min(1, job.looks / this.jobLooks), message: this.jobFails, holes: false });
+    send(200, { id, kind: 'sun', state, progress: Math.min(1, job.looks / this.jobLooks), message: this.jobFails, holes: this.jobHoles });
   }
 
   #tile(reply: ServerResponse, zoom: number, x: number, y: number): void {

@@ -1,6 +1,6 @@
 import type { AnalysisLayer } from './analysis-layer.js';
 import { messageOf } from './api.js';
-import { styleOf, valueText, type BandStyle } from './band-styles.js';
+import { colourlessText, styleOf, valueText, type BandStyle } from './band-styles.js';
 import { colourOf, scaleOf, type ColourScale } from './colour-scale.js';
 import { byId, element, setText } from './dom.js';
 import type { Jobs } from './jobs.js';
@@ -30,6 +30,7 @@ export class AnalysisResult {
   readonly #note = element('p', { class: 'note', role: 'status' });
   #id = '';
   #fileName = '';
+  #hasHoles = false;
   #info: RasterInfo | undefined;
   #toText = String as (value: number) => string;
   /** The place whose value is shown. */
@@ -61,6 +62,7 @@ export class AnalysisResult {
   async show({ id, hasHoles, caption, fileName }: Finished): Promise<void> {
     this.#id = id;
     this.#fileName = fileName;
+    this.#hasHoles = hasHoles;
     this.#info = await readRasterInfo((offset, length) => this.#jobs.read(id, offset, length));
     this.#band.replaceChildren();
     this.#info.bands.forEach(({ name }, i) => {
@@ -68,7 +70,6 @@ export class AnalysisResult {
       if (style && (name !== 'hole' || hasHoles)) this.#band.append(element('option', { value: String(i) }, style.title));
     });
     setText(this.#caption, caption);
-    setText(this.#note, hasHoles ? 'Some data could not be read: cells without colour have no value.' : '');
     this.#part.hidden = false;
     await this.#showBand();
   }
@@ -91,16 +92,28 @@ export class AnalysisResult {
     setText(this.#value, value === undefined ? 'Here: no value' : `Here: ${this.#toText(value)}`);
   }
 
+  /** The band that is chosen: its number, its unit, and how it is drawn. */
+  #chosen({ bands }: RasterInfo): { readonly number: number; readonly unit: string; readonly style: BandStyle } {
+    const number = Number(this.#band.value);
+    const { name, unit } = bands[number] ?? { name: '', unit: '' };
+    return { number, unit, style: styleOf(name) ?? { title: name, ramp: 'much' } };
+  }
+
+  /** Says what has no colour, and before it what went wrong just now: neither hides the other. */
+  #showNote(trouble = ''): void {
+    const colourless = this.#info ? colourlessText(this.#chosen(this.#info).style, this.#hasHoles) : '';
+    setText(this.#note, [trouble, colourless].filter((text) => text !== '').join(' '));
+  }
+
   async #showBand(): Promise<void> {
     const [info, id, turn] = [this.#info, this.#id, ++this.#turn];
     if (info === undefined) return;
-    const number = Number(this.#band.value);
+    this.#showNote();
+    const { number, unit, style } = this.#chosen(info);
     const level = levelFor(info, kShownCells);
     try {
       const values = await readBand((offset, length) => this.#jobs.read(id, offset, length), info, level, number);
       if (turn !== this.#turn) return;
-      const { name, unit } = info.bands[number] ?? { name: '', unit: '' };
-      const style = styleOf(name) ?? { title: name, ramp: 'much' };
       const scale = scaleOf(values, info.noData, style);
       if (scale) this.#toText = (value) => valueText(value, unit, style, scale);
       this.#drawLegend(scale, style);
@@ -108,7 +121,13 @@ export class AnalysisResult {
       else this.#layer.clear();
       this.#showValue();
     } catch (error) {
-      if (turn === this.#turn) setText(this.#note, `The raster could not be shown. ${messageOf(error)}`);
+      if (turn !== this.#turn) return;
+      // The band before must not look like the one that is chosen now.
+      this.#layer.clear();
+      this.#legend.hidden = true;
+      this.#ends.replaceChildren();
+      this.#showValue();
+      this.#showNote(`The raster could not be shown. ${messageOf(error)}`);
     }
   }
 
@@ -127,13 +146,14 @@ export class AnalysisResult {
   }
 
   async #download(): Promise<void> {
+    this.#showNote();
     try {
       const url = URL.createObjectURL(await this.#jobs.file(this.#id));
       const link = element('a', { href: url, download: this.#fileName });
       link.click();
       setTimeout(() => URL.revokeObjectURL(url), 60_000);
     } catch (error) {
-      setText(this.#note, `The file could not be fetched. ${messageOf(error)}`);
+      this.#showNote(`The file could not be fetched. ${messageOf(error)}`);
     }
   }
 }

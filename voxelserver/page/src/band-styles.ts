@@ -67,3 +67,9 @@ export function valueText(value: number, unit: string, style: BandStyle, scale: 
   if (unit === 'degree') return `${text}°`;
   return unit === '' ? text : `${text} ${unit}`;
 }
+
+/** What cells without colour are; empty where only their lack of a value can be meant. */
+export function colourlessText({ words }: BandStyle, hasHoles: boolean): string {
+  if (hasHoles) return `Some data could not be read: cells without colour have no value${words ? `, or are: ${words[0]}` : ''}.`;
+  return words ? `Cells without colour are: ${words[0]}.` : '';
+}
