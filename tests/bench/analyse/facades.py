@@ -20,7 +20,7 @@ from true_voxels import write_true_voxels
 
 AREA = (462290, 101240, 462960, 101700)
 DATE = "2026-06-21"
-STEP_MIN = 60
+STEP_MIN = 10  # the sun goes by 2.5 degrees, less than the directions of walls are off
 BEFORE_M = 0.55  # a column of the truth is half a metre wide
 VOXEL_M = 1
 LEAST_SIDE_M = 5

@@ -8,8 +8,10 @@ import numpy
 from peers import bands_of
 
 EDGE_M = 0.5
-FAR_M = 120
+NEAR_M = 60  # up to here rays are walked in steps of half a column, beyond in whole ones
 DECK_M = 0.6  # the survey's bridges are sheets
+PARAPET_M = 1.1
+PARAPET_WIDTH_M = 0.4
 NOTHING = 1e9
 DIRECTIONS = 128
 
@@ -72,8 +74,35 @@ def add_building(columns, building):
     if "underside_m" in building:
         columns.add("slab", part, inside, building["underside_m"], building["eaves_m"])
     else:
-        middle = (building["eaves_m"] + building["ridge_m"]) / 2
-        columns.add("building", part, inside, -NOTHING, middle)
+        columns.add("building", part, inside, -NOTHING, roof_top(building, x, y))
+
+
+def roof_top(building, x, y):
+    """@return heights of a building's roof, without battlements"""
+    corners = numpy.array(building["footprint"])
+    middle_x, middle_y = corners.mean(0)
+    rise = building["ridge_m"] - building["eaves_m"]
+    # The first side runs along the ridge.
+    side = corners[1] - corners[0]
+    half_length = numpy.hypot(*side) / 2
+    half_width = numpy.hypot(*(corners[2] - corners[1])) / 2
+    along_x, along_y = side / (2 * half_length)
+    along = numpy.abs((x - middle_x) * along_x + (y - middle_y) * along_y)
+    across = numpy.abs((y - middle_y) * along_x - (x - middle_x) * along_y)
+    if building["roof"] == "flat":
+        share = numpy.zeros(x.shape)
+    elif building["roof"] == "gable":
+        share = 1 - across / half_width
+    elif building["roof"] == "hip":
+        share = numpy.minimum(half_width - across, half_length - along) / half_width
+    elif building["roof"] == "pyramid":
+        share = 1 - numpy.maximum(along / half_length, across / half_width)
+    elif building["roof"] == "cone":
+        radius = numpy.hypot(corners[0][0] - middle_x, corners[0][1] - middle_y)
+        share = 1 - numpy.hypot(x - middle_x, y - middle_y) / radius
+    else:
+        raise ValueError(f"a roof of kind {building['roof']}")
+    return building["eaves_m"] + rise * share.clip(0, 1)
 
 
 def add_bridge(columns, bridge):
@@ -89,7 +118,8 @@ def add_bridge(columns, bridge):
     along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
     across = numpy.abs((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)) / length
     inside = (along >= 0) & (along <= length) & (across <= half)
-    columns.add("deck", part, inside, bridge["deck_m"] - DECK_M, bridge["deck_m"])
+    top = bridge["deck_m"] + PARAPET_M * (across > half - PARAPET_WIDTH_M)
+    columns.add("deck", part, inside, bridge["deck_m"] - DECK_M, top)
     columns.water[part] = numpy.where(inside, bridge["water_m"], columns.water[part])
 
 
@@ -137,7 +167,7 @@ def true_columns(folder, scratch):
 
 
 def is_free(columns, eyes, direction, only_tops):
-    """Whether rays are free.
+    """Whether rays are free, as far as the survey reaches.
 
     @param eyes rows of east, north, height
     @param direction east, north, up
@@ -145,24 +175,28 @@ def is_free(columns, eyes, direction, only_tops):
     east, north, up = direction
     level = max(numpy.hypot(east, north), 1e-9)
     free = numpy.ones(len(eyes), bool)
-    height_left = columns.highest - eyes[:, 2].min()
-    reach = min(FAR_M, height_left / max(up, 1e-6) * level)
-    for distance in numpy.arange(0.01, max(reach, 0.02), EDGE_M / 2):
+    going = numpy.arange(len(eyes))
+    distance = 0.01
+    while len(going) > 0:
+        step = EDGE_M / 2 if distance < NEAR_M else EDGE_M
         t = distance / level
-        column = ((eyes[:, 0] + east * t - columns.west) / EDGE_M).astype(int)
-        row = ((columns.north - eyes[:, 1] - north * t) / EDGE_M).astype(int)
+        x, y, z = eyes[going, 0] + east * t, eyes[going, 1] + north * t, eyes[going, 2] + up * t
+        column = numpy.floor((x - columns.west) / EDGE_M).astype(int)
+        row = numpy.floor((columns.north - y) / EDGE_M).astype(int)
         inside = (row >= 0) & (column >= 0) & (row < columns.shape[0]) & (column < columns.shape[1])
-        row, column = row.clip(0, columns.shape[0] - 1), column.clip(0, columns.shape[1] - 1)
-        y = eyes[:, 2] + up * t
+        inside &= z <= columns.highest
+        going, row, column, z = going[inside], row[inside], column[inside], z[inside]
         if only_tops is not None:
-            met = y < only_tops[row, column]
+            met = z < only_tops[row, column]
         else:
             # A whole step, so that steep rays miss no thin slab.
-            y1 = y + up / level * EDGE_M / 2
-            met = y < columns.ground[row, column]
+            z1 = z + up / level * step
+            met = z < columns.ground[row, column]
             for low, high in columns.layers.values():
-                met |= (y1 > low[row, column]) & (y < high[row, column])
-        free &= ~(inside & met)
+                met |= (z1 > low[row, column]) & (z < high[row, column])
+        free[going[met]] = False
+        going = going[~met]
+        distance += step
     return free
 
 
