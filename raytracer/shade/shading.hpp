@@ -50,7 +50,7 @@ public:
     /// result.
     virtual void shade(const walk::TracedRay& ray, SampleSum& sum,
                        std::vector<walk::TracedRay>& next) const = 0;
-    /// The directions of fans of a stream (TracedRay::fan).
+    /// The directions of fans of a stream (TracedRay::fan_mask).
     [[nodiscard]] virtual walk::FanDirections directions(std::uint32_t /*stream*/) const {
         return {};
     }

@@ -47,7 +47,7 @@ struct TracedRay {
     std::uint8_t depth = 0;  ///< number of faces that have reflected or refracted it
     /// Of a fan: which directions of its stream it sends a ray in. 0: this is one ray. A fan starts
     /// at `ray.origin`, in the voxel of `state`; its direction, `end` and `hit` mean nothing, and
-    /// its weight what its evaluator wants.
+    /// its weight is for its evaluator to use.
     FanMask fan_mask = 0;
     bool direct = true;  ///< its light reached the first hit without a detour
     /// For occlusion rays: leaves may let the ray pass, so the voxel that it hits must be known.

@@ -67,7 +67,7 @@ walk::TracedRay some_fan(Random& random, const std::vector<walk::FanDirections>&
                                  static_cast<int>(random() % 45),
                                  static_cast<int>(random() % 140) - 65};
     const int edge = 1 << level;
-    // Rays start on faces, as far as rounding lets them: a digit beside the voxel's borders, too.
+    // Rays start on faces. Rounding may put them just outside of their voxel.
     const double off = random() % 3 == 0 ? -1e-12 : random() % 2 == 0 ? 0 : 0.25;
     out.ray.origin = {voxel.x + off, static_cast<double>(voxel.y / edge * edge), voxel.z + 0.75};
     out.state.start_in({voxel.x >= 0 ? voxel.x / edge : (voxel.x + 1) / edge - 1, voxel.y / edge,
