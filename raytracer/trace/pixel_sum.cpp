@@ -30,9 +30,7 @@ std::array<float, 3> vector_of(const double (&sum)[3], double n) noexcept {
 void PixelSum::add(const shade::SampleSum& sample) noexcept {
     const voxel::Colour c = sample.direct + sample.indirect;
     add_to(m_colour, c);
-    const auto bright = static_cast<double>(voxel::luminance(c));
-    m_bright += bright;
-    m_bright2 += bright * bright;
+    m_brightness.add(voxel::luminance(c));
     ++m_count;
     if (sample.t < core::kFar) {
         m_t += sample.t;
@@ -47,12 +45,7 @@ tiles::PixelSample PixelSum::mean(double voxel_m) const noexcept {
     out.depth_m = m_hits > 0 ? static_cast<float>(m_t / m_hits * voxel_m)
                              : std::numeric_limits<float>::infinity();
     out.samples = static_cast<std::uint32_t>(m_count);
-    if (m_count < 2)
-        return out;
-    const double n = m_count;
-    const double bright = m_bright / n;
-    const double variance = std::max(0.0, m_bright2 / n - bright * bright) / (n - 1);
-    out.error = static_cast<float>(std::sqrt(variance));
+    out.error = static_cast<float>(m_brightness.error());
     return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include "raytracer/shade/shading.hpp"
 #include "raytracer/tiles/tile.hpp"
+#include "raytracer/trace/batch_means.hpp"
 
 namespace terravox::trace {
 
@@ -16,8 +17,7 @@ public:
 
 private:
     double m_colour[3] = {}, m_t = 0;
-    double m_bright = 0;
-    double m_bright2 = 0;
+    BatchMeans m_brightness;
     int m_count = 0;
     int m_hits = 0;
 };

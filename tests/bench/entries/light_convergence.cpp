@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "raytracer/shade/view_maker.hpp"
@@ -11,6 +14,9 @@ constexpr int kReferenceSamples = 4096;
 constexpr int kReferenceSeed = 7;
 constexpr int kSeed = 1;
 constexpr std::array kSamples = {4, 16, 64, 256};
+constexpr std::array kNoises = {0.1, 0.05, 0.02};
+constexpr int kMostSamples = 4096;
+constexpr auto kPrimary = static_cast<std::size_t>(walk::RayKind::kPrimary);
 
 /// A kind of light that is known by samples alone.
 struct Light {
@@ -31,17 +37,61 @@ const std::array kLights = {
     Light{"paths", [](scene::Scene& s) { s.quality.integrator = core::Integrator::kPath; }},
 };
 
-LinearPicture traced(blocks::BlockManager& blocks, const Light& light, int samples, int seed,
-                     int threads) {
+scene::Scene valley_scene() {
     scene::Scene scene;
     scene.output.size_px = {96, 54};
     scene.sun.altitude_deg = 30;
     scene.sun.azimuth_deg = 240;
     scene.quality.coarse_step = 1;
+    return scene;
+}
+
+LinearPicture traced(blocks::BlockManager& blocks, const Light& light, int samples, int seed,
+                     int threads) {
+    scene::Scene scene = valley_scene();
     scene.quality.samples = samples;
     scene.quality.seed = seed;
     light.set(scene);
     return trace_picture(shade::make_view(scene, blocks), blocks, threads).picture;
+}
+
+/// Root of the mean squared difference in brightness, as quality.noise counts it: shares of a
+/// pixel's brightness, or of what is dark.
+double relative_noise(const LinearPicture& found, const LinearPicture& reference) {
+    constexpr double kDark = 0.02;
+    const auto brightness = [](const LinearPicture& p, std::size_t i) {
+        return static_cast<double>(
+            voxel::luminance({p.rgb[i], p.rgb[i + 1], p.rgb[i + 2]}));
+    };
+    double sum = 0;
+    for (std::size_t i = 0; i < found.rgb.size(); i += 3) {
+        const double known = brightness(reference, i);
+        const double off = (brightness(found, i) - known) / std::max(known, kDark);
+        sum += off * off;
+    }
+    return std::sqrt(3 * sum / static_cast<double>(found.rgb.size()));
+}
+
+/// What is found where a noise is asked for.
+void measure_noise(blocks::BlockManager& blocks, int threads, Readings& readings) {
+    const Light& paths = kLights.back();
+    const LinearPicture reference =
+        traced(blocks, paths, kReferenceSamples, kReferenceSeed, threads);
+    for (const double noise : kNoises) {
+        scene::Scene scene = valley_scene();
+        paths.set(scene);
+        scene.quality.samples = kMostSamples;
+        scene.quality.seed = kSeed;
+        scene.quality.noise = noise;
+        const TracedPicture found =
+            trace_picture(shade::make_view(scene, blocks), blocks, threads);
+        const double pixels = static_cast<double>(found.picture.rgb.size()) / 3;
+        const std::string name = fmt::format("paths with noise {}", noise);
+        readings.add(name + ": noise / asked", "",
+                     relative_noise(found.picture, reference) / noise, at_most(1));
+        readings.add(name + ": samples of a pixel", "",
+                     static_cast<double>(found.counts.trace.rays[kPrimary]) / pixels);
+    }
 }
 
 void measure(const Context& c, Readings& readings) {
@@ -67,6 +117,7 @@ void measure(const Context& c, Readings& readings) {
         readings.add(std::string(light.name) + ": power of the number of samples", "", power,
                      at_most(-0.5));
     }
+    measure_noise(blocks, c.threads, readings);
 }
 
 Entry entry() {
