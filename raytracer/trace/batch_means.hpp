@@ -7,7 +7,7 @@ namespace terravox::trace {
 
 /// The standard error of the mean of a sequence whose neighbours are spread evenly, as those of a
 /// scrambled (0,2)-sequence are: means of batches of 2^k successive numbers vary less than as many
-/// independent numbers would. Between 8 and 15 batches are compared, so they grow with the sequence.
+/// independent numbers would. 8 to 15 batches are compared, so they grow with the sequence.
 /// Ref: Yeh and Schmeiser, "Simulation output analysis via dynamic batch means", WSC 2000.
 ///
 /// The mean of all batches is nearer to the truth than independent ones would be, too, so the error

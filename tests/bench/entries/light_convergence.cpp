@@ -60,8 +60,7 @@ LinearPicture traced(blocks::BlockManager& blocks, const Light& light, int sampl
 double relative_noise(const LinearPicture& found, const LinearPicture& reference) {
     constexpr double kDark = 0.02;
     const auto brightness = [](const LinearPicture& p, std::size_t i) {
-        return static_cast<double>(
-            voxel::luminance({p.rgb[i], p.rgb[i + 1], p.rgb[i + 2]}));
+        return static_cast<double>(voxel::luminance({p.rgb[i], p.rgb[i + 1], p.rgb[i + 2]}));
     };
     double sum = 0;
     for (std::size_t i = 0; i < found.rgb.size(); i += 3) {
@@ -83,12 +82,11 @@ void measure_noise(blocks::BlockManager& blocks, int threads, Readings& readings
         scene.quality.samples = kMostSamples;
         scene.quality.seed = kSeed;
         scene.quality.noise = noise;
-        const TracedPicture found =
-            trace_picture(shade::make_view(scene, blocks), blocks, threads);
+        const TracedPicture found = trace_picture(shade::make_view(scene, blocks), blocks, threads);
         const double pixels = static_cast<double>(found.picture.rgb.size()) / 3;
         const std::string name = fmt::format("paths with noise {}", noise);
-        readings.add(name + ": noise / asked", "",
-                     relative_noise(found.picture, reference) / noise, at_most(1));
+        readings.add(name + ": noise / asked", "", relative_noise(found.picture, reference) / noise,
+                     at_most(1));
         readings.add(name + ": samples of a pixel", "",
                      static_cast<double>(found.counts.trace.rays[kPrimary]) / pixels);
     }
