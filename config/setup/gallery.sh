@@ -9,6 +9,9 @@ GALLERY_SCENES=$ROOT/config/scenes/gallery
 GALLERY_AROUND=(--seed 7 --squares 7x7 --origin 459,98 --density 1)
 GALLERY_MIDDLE=(--seed 7 --squares 1x1 --density 8)
 GALLERY_SQUARE=TM_462_101
+# That square once more, with the sun of a morning in its photograph.
+# shellcheck disable=SC2034,SC2054  # used by its name; 120,32 is one value
+GALLERY_PHOTO=(--seed 7 --squares 1x1 --density 8 --photo-sun 120,32)
 
 # In the order of docs/gallery/README.md.
 GALLERY_NAMES=(
@@ -24,6 +27,7 @@ GALLERY_NAMES=(
     panorama
     clay
     orthophoto
+    photograph
     no-photograph
     night
     noise
@@ -31,6 +35,7 @@ GALLERY_NAMES=(
 # Models of the middle square, and where trees hide the rest: that square alone is faster.
 GALLERY_OF_THE_SQUARE=(poster orthophoto forest no-photograph)
 GALLERY_WITHOUT_PHOTO=(no-photograph)
+GALLERY_OF_THE_PHOTO=(photograph)
 GALLERY_OF_NOISE=(noise)
 GALLERY_SEED=7
 
@@ -71,7 +76,7 @@ gallery_place() {
     local program=$ROOT/build/release/bin/terravox-survey key folder part
     key=$(
         {
-            printf '%s\n' "${GALLERY_AROUND[@]}" "${GALLERY_MIDDLE[@]}"
+            printf '%s\n' "${GALLERY_AROUND[@]}" "${GALLERY_MIDDLE[@]}" "${GALLERY_PHOTO[@]}"
             cat "$program"
         } | sha256sum | cut -c 1-12
     )
@@ -83,7 +88,7 @@ gallery_place() {
         say "Making the survey (49 squares; a few minutes, once)"
         find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 \
             -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
-        for part in AROUND MIDDLE; do gallery_part "$program" "$folder" "$part"; done
+        for part in AROUND MIDDLE PHOTO; do gallery_part "$program" "$folder" "$part"; done
         # A run that was interrupted here may have moved it already.
         if [[ -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]]; then
             mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
@@ -94,7 +99,7 @@ gallery_place() {
     printf '%s\n' "$folder"
 }
 
-# gallery_part PROGRAM FOLDER AROUND|MIDDLE
+# gallery_part PROGRAM FOLDER AROUND|MIDDLE|PHOTO: the last one stays a folder of its own.
 gallery_part() {
     local -n options=GALLERY_$3
     [[ ! -d $2-$3 ]] || return 0
@@ -110,6 +115,9 @@ gallery_picture() {
     local drawn=$ROOT/build/gallery/$2.png
     if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data[0]=$place/$GALLERY_SQUARE.laz; fi
     if in_list "$name" "${GALLERY_WITHOUT_PHOTO[@]}"; then data=("${data[0]}"); fi
+    if in_list "$name" "${GALLERY_OF_THE_PHOTO[@]}"; then
+        data=("$place-PHOTO/$GALLERY_SQUARE.laz" --ortho "$place-PHOTO/ortho")
+    fi
     if in_list "$name" "${GALLERY_OF_NOISE[@]}"; then data=("generated:$GALLERY_SEED"); fi
     if [[ -f $GALLERY_SCENES/$name.geojson ]]; then
         data+=(--add "$GALLERY_SCENES/$name.geojson") # street lamps

@@ -25,6 +25,7 @@ ROOT=$1 LOGS=$1/logs VERBOSE=0
 . "$ROOT/config/setup/gallery.sh"
 GALLERY_AROUND=(--seed 7 --squares 2x1 --square-m 256 --density 0.5)
 GALLERY_MIDDLE=(--seed 7 --squares 1x1 --square-m 256 --density 1)
+GALLERY_PHOTO=(--seed 7 --squares 1x1 --square-m 256 --density 1 --photo-sun 120,32)
 GALLERY_SQUARE=$2
 gallery "${@:3}"
 """
@@ -155,17 +156,19 @@ class Gallery(Case):
                 for p in (root / folder).glob("*.jpg")
             }
 
-        first = run("--size", "64x36", "--output", str(root / "one"), "noon", "poster")
+        pictures = ["noon", "poster", "photograph"]
+        first = run("--size", "64x36", "--output", str(root / "one"), *pictures)
         self.assertRegex(first.out, r"(?m)^noon +\d+\.\d s$")
-        (place,) = (root / "build" / "gallery").glob("place-*")
+        self.assertIn("Making the survey", first.err)
+        (photo,) = (root / "build" / "gallery").glob("place-*-PHOTO")
+        place = photo.with_name(photo.name.removesuffix("-PHOTO"))
         self.assertEqual(len(list(place.glob("*.laz"))), 2)
         self.assertGreater((place / f"{middle}.laz").stat().st_size, 1000)
         before = (place / f"{middle}.laz").stat().st_mtime_ns
-        self.assertNotIn(
-            "Inventing", run("--size", "64x36", "--output", str(root / "two"), "poster", "noon").err
-        )
+        again = run("--size", "64x36", "--output", str(root / "two"), *reversed(pictures))
+        self.assertNotIn("Making the survey", again.err)
         self.assertEqual(before, (place / f"{middle}.laz").stat().st_mtime_ns)
-        self.assertEqual(sorted(sums("one")), ["noon.jpg", "poster.jpg"])
+        self.assertEqual(sorted(sums("one")), sorted(f"{name}.jpg" for name in pictures))
         self.assertEqual(sums("one"), sums("two"))
 
 
