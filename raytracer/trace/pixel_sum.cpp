@@ -1,7 +1,6 @@
 #include "raytracer/trace/pixel_sum.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace terravox::trace {
 namespace {

@@ -72,19 +72,17 @@ double relative_noise(const LinearPicture& found, const LinearPicture& reference
 }
 
 /// What is found where a noise is asked for.
-void measure_noise(blocks::BlockManager& blocks, int threads, Readings& readings) {
-    const Light& paths = kLights.back();
-    const LinearPicture reference =
-        traced(blocks, paths, kReferenceSamples, kReferenceSeed, threads);
+void measure_noise(blocks::BlockManager& blocks, const Light& light, const LinearPicture& reference,
+                   int threads, Readings& readings) {
     for (const double noise : kNoises) {
         scene::Scene scene = valley_scene();
-        paths.set(scene);
+        light.set(scene);
         scene.quality.samples = kMostSamples;
         scene.quality.seed = kSeed;
         scene.quality.noise = noise;
         const TracedPicture found = trace_picture(shade::make_view(scene, blocks), blocks, threads);
         const double pixels = static_cast<double>(found.picture.rgb.size()) / 3;
-        const std::string name = fmt::format("paths with noise {}", noise);
+        const std::string name = fmt::format("{} with noise {}", light.name, noise);
         readings.add(name + ": noise / asked", "", relative_noise(found.picture, reference) / noise,
                      at_most(1));
         readings.add(name + ": samples of a pixel", "",
@@ -114,8 +112,9 @@ void measure(const Context& c, Readings& readings) {
             std::log(last / first) / std::log(double{kSamples.back()} / kSamples.front());
         readings.add(std::string(light.name) + ": power of the number of samples", "", power,
                      at_most(-0.5));
+        if (&light == &kLights.back())
+            measure_noise(blocks, light, reference, c.threads, readings);
     }
-    measure_noise(blocks, c.threads, readings);
 }
 
 Entry entry() {
