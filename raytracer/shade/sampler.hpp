@@ -1,17 +1,18 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "raytracer/core/random.hpp"
+#include "raytracer/shade/sobol.hpp"
 
 namespace terravox::shade {
 
 /// Random numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so
 /// that the order of calls does not matter. In each dimension (a pair of numbers) the samples of a
-/// pixel, counted from 0, are evenly spread at every power of two. Ref: Sobol' (0,2)-sequence,
-/// padded; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of
-/// Vegdahl, 2021.
+/// pixel, counted from 0, are evenly spread at every power of two. Ref: the first two dimensions of
+/// Sobol's sequence, padded, but for in_pixel() and across_pixel(), which are four dimensions of
+/// it; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl,
+/// 2021.
 class Sampler {
 public:
     struct Pair {
@@ -31,7 +32,19 @@ public:
         const std::uint32_t index = scramble(m_sample, static_cast<std::uint32_t>(seed));
         const std::uint64_t more = core::hash64(seed);
         return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))),
-                unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
+                unit(scramble(sobol_number<1>(index), static_cast<std::uint32_t>(more >> 32)))};
+    }
+    /// The point of the pixel that the sample's ray goes through.
+    [[nodiscard]] Pair in_pixel() const noexcept { return pair(kPixelPoint); }
+    /// Like pair(), and evenly spread together with in_pixel(): for what is chosen where that ray
+    /// ends, as its light differs across the pixel. Two such dimensions are not spread together:
+    /// use them for parts of the light that are added, such as the sky's and a bounce's.
+    [[nodiscard]] Pair across_pixel(std::uint32_t dimension) const noexcept {
+        const std::uint32_t index =
+            scramble(m_sample, static_cast<std::uint32_t>(core::hash64(m_pixel, kPixelPoint)));
+        const std::uint64_t more = core::hash64(core::hash64(m_pixel, dimension));
+        return {unit(scramble(sobol_number<2>(index), static_cast<std::uint32_t>(more))),
+                unit(scramble(sobol_number<3>(index), static_cast<std::uint32_t>(more >> 32)))};
     }
     /// One of `count` samplers that share the place of this one: together with those of the other
     /// samples they are evenly spread.
@@ -74,25 +87,7 @@ private:
         return reverse(mix_upwards(index, seed));
     }
 
-    // The generator matrix of the second dimension is Pascal's triangle modulo 2: one table for
-    // each byte of the index.
-    static constexpr auto kTables = [] {
-        std::array<std::array<std::uint32_t, 256>, 4> out{};
-        std::array<std::uint32_t, 32> columns{};
-        for (std::uint32_t i = 0, column = std::uint32_t{1} << 31; i < 32;
-             ++i, column ^= column >> 1)
-            columns[i] = column;
-        for (std::size_t byte = 0; byte < 4; ++byte)
-            for (std::uint32_t v = 0; v < 256; ++v)
-                for (std::size_t bit = 0; bit < 8; ++bit)
-                    if ((v >> bit & 1) != 0)
-                        out[byte][v] ^= columns[8 * byte + bit];
-        return out;
-    }();
-    [[nodiscard]] static constexpr std::uint32_t second_dimension(std::uint32_t i) noexcept {
-        return kTables[0][i & 255] ^ kTables[1][i >> 8 & 255] ^ kTables[2][i >> 16 & 255] ^
-               kTables[3][i >> 24];
-    }
+    static constexpr std::uint32_t kPixelPoint = 0xffff0000;
 
     std::uint64_t m_pixel = 0;
     std::uint32_t m_sample = 0;

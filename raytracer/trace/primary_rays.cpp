@@ -5,7 +5,7 @@
 namespace terravox::trace {
 namespace {
 
-enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
+constexpr std::uint32_t kLensPoint = 0xffff0001;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ std::pair<double, double> PrimaryRays::picture_point(std::uint32_t place) const 
     const TilePixel& pixel = m_pixels[m_active[place]];
     if (m_tools.view.scene.quality.samples == 1)
         return {pixel.x + 0.5, pixel.y + 0.5};
-    const shade::Sampler::Pair at = m_samples[place].numbers.pair(kPixelPoint);
+    const shade::Sampler::Pair at = m_samples[place].numbers.in_pixel();
     return {pixel.x + at.u, pixel.y + at.v};
 }
 

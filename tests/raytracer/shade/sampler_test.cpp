@@ -1,5 +1,6 @@
 #include "raytracer/shade/sampler.hpp"
 
+#include <array>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -31,6 +32,83 @@ TEST_CASE("samples of a pixel lie one in each cell of every elementary interval"
                     REQUIRE(seen.size() == static_cast<std::size_t>(count));
                 }
             }
+}
+
+namespace {
+
+using Numbers = std::array<double, 4>;
+
+/// The point of the pixel, and what its ray's end has from across_pixel().
+Numbers joint_numbers(int pixel, std::uint32_t sample) {
+    const shade::Sampler numbers(pixel, 11, sample);
+    const auto point = numbers.in_pixel();
+    const auto direction = numbers.across_pixel(3);
+    return {point.u, point.v, direction.u, direction.v};
+}
+
+/// The same without across_pixel().
+Numbers padded_numbers(int pixel, std::uint32_t sample) {
+    const shade::Sampler numbers(pixel, 11, sample);
+    const auto point = numbers.in_pixel();
+    const auto direction = numbers.pair(3);
+    return {point.u, point.v, direction.u, direction.v};
+}
+
+/// Chi squared over 8 x 8 cells of 64 samples of two of the numbers: the mean of 200 pixels.
+template <class NumbersOf>
+double mean_chi2(std::size_t first, std::size_t second, const NumbersOf& numbers_of) {
+    constexpr int kPixels = 200;
+    constexpr std::uint32_t kCount = 64;
+    double sum = 0;
+    for (int pixel = 0; pixel < kPixels; ++pixel) {
+        std::array<double, 64> cells{};
+        for (std::uint32_t s = 0; s < kCount; ++s) {
+            const Numbers numbers = numbers_of(pixel, s);
+            cells[static_cast<std::size_t>(static_cast<int>(numbers[first] * 8) * 8 +
+                                           static_cast<int>(numbers[second] * 8))] += 1;
+        }
+        for (const double c : cells)
+            sum += (c - 1) * (c - 1);
+    }
+    return sum / kPixels;
+}
+
+}  // namespace
+
+TEST_CASE("each number across a pixel is evenly spread at every power of two",
+          "[raytracer][shade][sampler]") {
+    for (int pixel = 0; pixel < 50; ++pixel)
+        for (std::uint32_t count = 1; count <= 1024; count *= 2) {
+            std::array<std::set<int>, 4> seen;
+            for (std::uint32_t s = 0; s < count; ++s) {
+                const Numbers numbers = joint_numbers(pixel, s);
+                for (std::size_t i = 0; i < numbers.size(); ++i)
+                    seen[i].insert(static_cast<int>(numbers[i] * count));
+            }
+            INFO("pixel " << pixel << ", " << count << " samples");
+            for (const auto& cells : seen)
+                REQUIRE(cells.size() == count);
+        }
+}
+
+TEST_CASE("numbers across a pixel are evenly spread together with its point",
+          "[raytracer][shade][sampler]") {
+    for (std::size_t a = 0; a < 4; ++a)
+        for (std::size_t b = a + 1; b < 4; ++b) {
+            INFO("numbers " << a << " and " << b);
+            CHECK(mean_chi2(a, b, joint_numbers) < 35);
+            // Numbers that are evenly spread each, but independent of each other, have 49.
+            if (a < 2 && b >= 2)
+                CHECK(mean_chi2(a, b, padded_numbers) > 40);
+        }
+}
+
+TEST_CASE("pixels have across them numbers of their own", "[raytracer][shade][sampler]") {
+    std::set<double> seen;
+    for (int pixel = 0; pixel < 100; ++pixel)
+        for (const std::uint32_t dimension : {1u, 2u})
+            seen.insert(shade::Sampler(pixel, 11, 5).across_pixel(dimension).u);
+    CHECK(seen.size() == 200);
 }
 
 TEST_CASE("dimensions and pixels are independent of each other", "[raytracer][shade][sampler]") {
