@@ -7,13 +7,13 @@
 namespace terravox::sunlight {
 
 /// How far from a cell remove_light() looks at the photograph, cells.
-inline constexpr int kEdgeReach = 8;
+inline constexpr int kEdgeReach = 9;
 
 /// The photograph without sun, shadow and sky: albedo, linear, not yet clamped.
 ///
 /// Where the surface says lit or in shadow, the light follows from it. Near the edges of shadows,
-/// where surface and photograph differ by up to a metre, the photograph decides: a cell lies
-/// between what is lit and what is in shadow around it, of the same kind.
+/// where surface and photograph differ by up to a metre, the photograph decides: a cell receives
+/// as much light as gives it an albedo that occurs around it.
 /// @param scene without gaps (fill_gaps)
 /// @return of all cells; valid for those that are shown and at least margin + kEdgeReach away from
 /// all edges

@@ -1,5 +1,6 @@
 #include "voxelserver/sunlight/light_removal.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -96,6 +97,79 @@ TEST_CASE("a photograph that lies a metre off its surface keeps no bright or dar
         brightest = std::max(brightest, static_cast<double>(albedo[i][1]));
     });
     CHECK(brightest < 0.75);  // the brightest roof has 0.4; undivided shadows would give 2
+}
+
+namespace {
+
+constexpr Light kGrass{0.10F, 0.17F, 0.05F};
+constexpr Light kPath{0.52F, 0.47F, 0.38F};
+constexpr Light kSky{0.15F, 0.2F, 0.28F};
+constexpr int kMiddle = 50;
+
+/// Flat grass with a pale path from north to south, all in the sun.
+Scene meadow() {
+    Scene scene(100, 100, 20, 1);
+    for (int z = 0; z < scene.height; ++z)
+        for (int x = 0; x < scene.width; ++x) {
+            const std::size_t i = scene.index(x, z);
+            scene.top_m[i] = 0;
+            scene.kind[i] = Kind::kGround;
+            scene.photo[i] = std::abs(x - kMiddle) <= 2 ? kPath : kGrass;
+            scene.shown[i] = 1;
+        }
+    return scene;
+}
+
+FlightLight light_from_the_east() {
+    FlightLight out;
+    out.sun = Sun{90, 45};
+    out.sky = kSky;
+    return out;
+}
+
+/// The greatest ratio of a cell's albedo to the truth, or of the truth to it.
+float greatest_factor(const Scene& truth, const std::vector<Light>& albedo) {
+    float out = 1;
+    each_result(truth, [&](std::size_t i, int, int) {
+        for (std::size_t c = 0; c < 3; ++c)
+            out =
+                std::max({out, albedo[i][c] / truth.photo[i][c], truth.photo[i][c] / albedo[i][c]});
+    });
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("grass beside a pale path is not taken for a shadow on it", "[sunlight][removal]") {
+    const Scene truth = meadow();
+    Scene scene = truth;
+    // Posts that the survey has met and the photograph does not show.
+    for (int z = 32; z < 70; z += 6)
+        for (const int x : {kMiddle - 5, kMiddle + 4})
+            scene.top_m[scene.index(x, z)] = 3;
+    CHECK(greatest_factor(truth, remove_light(scene, light_from_the_east())) < 1.1F);
+}
+
+TEST_CASE("a shadow that lies a metre beside that of the surface is taken out of grass and path",
+          "[sunlight][removal]") {
+    const Scene truth = meadow();
+    Scene scene = truth;
+    // A hedge from west to east, 4 m high: its shadow, as deep as it is high, lies to the west of
+    // its end in the photograph, and one cell further north by the surface.
+    const auto casts = [](int x, int z, int north) {
+        return x == kMiddle + 6 && z >= 40 - north && z < 60 - north;
+    };
+    for (int z = 0; z < scene.height; ++z)
+        for (int x = 0; x < scene.width; ++x) {
+            const std::size_t i = scene.index(x, z);
+            if (casts(x, z, 1))
+                scene.top_m[i] = 4;
+            const bool dark = x < kMiddle + 6 && x > kMiddle + 1 && casts(kMiddle + 6, z, 0);
+            if (dark)
+                for (std::size_t c = 0; c < 3; ++c)
+                    scene.photo[i][c] *= kSky[c];
+        }
+    CHECK(greatest_factor(truth, remove_light(scene, light_from_the_east())) < 1.2F);
 }
 
 TEST_CASE("without a sun nothing is divided, and what has the light of nature stays as it is",

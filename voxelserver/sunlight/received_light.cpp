@@ -1,0 +1,187 @@
+#include "voxelserver/sunlight/received_light.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace terravox::sunlight {
+namespace {
+
+/// Shares of the sun that are tried for a cell near the edge of a shadow.
+constexpr std::size_t kShares = 9;
+constexpr float share_of(std::size_t at) noexcept {
+    return static_cast<float>(at) / static_cast<float>(kShares - 1);
+}
+using ByShare = std::array<float, kShares>;
+
+int reach_of(const Scene& scene) {
+    constexpr double kReach_m = 6;
+    constexpr int kLeast = 3;
+    return std::clamp(static_cast<int>(std::lround(kReach_m / scene.cell_m)), kLeast,
+                      kMostCompared);
+}
+
+}  // namespace
+
+ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
+                             const FlightLight& light)
+    : m_scene(scene),
+      m_surface(surface),
+      m_light(light),
+      m_reach(reach_of(scene)),
+      m_sky(luminance(light.sky)),
+      m_veil(luminance(light.veil)),
+      m_root(scene.size()),
+      m_albedo_root(scene.size()) {
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+        if (scene.shown[i] == 0)
+            continue;
+        const Light received = light_of(i, surface.lit[i] * surface.facing[i]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            m_root[i][c] = std::sqrt(std::max(scene.photo[i][c] - light.veil[c], 0.0F));
+            m_albedo_root[i][c] = m_root[i][c] / std::sqrt(received[c]);
+        }
+    }
+}
+
+Light ReceivedLight::at(int x, int z) const {
+    return light_of(m_scene.index(x, z), sun_at(x, z));
+}
+
+/// Sunlight at a cell, over that on flat ground in the sun.
+float ReceivedLight::sun_at(int x, int z) const {
+    constexpr float kNearlyAll = 0.95F;
+    const std::size_t i = m_scene.index(x, z);
+    float sun = m_surface.lit[i] * m_surface.facing[i];
+    if (m_surface.edge[i] != 0) {
+        if (const std::optional<float> lit = lit_by_photo(x, z))
+            sun = *lit * m_surface.facing[i];
+    } else if (sun >= kNearlyAll)
+        return sun;
+    return std::max(sun, least_sun(x, z));
+}
+
+Light ReceivedLight::light_of(std::size_t i, float sun) const noexcept {
+    Light out{};
+    for (std::size_t c = 0; c < 3; ++c)
+        out[c] = m_light.sky[c] * m_surface.sky_seen[i] + (1 - m_light.sky[c]) * sun;
+    return out;
+}
+
+// Each share of the sun gives the cell another albedo. The likelier one is that which occurs around
+// the cell, where surface and photograph agree: a density of kernels over these cells, in square
+// roots of light, in which differences look alike. The kernel falls off slowly, as a cell may have
+// an albedo of its own. Ref: Duda, Hart, Stork, "Pattern Classification", 2001, 4.3 (Parzen).
+std::optional<float> ReceivedLight::lit_by_photo(int x, int z) const {
+    constexpr float kDifference = 0.05F;  // the half width of the kernel
+    constexpr float kOtherKind = 0.5F;    // its weight where what is there is of another kind
+    constexpr float kSurface = 0.3F;      // how much the surface's own share counts
+    const std::size_t i = m_scene.index(x, z);
+    std::array<ByShare, 3> own{};
+    for (std::size_t s = 0; s < kShares; ++s) {
+        const Light received = light_of(i, share_of(s) * m_surface.facing[i]);
+        for (std::size_t c = 0; c < 3; ++c)
+            own[c][s] = m_root[i][c] / std::sqrt(received[c]);
+    }
+    ByShare density{};
+    bool any = false;
+    for (int dz = -m_reach; dz <= m_reach; ++dz)
+        for (int dx = -m_reach; dx <= m_reach; ++dx) {
+            const std::size_t j = m_scene.index(x + dx, z + dz);
+            if (m_surface.edge[j] != 0 || m_scene.shown[j] == 0)
+                continue;
+            any = true;
+            const Light& there = m_albedo_root[j];
+            const float weight = m_scene.kind[j] == m_scene.kind[i] ? 1 : kOtherKind;
+            for (std::size_t s = 0; s < kShares; ++s) {
+                float difference = 0;
+                for (std::size_t c = 0; c < 3; ++c)
+                    difference += (own[c][s] - there[c]) * (own[c][s] - there[c]);
+                const float near = 1 / (1 + difference / (kDifference * kDifference));
+                density[s] += weight * near * near;
+            }
+        }
+    if (!any)
+        return std::nullopt;
+    // The mean over all shares, in which likely ones count much more.
+    const float highest = *std::max_element(density.begin(), density.end());
+    float sum = 0;
+    float weights = 0;
+    for (std::size_t s = 0; s < kShares; ++s) {
+        const float off = share_of(s) - m_surface.lit[i];
+        const float likely = density[s] / (highest * (1 + kSurface * off * off));
+        const float weight = likely * likely * likely * likely;
+        sum += weight * share_of(s);
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+// Without so much sun the cell would be much brighter than its surroundings: it does not lie in a
+// shadow, whatever the surface says.
+float ReceivedLight::least_sun(int x, int z) const {
+    constexpr float kBrightest = 1.6F;
+    const std::size_t i = m_scene.index(x, z);
+    const float lit_around = typical_around(x, z, m_scene.kind[i]);
+    if (!(lit_around > 0))
+        return 0;
+    const float light = brightness(i) / (kBrightest * lit_around);
+    return std::min((light - m_sky) / (1 - m_sky), 1.0F);
+}
+
+// What cells of a kind would look like in the sun; 0 = nothing is known.
+float ReceivedLight::typical_around(int x, int z, Kind kind) const {
+    constexpr int kEnough = 3;
+    const auto nothing = [](const Around& a) {
+        return a.lit_count < kEnough && a.shadow_count < kEnough;
+    };
+    Around around = look_around(x, z, kind, false);
+    if (nothing(around))
+        around = look_around(x, z, std::nullopt, false);
+    if (nothing(around))
+        around = look_around(x, z, std::nullopt, true);
+    if (around.lit_count >= kEnough)
+        return around.lit;
+    if (around.shadow_count < kEnough)
+        return 0;
+    // Where nothing lies in the sun, it follows from the shadow; but nothing is much brighter than
+    // its kind is elsewhere.
+    constexpr float kBrightest = 1.2F;
+    const float lit = around.shadow / m_sky;
+    const float typical = m_light.typical[static_cast<std::size_t>(kind)];
+    return typical > 0 ? std::min(lit, kBrightest * typical) : lit;
+}
+
+/// @param kind nullopt = all
+/// @param edges cells near the edge of a shadow count, too
+ReceivedLight::Around ReceivedLight::look_around(int x, int z, std::optional<Kind> kind,
+                                                 bool edges) const {
+    Around out;
+    for (int dz = -m_reach; dz <= m_reach; ++dz)
+        for (int dx = -m_reach; dx <= m_reach; ++dx) {
+            const std::size_t j = m_scene.index(x + dx, z + dz);
+            if ((m_surface.edge[j] != 0 && !edges) || m_scene.shown[j] == 0 ||
+                (kind && m_scene.kind[j] != *kind))
+                continue;
+            if (m_surface.lit[j] > 0.5F) {
+                const float light =
+                    m_sky * m_surface.sky_seen[j] + (1 - m_sky) * m_surface.facing[j];
+                out.lit += brightness(j) / light;
+                ++out.lit_count;
+            } else {
+                out.shadow += brightness(j);
+                ++out.shadow_count;
+            }
+        }
+    if (out.lit_count > 0)
+        out.lit /= static_cast<float>(out.lit_count);
+    if (out.shadow_count > 0)
+        out.shadow /= static_cast<float>(out.shadow_count);
+    return out;
+}
+
+float ReceivedLight::brightness(std::size_t i) const noexcept {
+    return std::max(luminance(m_scene.photo[i]) - m_veil, 0.0F);
+}
+
+}  // namespace terravox::sunlight

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "voxelserver/sunlight/light_levels.hpp"
+#include "voxelserver/sunlight/surface_light.hpp"
+
+namespace terravox::sunlight {
+
+/// How far from a cell its photograph is compared with others, cells.
+inline constexpr int kMostCompared = 6;
+
+/// The light that cells receive, by their surface and their photograph.
+class ReceivedLight {
+public:
+    /// @param scene,surface,light must outlive this object
+    ReceivedLight(const Scene& scene, const SurfaceLight& surface, const FlightLight& light);
+
+    /// Light of sun and sky at a cell, over that on flat ground in the sun, by channel: (0, 2.5].
+    /// Where the surface is certain it is the surface's, but for cells that are too bright for a
+    /// shadow; near edges of shadows the photograph decides.
+    /// @param x,z shown, and at least kMostCompared + kSurfaceEdge cells from the margin
+    [[nodiscard]] Light at(int x, int z) const;
+
+private:
+    /// Luminance of what lies around a cell, as it would be on flat ground; 0 = not known.
+    struct Around {
+        float lit = 0;
+        int lit_count = 0;
+        float shadow = 0;
+        int shadow_count = 0;
+    };
+
+    [[nodiscard]] Light light_of(std::size_t i, float sun) const noexcept;
+    [[nodiscard]] float sun_at(int x, int z) const;
+    [[nodiscard]] std::optional<float> lit_by_photo(int x, int z) const;
+    [[nodiscard]] float least_sun(int x, int z) const;
+    [[nodiscard]] float typical_around(int x, int z, Kind kind) const;
+    [[nodiscard]] Around look_around(int x, int z, std::optional<Kind> kind, bool edges) const;
+    [[nodiscard]] float brightness(std::size_t i) const noexcept;
+
+    const Scene& m_scene;
+    const SurfaceLight& m_surface;
+    const FlightLight& m_light;
+    int m_reach;  ///< cells that are compared: so many to each side
+    float m_sky;
+    float m_veil;
+    std::vector<Light> m_root;         ///< square root of the photograph without its veil
+    std::vector<Light> m_albedo_root;  ///< the same of the albedo, by the surface alone
+};
+
+}  // namespace terravox::sunlight

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "voxelserver/sunlight/sunlit.hpp"
+
+namespace terravox::sunlight {
+
+/// How the sun and the sky light the cells of a scene by its heights alone; index as in Scene.
+struct SurfaceLight {
+    std::vector<float> lit;          ///< share of the sun's disc that is seen, [0, 1]
+    std::vector<std::uint8_t> edge;  ///< 1 = near the edge of a shadow, where `lit` is not certain
+    std::vector<float> facing;       ///< sunlight on its slope over that on flat ground
+    std::vector<float> sky_seen;     ///< share of the sky above its slope, (0.5, 1]
+};
+
+/// @return valid for inner cells; `edge` for those at least kSurfaceEdge from the margin
+[[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Sun& sun);
+inline constexpr int kSurfaceEdge = 3;
+
+}  // namespace terravox::sunlight
