@@ -69,7 +69,7 @@ void PathShading::shade_opaque(const Interaction& m) const {
 }
 
 // Only one face of a path has the depth 0.
-Sampler::Pair PathShading::pair_at(const Interaction& m, std::uint32_t use) noexcept {
+Sampler::Pair PathShading::direction_numbers(const Interaction& m, std::uint32_t use) noexcept {
     const Sampler& numbers = m.sum.numbers;
     const std::uint32_t dimension = number_of(m.ray, use);
     return m.ray.depth == 0 ? numbers.across_pixel(dimension) : numbers.pair(dimension);
@@ -77,7 +77,8 @@ Sampler::Pair PathShading::pair_at(const Interaction& m, std::uint32_t use) noex
 
 // The last face has no bounce that would meet the sky.
 void PathShading::send_even_sky(const Interaction& m, voxel::Colour weight) const {
-    const core::Vec3 direction = cosine_direction(m.surface.normal, pair_at(m, kDirection));
+    const core::Vec3 direction =
+        cosine_direction(m.surface.normal, direction_numbers(m, kDirection));
     const voxel::Colour light = weight * m_view.sky.radiance(direction);
     if (!(voxel::luminance(light) > 0))
         return;
@@ -87,7 +88,7 @@ void PathShading::send_even_sky(const Interaction& m, voxel::Colour weight) cons
 }
 
 void PathShading::send_sky(const Interaction& m, voxel::Colour weight) const {
-    const auto at = pair_at(m, kSkyPoint);
+    const auto at = direction_numbers(m, kSkyPoint);
     const sky::SkySample to = m_view.sky.sample(at.u, at.v);
     const double facing = core::dot(m.surface.normal, to.direction);
     if (!(facing > 0) || !(to.pdf > 0))
@@ -111,7 +112,8 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
             return;
         weight = weight * (1 / goes_on);
     }
-    const core::Vec3 direction = cosine_direction(m.surface.normal, pair_at(m, kDirection));
+    const core::Vec3 direction =
+        cosine_direction(m.surface.normal, direction_numbers(m, kDirection));
     walk::TracedRay out = sent(m, direction, walk::RayKind::kBounce, weight, kDirection);
     out.sun_counted = m.ray.medium != voxel::Material::kAir;
     if (m.ray.lamp.looked)

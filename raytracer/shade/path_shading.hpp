@@ -16,8 +16,9 @@ private:
     void shade_opaque(const Interaction& m) const override;
     void miss(const walk::TracedRay& ray, voxel::Colour weight, SampleSum& sum) const override;
     [[nodiscard]] bool splits(const walk::TracedRay&) const noexcept override { return false; }
-    /// Random numbers for a direction in which a path looks, or goes on, from a face.
-    [[nodiscard]] static Sampler::Pair pair_at(const Interaction& m, std::uint32_t use) noexcept;
+    /// Random numbers for the look at the sky, or the bounce, at a face.
+    [[nodiscard]] static Sampler::Pair direction_numbers(const Interaction& m,
+                                                         std::uint32_t use) noexcept;
     void send_sky(const Interaction& m, voxel::Colour weight) const;
     void send_even_sky(const Interaction& m, voxel::Colour weight) const;
     void bounce(const Interaction& m, voxel::Colour weight) const;

@@ -10,9 +10,8 @@ namespace terravox::shade {
 /// Random numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so
 /// that the order of calls does not matter. In each dimension (a pair of numbers) the samples of a
 /// pixel, counted from 0, are evenly spread at every power of two. Ref: the first two dimensions of
-/// Sobol's sequence, padded, but for in_pixel() and across_pixel(), which are four dimensions of
-/// it; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl,
-/// 2021.
+/// the Sobol' sequence, padded; in_pixel() and across_pixel() are its first four together; Burley,
+/// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl, 2021.
 class Sampler {
 public:
     struct Pair {
@@ -36,9 +35,12 @@ public:
     }
     /// The point of the pixel that the sample's ray goes through.
     [[nodiscard]] Pair in_pixel() const noexcept { return pair(kPixelPoint); }
-    /// Like pair(), and evenly spread together with in_pixel(): for what is chosen where that ray
-    /// ends, as its light differs across the pixel. Two such dimensions are not spread together:
-    /// use them for parts of the light that are added, such as the sky's and a bounce's.
+    /// The point of the lens that it starts from.
+    [[nodiscard]] Pair on_lens() const noexcept { return pair(kLensPoint); }
+    /// For choices at the first surface that the ray meets, whose light differs across the pixel:
+    /// spread together with in_pixel(). Each number is evenly spread at every power of two, the two
+    /// of them nearly as well as those of pair(). Two such dimensions are not spread together: use
+    /// them for parts of the light that are added, such as the sky's and a bounce's.
     [[nodiscard]] Pair across_pixel(std::uint32_t dimension) const noexcept {
         const std::uint32_t index =
             scramble(m_sample, static_cast<std::uint32_t>(core::hash64(m_pixel, kPixelPoint)));
@@ -87,7 +89,9 @@ private:
         return reverse(mix_upwards(index, seed));
     }
 
+    // Of all dimensions: the others are hashes of 32 bits, which hardly ever are one of these.
     static constexpr std::uint32_t kPixelPoint = 0xffff0000;
+    static constexpr std::uint32_t kLensPoint = 0xffff0001;
 
     std::uint64_t m_pixel = 0;
     std::uint32_t m_sample = 0;

@@ -13,11 +13,11 @@ struct SobolDimension {
     std::uint32_t coefficients = 0;  ///< without the first and the last one, which are 1
     std::array<std::uint32_t, 3> first{};
 };
-/// Dimension 0 is the index with its bits reversed, and not made here.
+/// Dimensions 1 to 3; dimension 0 is the index with its bits reversed, and not made here.
 /// Ref: Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
 /// J. Sci. Comput. 30(5), 2008 (new-joe-kuo-6).
-inline constexpr std::array<SobolDimension, 4> kSobolDimensions{
-    {{}, {1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}}};
+inline constexpr std::array<SobolDimension, 3> kSobolDimensions{
+    {{1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}}};
 
 /// The columns of a dimension's generator matrix.
 [[nodiscard]] constexpr std::array<std::uint32_t, 32> sobol_columns(
@@ -49,13 +49,14 @@ using SobolTables = std::array<std::array<std::uint32_t, 256>, 4>;
     return out;
 }
 template <int kDimension>
-inline constexpr SobolTables kSobolTables = sobol_tables(kSobolDimensions[kDimension]);
+inline constexpr SobolTables kSobolTables = sobol_tables(kSobolDimensions[kDimension - 1]);
 
-/// A number of the sequence, as 32 bits after the binary point.
+/// A number of the sequence at an index (not in the order of Gray codes), as 32 bits after the
+/// binary point.
 /// @tparam kDimension 1 to 3
 template <int kDimension>
 [[nodiscard]] constexpr std::uint32_t sobol_number(std::uint32_t index) noexcept {
-    static_assert(kDimension >= 1 && kDimension < static_cast<int>(kSobolDimensions.size()));
+    static_assert(kDimension >= 1 && kDimension <= static_cast<int>(kSobolDimensions.size()));
     const SobolTables& tables = kSobolTables<kDimension>;
     return tables[0][index & 255] ^ tables[1][index >> 8 & 255] ^ tables[2][index >> 16 & 255] ^
            tables[3][index >> 24];

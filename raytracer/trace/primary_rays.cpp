@@ -3,12 +3,6 @@
 #include <optional>
 
 namespace terravox::trace {
-namespace {
-
-constexpr std::uint32_t kLensPoint = 0xffff0001;
-
-}  // namespace
-
 void PrimaryRays::make(std::uint32_t sample) {
     m_rays = m_wave.begin(m_active.size());
     const auto size = static_cast<std::uint32_t>(m_active.size());
@@ -45,9 +39,8 @@ void PrimaryRays::make_single(std::uint32_t place) {
     const shade::View& view = m_tools.view;
     const walk::BeamStart& start = m_pixels[m_active[place]].block->start;
     const auto [px, py] = picture_point(place);
-    const shade::Sampler::Pair lens = view.camera.has_lens()
-                                          ? m_samples[place].numbers.pair(kLensPoint)
-                                          : shade::Sampler::Pair{0.5, 0.5};
+    const shade::Sampler::Pair lens = view.camera.has_lens() ? m_samples[place].numbers.on_lens()
+                                                             : shade::Sampler::Pair{0.5, 0.5};
     const std::optional<core::Ray> sent = view.camera.ray(px, py, lens.u, lens.v);
     walk::TracedRay& ray = m_rays[place];
     ray = m_tools.shading->primary(sent ? *sent : view.camera.ray(px, py), place);
