@@ -21,13 +21,6 @@ void each_shown(const Scene& scene, const Visit& visit) {
                 visit(i, x, z);
 }
 
-Light without_veil(const Light& seen, const Light& veil) noexcept {
-    Light out{};
-    for (std::size_t c = 0; c < 3; ++c)
-        out[c] = std::max(seen[c] - veil[c], 0.0F);
-    return out;
-}
-
 /// The darkest that is seen, beyond what leaves in the shadow return.
 Light veil_of(std::span<const Scene> scenes) {
     constexpr double kDarkest = 0.003;
@@ -202,6 +195,13 @@ bool is_leaf_green(const Light& seen) noexcept {
 }
 
 }  // namespace
+
+Light without_veil(const Light& seen, const Light& veil) noexcept {
+    Light out{};
+    for (std::size_t c = 0; c < 3; ++c)
+        out[c] = std::max(seen[c] - veil[c], 0.0F);
+    return out;
+}
 
 FlightLight measure_light(std::span<const Scene> scenes, const std::optional<Sun>& sun) {
     FlightLight out;

@@ -18,6 +18,9 @@ struct FlightLight {
     std::array<float, kKinds> typical{};
 };
 
+/// What is seen, less the veil; never below 0.
+[[nodiscard]] Light without_veil(const Light& seen, const Light& veil) noexcept;
+
 /// Measures sky, veil and gain. Each is a median or a percentile over the scenes; what cannot be
 /// measured has the value that changes nothing. The gain is 1 while brightness and hue of crowns
 /// and grass lie in the range that they have in nature.

@@ -1,13 +1,8 @@
 #include "voxelserver/sunlight/light_removal.hpp"
 
-#include <algorithm>
 #include <optional>
 
-#include "voxelserver/sunlight/received_light.hpp"
-
 namespace terravox::sunlight {
-
-static_assert(kEdgeReach == kMostCompared + kSurfaceEdge);
 
 std::vector<Light> remove_light(const Scene& scene, const FlightLight& light) {
     std::vector<Light> out(scene.size());
@@ -24,9 +19,9 @@ std::vector<Light> remove_light(const Scene& scene, const FlightLight& light) {
             if (scene.shown[i] == 0)
                 continue;
             const Light lit = received ? received->at(x, z) : Light{1, 1, 1};
+            const Light seen = without_veil(scene.photo[i], light.veil);
             for (std::size_t c = 0; c < 3; ++c)
-                out[i][c] =
-                    light.gain[c] * std::max(scene.photo[i][c] - light.veil[c], 0.0F) / lit[c];
+                out[i][c] = light.gain[c] * seen[c] / lit[c];
         }
     return out;
 }

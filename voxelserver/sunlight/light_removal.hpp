@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "voxelserver/sunlight/light_levels.hpp"
+#include "voxelserver/sunlight/received_light.hpp"
 
 namespace terravox::sunlight {
 
-/// How far from a cell remove_light() looks at the photograph, cells.
-inline constexpr int kEdgeReach = 9;
+/// Cells next to the margin that get no albedo, as not all around them is known.
+inline constexpr int kEdgeReach = kMaxCompareReach + kSurfaceEdge;
 
 /// The photograph without sun, shadow and sky: albedo, linear, not yet clamped.
 ///

@@ -16,9 +16,9 @@ using ByShare = std::array<float, kShares>;
 
 int reach_of(const Scene& scene) {
     constexpr double kReach_m = 6;
-    constexpr int kLeast = 3;
-    return std::clamp(static_cast<int>(std::lround(kReach_m / scene.cell_m)), kLeast,
-                      kMostCompared);
+    constexpr int kMin = 3;
+    return std::clamp(static_cast<int>(std::lround(kReach_m / scene.cell_m)), kMin,
+                      kMaxCompareReach);
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
             continue;
         const Light received = light_of(i, surface.lit[i] * surface.facing[i]);
         for (std::size_t c = 0; c < 3; ++c) {
-            m_root[i][c] = std::sqrt(std::max(scene.photo[i][c] - light.veil[c], 0.0F));
+            m_root[i][c] = std::sqrt(without_veil(scene.photo[i], light.veil)[c]);
             m_albedo_root[i][c] = m_root[i][c] / std::sqrt(received[c]);
         }
     }
@@ -50,7 +50,7 @@ Light ReceivedLight::at(int x, int z) const {
 
 /// Sunlight at a cell, over that on flat ground in the sun.
 float ReceivedLight::sun_at(int x, int z) const {
-    constexpr float kNearlyAll = 0.95F;
+    constexpr float kNearlyAll = 0.95F;  // hardly darker than what it is compared with
     const std::size_t i = m_scene.index(x, z);
     float sun = m_surface.lit[i] * m_surface.facing[i];
     if (m_surface.edge[i] != 0) {
@@ -58,7 +58,7 @@ float ReceivedLight::sun_at(int x, int z) const {
             sun = *lit * m_surface.facing[i];
     } else if (sun >= kNearlyAll)
         return sun;
-    return std::max(sun, least_sun(x, z));
+    return std::max(sun, min_sun(x, z));
 }
 
 Light ReceivedLight::light_of(std::size_t i, float sun) const noexcept {
@@ -69,8 +69,8 @@ Light ReceivedLight::light_of(std::size_t i, float sun) const noexcept {
 }
 
 // Each share of the sun gives the cell another albedo. The likelier one is that which occurs around
-// the cell, where surface and photograph agree: a density of kernels over these cells, in square
-// roots of light, in which differences look alike. The kernel falls off slowly, as a cell may have
+// the cell, away from edges of shadows: a density of kernels over these cells, in square roots of
+// light, in which differences look alike. The kernel falls off slowly, as a cell may have
 // an albedo of its own. Ref: Duda, Hart, Stork, "Pattern Classification", 2001, 4.3 (Parzen).
 std::optional<float> ReceivedLight::lit_by_photo(int x, int z) const {
     constexpr float kDifference = 0.05F;  // the half width of the kernel
@@ -117,20 +117,20 @@ std::optional<float> ReceivedLight::lit_by_photo(int x, int z) const {
     return sum / weights;
 }
 
-// Without so much sun the cell would be much brighter than its surroundings: it does not lie in a
-// shadow, whatever the surface says.
-float ReceivedLight::least_sun(int x, int z) const {
-    constexpr float kBrightest = 1.6F;
+// With less sun the cell would be brighter than anything around it: it does not lie in a shadow,
+// whatever the surface says.
+float ReceivedLight::min_sun(int x, int z) const {
     const std::size_t i = m_scene.index(x, z);
-    const float lit_around = typical_around(x, z, m_scene.kind[i]);
-    if (!(lit_around > 0))
+    const float limit = max_brightness(x, z, m_scene.kind[i]);
+    if (!(limit > 0))
         return 0;
-    const float light = brightness(i) / (kBrightest * lit_around);
-    return std::min((light - m_sky) / (1 - m_sky), 1.0F);
+    return std::min((brightness(i) / limit - m_sky) / (1 - m_sky), 1.0F);
 }
 
-// What cells of a kind would look like in the sun; 0 = nothing is known.
-float ReceivedLight::typical_around(int x, int z, Kind kind) const {
+// How bright a cell of a kind may be in the sun; 0 = nothing is known. Beside grass only, it may be
+// a road.
+float ReceivedLight::max_brightness(int x, int z, Kind kind) const {
+    constexpr float kAboveMean = 1.6F;
     constexpr int kEnough = 3;
     const auto nothing = [](const Around& a) {
         return a.lit_count < kEnough && a.shadow_count < kEnough;
@@ -141,15 +141,15 @@ float ReceivedLight::typical_around(int x, int z, Kind kind) const {
     if (nothing(around))
         around = look_around(x, z, std::nullopt, true);
     if (around.lit_count >= kEnough)
-        return around.lit;
+        return std::max(kAboveMean * around.lit, around.brightest_lit);
     if (around.shadow_count < kEnough)
         return 0;
     // Where nothing lies in the sun, it follows from the shadow; but nothing is much brighter than
     // its kind is elsewhere.
-    constexpr float kBrightest = 1.2F;
+    constexpr float kAboveTypical = 1.2F;
     const float lit = around.shadow / m_sky;
     const float typical = m_light.typical[static_cast<std::size_t>(kind)];
-    return typical > 0 ? std::min(lit, kBrightest * typical) : lit;
+    return kAboveMean * (typical > 0 ? std::min(lit, kAboveTypical * typical) : lit);
 }
 
 /// @param kind nullopt = all
@@ -166,7 +166,9 @@ ReceivedLight::Around ReceivedLight::look_around(int x, int z, std::optional<Kin
             if (m_surface.lit[j] > 0.5F) {
                 const float light =
                     m_sky * m_surface.sky_seen[j] + (1 - m_sky) * m_surface.facing[j];
-                out.lit += brightness(j) / light;
+                const float on_flat_ground = brightness(j) / light;
+                out.lit += on_flat_ground;
+                out.brightest_lit = std::max(out.brightest_lit, on_flat_ground);
                 ++out.lit_count;
             } else {
                 out.shadow += brightness(j);

@@ -8,35 +8,36 @@
 
 namespace terravox::sunlight {
 
-/// How far from a cell its photograph is compared with others, cells.
-inline constexpr int kMostCompared = 6;
+/// How far from a cell its photograph is compared with that of others at most, cells.
+inline constexpr int kMaxCompareReach = 6;
 
 /// The light that cells receive, by their surface and their photograph.
 class ReceivedLight {
 public:
-    /// @param scene,surface,light must outlive this object
+    /// @param scene without gaps (fill_gaps); all three must outlive this object
     ReceivedLight(const Scene& scene, const SurfaceLight& surface, const FlightLight& light);
 
     /// Light of sun and sky at a cell, over that on flat ground in the sun, by channel: (0, 2.5].
-    /// Where the surface is certain it is the surface's, but for cells that are too bright for a
-    /// shadow; near edges of shadows the photograph decides.
-    /// @param x,z shown, and at least kMostCompared + kSurfaceEdge cells from the margin
+    /// Where the surface is certain it is the surface's, but for cells that are too bright for
+    /// that; near edges of shadows the photograph decides.
+    /// @param x,z shown, and at least kMaxCompareReach + kSurfaceEdge cells from the margin
     [[nodiscard]] Light at(int x, int z) const;
 
 private:
-    /// Luminance of what lies around a cell, as it would be on flat ground; 0 = not known.
+    /// Luminances of what lies around a cell, means but for one.
     struct Around {
-        float lit = 0;
+        float lit = 0;            ///< of what lies in the sun, as it would be on flat ground
+        float brightest_lit = 0;  ///< the brightest of these
         int lit_count = 0;
-        float shadow = 0;
+        float shadow = 0;  ///< of what lies in shadows, as it is
         int shadow_count = 0;
     };
 
     [[nodiscard]] Light light_of(std::size_t i, float sun) const noexcept;
     [[nodiscard]] float sun_at(int x, int z) const;
     [[nodiscard]] std::optional<float> lit_by_photo(int x, int z) const;
-    [[nodiscard]] float least_sun(int x, int z) const;
-    [[nodiscard]] float typical_around(int x, int z, Kind kind) const;
+    [[nodiscard]] float min_sun(int x, int z) const;
+    [[nodiscard]] float max_brightness(int x, int z, Kind kind) const;
     [[nodiscard]] Around look_around(int x, int z, std::optional<Kind> kind, bool edges) const;
     [[nodiscard]] float brightness(std::size_t i) const noexcept;
 

@@ -50,9 +50,9 @@ Slope shading_slope(const Slope& slope, Kind kind) noexcept {
 
 /// Limited, as slopes are not exact.
 float facing_of(const Facing& facing, const Slope& slope) noexcept {
-    constexpr float kLeast = 0.15F;
-    constexpr float kMost = 2.5F;
-    return std::clamp(facing.on(slope), kLeast, kMost);
+    constexpr float kMin = 0.15F;
+    constexpr float kMax = 2.5F;
+    return std::clamp(facing.on(slope), kMin, kMax);
 }
 
 /// The share of the sky that a slope sees.

@@ -7,14 +7,17 @@
 
 namespace terravox::sunlight {
 
-/// How the sun and the sky light the cells of a scene by its heights alone; index as in Scene.
+/// How the sun and the sky light the cells of a scene by their heights and kinds, without the
+/// photograph; index as in Scene.
 struct SurfaceLight {
-    std::vector<float> lit;          ///< share of the sun's disc that is seen, [0, 1]
+    /// Share of the sun that is seen, as by Sunlit: [0, 1]. 1 where no height is known.
+    std::vector<float> lit;
     std::vector<std::uint8_t> edge;  ///< 1 = near the edge of a shadow, where `lit` is not certain
-    std::vector<float> facing;       ///< sunlight on its slope over that on flat ground
-    std::vector<float> sky_seen;     ///< share of the sky above its slope, (0.5, 1]
+    std::vector<float> facing;    ///< sunlight on its slope over that on flat ground, [0.15, 2.5]
+    std::vector<float> sky_seen;  ///< share of the sky above its slope, (0.5, 1]
 };
 
+/// @param scene without gaps (fill_gaps)
 /// @return valid for inner cells; `edge` for those at least kSurfaceEdge from the margin
 [[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Sun& sun);
 inline constexpr int kSurfaceEdge = 3;

@@ -154,18 +154,16 @@ TEST_CASE("a shadow that lies a metre beside that of the surface is taken out of
           "[sunlight][removal]") {
     const Scene truth = meadow();
     Scene scene = truth;
-    // A hedge from west to east, 4 m high: its shadow, as deep as it is high, lies to the west of
-    // its end in the photograph, and one cell further north by the surface.
-    const auto casts = [](int x, int z, int north) {
-        return x == kMiddle + 6 && z >= 40 - north && z < 60 - north;
-    };
+    // A hedge from north to south, 4 m high. The sun stands at 45 degrees in the east: its shadow
+    // reaches 4 m to the west, and begins a cell further south in the photograph.
+    constexpr int kHedge = kMiddle + 4;
+    const auto beside_hedge = [](int z) { return z >= 39 && z < 59; };
     for (int z = 0; z < scene.height; ++z)
         for (int x = 0; x < scene.width; ++x) {
             const std::size_t i = scene.index(x, z);
-            if (casts(x, z, 1))
+            if (x == kHedge && beside_hedge(z))
                 scene.top_m[i] = 4;
-            const bool dark = x < kMiddle + 6 && x > kMiddle + 1 && casts(kMiddle + 6, z, 0);
-            if (dark)
+            if (x < kHedge && x >= kHedge - 4 && beside_hedge(z - 1))
                 for (std::size_t c = 0; c < 3; ++c)
                     scene.photo[i][c] *= kSky[c];
         }

@@ -140,7 +140,7 @@ std::vector<std::int32_t> starts(std::int32_t first, std::int32_t end, int block
 
 int shadow_patches(double voxel_m) noexcept {
     constexpr double kReach_m = 60;
-    // Shadows of 56 voxels are followed in one patch around: enough at 1 m.
+    // One patch around follows shadows of 55 voxels (kPatchSize - kEdgeReach): enough at 1 m.
     return std::clamp(static_cast<int>(std::lround(kReach_m / (grid::kPatchSize * voxel_m))), 1,
                       kMaxShadowPatches);
 }
