@@ -22,8 +22,9 @@ struct FlightLight {
 [[nodiscard]] Light without_veil(const Light& seen, const Light& veil) noexcept;
 
 /// Measures sky, veil and gain. Each is a median or a percentile over the scenes; what cannot be
-/// measured has the value that changes nothing. The gain is 1 while brightness and hue of crowns
-/// and grass lie in the range that they have in nature.
+/// measured has the value that changes nothing. The gain brings back what haze took away, as its
+/// veil tells; otherwise it is 1 while brightness and hue of crowns and grass lie in the range that
+/// they have in nature.
 /// @param scenes parts of one photograph, without gaps (fill_gaps)
 [[nodiscard]] FlightLight measure_light(std::span<const Scene> scenes,
                                         const std::optional<Sun>& sun);

@@ -82,6 +82,31 @@ TEST_CASE("shadows leave no edge, and albedo is much nearer to the truth than th
     CHECK(std::abs(after) <= 0.1 * before);
 }
 
+TEST_CASE("what haze took away comes back, as its veil tells", "[sunlight][levels]") {
+    const Sun sun{150, 40};
+    const MadeTown town(14);
+    const auto mean_albedo = [&](const Weather& weather) {
+        const Scene scene = town.photographed(sun, weather);
+        const auto albedo = remove_light(scene, measure_light(std::array{scene}, sun));
+        double sum = 0;
+        double count = 0;
+        each_result(scene, [&](std::size_t i, int, int) {
+            sum += static_cast<double>(albedo[i][1]);
+            ++count;
+        });
+        return sum / count;
+    };
+    Weather clear;
+    Weather hazy;
+    hazy.veil = 0.04F;
+    hazy.lost = 0.25F;
+    // A quarter is lost, of which the veil tells most; it is measured carefully, so never too much.
+    const double back = mean_albedo(hazy) / mean_albedo(clear);
+    CAPTURE(back);
+    CHECK(back > 0.85);
+    CHECK(back < 1.02);
+}
+
 TEST_CASE("a photograph that lies a metre off its surface keeps no bright or dark seams",
           "[sunlight][removal]") {
     const Sun sun{150, 40};

@@ -17,6 +17,7 @@ struct Weather {
     float sky = 0.2F;  ///< light in the shadow over that in the sun
     float veil = 0;
     float clouds = 0;  ///< how much of the sun clouds take away, in places
+    float lost = 0;    ///< share of the light that the air between takes away
 };
 
 /// Flat ground in fields of different brightness, with houses of flat roofs on it.
@@ -98,7 +99,8 @@ public:
                     static_cast<float>(0.5 + 0.5 * std::sin(x * 0.05) * std::cos(z * 0.07));
                 const float sunlight = sunlit(x, z, sun) * (1 - cloud);
                 const float light = weather.sky + (1 - weather.sky) * sunlight;
-                const float value = albedo(x, z) * grain * light + weather.veil;
+                const float value =
+                    (1 - weather.lost) * albedo(x, z) * grain * light + weather.veil;
                 scene.photo[i] = {value, value, value};
                 scene.shown[i] = 1;
             }
