@@ -41,15 +41,19 @@ std::filesystem::path config_dir() {
     throw Error("find the configuration: no materials.toml in " + tried + "; set TERRAVOX_CONFIG");
 }
 
-std::string toml_ids(const std::filesystem::path& folder) {
+std::vector<std::string> toml_id_list(const std::filesystem::path& folder) {
     std::vector<std::string> ids;
     std::error_code ignored;
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
         if (entry.path().extension() == ".toml")
             ids.push_back(entry.path().stem().string());
     std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+std::string toml_ids(const std::filesystem::path& folder) {
     std::string out;
-    for (const auto& id : ids)
+    for (const auto& id : toml_id_list(folder))
         out += (out.empty() ? "" : ", ") + id;
     return out;
 }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace terravox::util {
 
@@ -11,8 +12,9 @@ namespace terravox::util {
 /// @throws Error listing every place that was tried when there is none
 [[nodiscard]] std::filesystem::path config_dir();
 
-/// The ids of the .toml files in a folder, sorted: "a, b, c", for messages. Empty when the folder
-/// does not exist.
+/// The ids of the .toml files in a folder, sorted. Empty when the folder does not exist.
+[[nodiscard]] std::vector<std::string> toml_id_list(const std::filesystem::path& folder);
+/// The same as "a, b, c", for messages.
 [[nodiscard]] std::string toml_ids(const std::filesystem::path& folder);
 
 /// Resolves `extends = "<id>"` in `file`: <id>.toml next to it, else the one that ships in the

@@ -1,24 +1,39 @@
 #include "voxelserver/voxelize/columns/load_report.hpp"
 #include "common/util/log.hpp"
 
+#include <bitset>
 #include <string>
 #include <utility>
 
 namespace terravox::voxelize {
 namespace {
 
-std::string unknown_classes(const store::PointCounts& counts, const ClassTable& classes) {
+std::bitset<256> unknown_codes(const store::PointCounts& counts, const ClassTable& classes) {
+    std::bitset<256> out;
+    for (std::size_t c = 0; c < counts.by_class.size(); ++c)
+        out[c] = counts.by_class[c] > 0 && !classes.meaning[c].known;
+    return out;
+}
+
+std::string list_of(const std::bitset<256>& codes, const store::PointCounts& counts) {
     constexpr int kNamed = 8;
     std::string out;
     int found = 0;
-    for (std::size_t c = 0; c < counts.by_class.size(); ++c) {
-        if (counts.by_class[c] == 0 || classes.meaning[c].known)
+    for (std::size_t c = 0; c < codes.size(); ++c) {
+        if (!codes[c])
             continue;
         if (++found <= kNamed)
             out += (out.empty() ? "" : ", ") + std::to_string(c) + " (" +
                    std::to_string(counts.by_class[c]) + " points)";
     }
     return found > kNamed ? out + " and " + std::to_string(found - kNamed) + " more" : out;
+}
+
+/// What becomes of points of these classes, and what to do about it.
+std::string shown_as(const std::bitset<256>& codes) {
+    const std::string tables = tables_that_name(codes);
+    return tables.empty() ? "shown as `unknown`"
+                          : "shown as `unknown`; tables that name them (--classes): " + tables;
 }
 
 }  // namespace
@@ -32,10 +47,9 @@ void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
         if (counts.outliers > 0)
             util::log_warn("{}: {} stray points, outside the bounds of all others; left out", path,
                            counts.outliers);
-        const std::string unknown = unknown_classes(counts, m_classes);
-        if (!unknown.empty())
-            util::log_warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`",
-                           path, m_classes.id, unknown);
+        if (const std::bitset<256> unknown = unknown_codes(counts, m_classes); unknown.any())
+            util::log_warn("{}: classes that the table '{}' does not name: {}; {}", path,
+                           m_classes.id, list_of(unknown, counts), shown_as(unknown));
         const std::lock_guard lock(m_mutex);
         m_counts.add(counts);
     });
@@ -47,12 +61,12 @@ void LoadReport::add_part(std::size_t file, const store::PointCounts& counts) {
     const std::string path = m_files[file].info.path.string();
     if (counts.outliers > 0 && !std::exchange(logged.stray, true))
         util::log_warn("{}: stray points, outside the bounds of all others; left out", path);
-    for (std::size_t c = 0; c < counts.by_class.size(); ++c)
-        if (counts.by_class[c] > 0 && !m_classes.meaning[c].known && !logged.classes[c]) {
-            logged.classes[c] = true;
-            util::log_warn("{}: class {}, which the table '{}' does not name; shown as `unknown`",
-                           path, c, m_classes.id);
-        }
+    const std::bitset<256> unknown = unknown_codes(counts, m_classes) & ~logged.classes;
+    logged.classes |= unknown;
+    for (std::size_t c = 0; c < unknown.size(); ++c)
+        if (unknown[c])
+            util::log_warn("{}: class {}, which the table '{}' does not name; {}", path, c,
+                           m_classes.id, shown_as(std::bitset<256>().set(c)));
 }
 
 store::PointCounts LoadReport::counts() const {

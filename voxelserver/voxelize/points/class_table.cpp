@@ -116,4 +116,24 @@ ClassTable load_class_table(const std::string& id_or_path) {
     return table;
 }
 
+std::string tables_that_name(const std::bitset<256>& codes) {
+    const auto names_all = [&](const std::string& id) {
+        try {
+            const ClassTable table = load_class_table(id);
+            for (std::size_t c = 0; c < codes.size(); ++c)
+                if (codes[c] && !table.meaning[c].known)
+                    return false;
+            return true;
+        } catch (const util::Error&) {
+            // It is not the one that was asked for: whoever chooses it is told what is wrong.
+            return false;
+        }
+    };
+    std::string out;
+    for (const std::string& id : util::toml_id_list(util::config_dir() / "classes"))
+        if (names_all(id))
+            out += (out.empty() ? "" : ", ") + id;
+    return out;
+}
+
 }  // namespace terravox::voxelize

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -43,5 +44,9 @@ struct ClassTable {
 /// @throws UsageError for an unknown id (listing the available ones); Error for a bad file, naming
 /// field, value and allowed range
 [[nodiscard]] ClassTable load_class_table(const std::string& id_or_path);
+
+/// The ids of the tables in config/classes that define all of these class codes, separated by ", ";
+/// empty: none does. Tables that cannot be read are left out.
+[[nodiscard]] std::string tables_that_name(const std::bitset<256>& codes);
 
 }  // namespace terravox::voxelize

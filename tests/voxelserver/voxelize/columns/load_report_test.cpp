@@ -61,6 +61,17 @@ TEST_CASE("of many unknown classes eight are named", "[voxelserver][voxelize][re
     CHECK(f.log.count("48") == 0);
 }
 
+TEST_CASE("tables that name what is unknown are named", "[voxelserver][voxelize][report]") {
+    Fixture f;
+    f.report.add_whole(0, counts_of({2, 64, 65}));
+    CHECK(f.log.text() ==
+          "a.laz: classes that the table 'small' does not name: 64 (1 points), 65 (1 points); "
+          "shown as `unknown`; tables that name them (--classes): fr-lidarhd\n");
+    f.report.add_part(1, counts_of({64}));
+    CHECK(f.log.count("b.laz: class 64, which the table 'small' does not name; shown as "
+                      "`unknown`; tables that name them (--classes): fr-lidarhd") == 1);
+}
+
 TEST_CASE("what is met in parts is logged once for each file, without its number",
           "[voxelserver][voxelize][report]") {
     Fixture f;

@@ -148,3 +148,16 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
                           contains(file.string()) && contains(c.said));
     }
 }
+
+TEST_CASE("tables are found by the codes that they name", "[voxelserver][classes]") {
+    const auto of = [](std::initializer_list<std::size_t> codes) {
+        std::bitset<256> out;
+        for (const std::size_t c : codes)
+            out.set(c);
+        return tables_that_name(out);
+    };
+    CHECK(of({64, 67}) == "fr-lidarhd");
+    CHECK(of({26}) == "nl-ahn");
+    CHECK(of({26, 64}).empty());
+    CHECK_THAT(of({2, 6}), contains("asprs, ch-swisstopo"));
+}
