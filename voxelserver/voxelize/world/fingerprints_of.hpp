@@ -6,8 +6,6 @@ namespace terravox::imagery {
 class Orthophotos;
 }  // namespace terravox::imagery
 
-namespace terravox::voxelize {}
-
 namespace terravox::voxelize {
 
 struct Sources;
