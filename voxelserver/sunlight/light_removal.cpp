@@ -4,24 +4,32 @@
 
 namespace terravox::sunlight {
 
-std::vector<Light> remove_light(const Scene& scene, const FlightLight& light) {
+std::vector<Light> remove_light(const Scene& scene, const LightField& light) {
     std::vector<Light> out(scene.size());
     std::optional<SurfaceLight> surface;
     std::optional<ReceivedLight> received;
-    if (light.sun) {
-        surface = surface_light(scene, *light.sun);
-        received.emplace(scene, *surface, light);
+    if (light.middle.sun) {
+        surface = surface_light(scene, *light.middle.sun);
+        received.emplace(scene, *surface, light.middle);
     }
     const int border = scene.margin + kEdgeReach;
+    const auto along = [&](int at, int side) {
+        return (static_cast<float>(at - border) + 0.5F) / static_cast<float>(side - 2 * border);
+    };
     for (int z = border; z < scene.height - border; ++z)
         for (int x = border; x < scene.width - border; ++x) {
             const std::size_t i = scene.index(x, z);
             if (scene.shown[i] == 0)
                 continue;
-            const Light lit = received ? received->at(x, z) : Light{1, 1, 1};
-            const Light seen = without_veil(scene.photo[i], light.veil);
-            for (std::size_t c = 0; c < 3; ++c)
-                out[i][c] = light.gain[c] * seen[c] / lit[c];
+            const LightField::Levels levels =
+                light.at(along(x, scene.width), along(z, scene.height));
+            const Light seen = without_veil(scene.photo[i], levels.veil);
+            const float sun = received ? received->sun_at(x, z) : 1;
+            const float sky_seen = received ? surface->sky_seen[i] : 1;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float lit = levels.sky[c] * sky_seen + (1 - levels.sky[c]) * sun;
+                out[i][c] = levels.gain[c] * seen[c] / lit;
+            }
         }
     return out;
 }

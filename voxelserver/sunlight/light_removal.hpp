@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "voxelserver/sunlight/light_blend.hpp"
 #include "voxelserver/sunlight/received_light.hpp"
 
 namespace terravox::sunlight {
@@ -15,8 +16,9 @@ inline constexpr int kEdgeReach = kMaxCompareReach + kSurfaceEdge;
 /// where surface and photograph differ by up to a metre, the photograph decides: a cell receives
 /// as much light as gives it an albedo that occurs around it.
 /// @param scene without gaps (fill_gaps)
+/// @param light over the cells that get an albedo
 /// @return of all cells; valid for those that are shown and at least margin + kEdgeReach away from
 /// all edges
-[[nodiscard]] std::vector<Light> remove_light(const Scene& scene, const FlightLight& light);
+[[nodiscard]] std::vector<Light> remove_light(const Scene& scene, const LightField& light);
 
 }  // namespace terravox::sunlight

@@ -44,11 +44,6 @@ ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
     }
 }
 
-Light ReceivedLight::at(int x, int z) const {
-    return light_of(m_scene.index(x, z), sun_at(x, z));
-}
-
-/// Sunlight at a cell, over that on flat ground in the sun.
 float ReceivedLight::sun_at(int x, int z) const {
     constexpr float kNearlyAll = 0.95F;  // hardly darker than what it is compared with
     const std::size_t i = m_scene.index(x, z);

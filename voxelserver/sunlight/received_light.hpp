@@ -11,17 +11,17 @@ namespace terravox::sunlight {
 /// How far from a cell its photograph is compared with that of others at most, cells.
 inline constexpr int kMaxCompareReach = 6;
 
-/// The light that cells receive, by their surface and their photograph.
+/// The sunlight that cells receive, by their surface and their photograph.
 class ReceivedLight {
 public:
     /// @param scene without gaps (fill_gaps); all three must outlive this object
     ReceivedLight(const Scene& scene, const SurfaceLight& surface, const FlightLight& light);
 
-    /// Light of sun and sky at a cell, over that on flat ground in the sun, by channel: (0, 2.5].
-    /// Where the surface is certain it is the surface's, but for cells that are too bright for
-    /// that; near edges of shadows the photograph decides.
+    /// Sunlight at a cell, over that on flat ground in the sun: [0, 2.5]. Where the surface is
+    /// certain it is the surface's, but for cells that are too bright for that; near edges of
+    /// shadows the photograph decides.
     /// @param x,z shown, and at least kMaxCompareReach + kSurfaceEdge cells from the margin
-    [[nodiscard]] Light at(int x, int z) const;
+    [[nodiscard]] float sun_at(int x, int z) const;
 
 private:
     /// Luminances of what lies around a cell, means but for one.
@@ -34,7 +34,6 @@ private:
     };
 
     [[nodiscard]] Light light_of(std::size_t i, float sun) const noexcept;
-    [[nodiscard]] float sun_at(int x, int z) const;
     [[nodiscard]] std::optional<float> lit_by_photo(int x, int z) const;
     [[nodiscard]] float min_sun(int x, int z) const;
     [[nodiscard]] float max_brightness(int x, int z, Kind kind) const;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "common/util/linear_light.hpp"
+#include "tests/bench/accuracy/linear_colour.hpp"
 #include "voxelserver/survey/survey.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
 #include "voxelserver/voxelize/steps/photo_lights.hpp"
@@ -25,14 +25,6 @@ survey::SurveyOptions survey_of(const Flight& flight, const std::filesystem::pat
     out.threads = threads;
     out.folder = folder;
     return out;
-}
-
-double linear_of(std::uint8_t value) {
-    return static_cast<double>(util::to_linear(value)) / util::kBrightest;
-}
-
-double luminance_of(voxel::Rgb8 c) {
-    return 0.2126 * linear_of(c.r) + 0.7152 * linear_of(c.g) + 0.0722 * linear_of(c.b);
 }
 
 double squared_difference(voxel::Rgb8 a, voxel::Rgb8 b) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/bench/accuracy/photo_flights.hpp"
+#include "tests/bench/accuracy/photo_seams.hpp"
 #include "tests/bench/bench.hpp"
 
 namespace terravox::bench::accuracy_photo_entry {
@@ -57,6 +58,9 @@ void measure(const Context& c, Readings& readings) {
     };
     add("clear", clear);
     add("haze or clouds", dim);
+    const SeamSteps steps = measure_seams(c.scratch / "photo-mosaic", c.threads);
+    readings.add("mosaic of nine: step across borders of photographs", "log", steps.at_borders);
+    readings.add("mosaic of nine: step across other lines", "log", steps.elsewhere);
     readings.note(table);
 }
 
@@ -65,8 +69,8 @@ const Registration kRegistered([] {
     out.name = "accuracy/photo";
     out.measures = "the sun of photographs, and their colours without light, against the truth";
     out.work =
-        "twenty synthetic flights over squares of 512 m (8 pulses/m2, photographs of 0.5 m), "
-        "voxels of 1 m";
+        "twenty synthetic flights over squares of 512 m (8 pulses/m2, photographs of 0.5 m), and "
+        "nine photographs of 256 m side by side; voxels of 1 m";
     out.missing = [](const Context&) { return std::string(); };
     out.exact = true;
     out.prepare = [](const Context& c) -> Body {

@@ -115,8 +115,9 @@ void brighten(std::uint32_t image, const Light& gain, Raster& out) {
 }
 
 /// Replaces the colours that come from an image by albedo.
-void relight(std::uint32_t image, const PhotoLight& light, const Scene& scene, Raster& out) {
-    const std::vector<Light> albedo = sunlight::remove_light(scene, light.light);
+void relight(std::uint32_t image, const sunlight::LightField& light, const Scene& scene,
+             Raster& out) {
+    const std::vector<Light> albedo = sunlight::remove_light(scene, light);
     const int first = (scene.width - grid::kPatchSize) / 2;
     for (int z = 0; z < grid::kPatchSize; ++z)
         for (int x = 0; x < grid::kPatchSize; ++x) {
@@ -124,6 +125,13 @@ void relight(std::uint32_t image, const PhotoLight& light, const Scene& scene, R
             if ((out.flags[i] & Raster::kColour) != 0 && out.image[i] == image)
                 out.colour[i] = srgb_of(albedo[scene.index(x + first, z + first)]);
         }
+}
+
+std::vector<grid::ColumnRect> rects_of(const imagery::Orthophotos& images) {
+    std::vector<grid::ColumnRect> out;
+    for (const imagery::Orthophotos::Input& image : images.inputs())
+        out.push_back(image.rect);
+    return out;
 }
 
 }  // namespace
@@ -135,6 +143,7 @@ PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
       m_times(times),
       m_voxel_m(points.sources().frame.voxel_m()),
       m_around(shadow_patches(m_voxel_m)),
+      m_mosaic(rects_of(images)),
       m_lights((images.count() + 1) * kLightBytes) {}
 
 Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
@@ -196,6 +205,29 @@ PhotoLight PhotoLights::light_of(std::size_t image) {
         [](const auto&) { return sizeof(PhotoLight); });
 }
 
+/// At a column of an image whose sun is known.
+sunlight::FlightLight PhotoLights::light_at(std::size_t image, std::int32_t x, std::int32_t z) {
+    const sunlight::FlightLight own = light_of(image).light;
+    std::vector<sunlight::WeightedLight> lights;
+    for (const std::size_t i : m_mosaic.around(image)) {
+        const float weight = m_mosaic.weight(i, x, z);
+        if (!(weight > 0))
+            continue;
+        const sunlight::FlightLight light = light_of(i).light;
+        if (light.sun && sunlight::is_same_flight(*light.sun, *own.sun))
+            lights.push_back({light, weight});
+    }
+    return lights.empty() ? own : sunlight::blended(lights);
+}
+
+sunlight::LightField PhotoLights::light_over(std::size_t image, grid::PatchKey key) {
+    constexpr std::int32_t kSide = grid::kPatchSize;
+    const auto at = [&](std::int32_t east, std::int32_t south) {
+        return light_at(image, key.x0() + east, key.z0() + south);
+    };
+    return {at(kSide / 2, kSide / 2), {at(0, 0), at(kSide, 0), at(0, kSide), at(kSide, kSide)}};
+}
+
 Raster PhotoLights::albedo(grid::PatchKey key) {
     constexpr int kReach = sunlight::kEdgeReach;
     constexpr int kSide = grid::kPatchSize + 2 * kReach;
@@ -235,12 +267,13 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
     }
     std::optional<Scene> surface;
     for (const std::uint32_t image : images) {
-        const PhotoLight light = light_of(image);
-        const util::StageTimes::Scope timed(m_times, kStepName);
-        if (!light.light.sun) {
-            brighten(image, light.light.gain, out);
+        const PhotoLight own = light_of(image);
+        if (!own.light.sun) {
+            brighten(image, own.light.gain, out);
             continue;
         }
+        const sunlight::LightField light = light_over(image, key);
+        const util::StageTimes::Scope timed(m_times, kStepName);
         if (!surface)
             surface = surface_of({key, {key.px + 1, key.pz + 1}}, m_around);
         Scene scene = *surface;

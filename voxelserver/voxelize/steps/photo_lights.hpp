@@ -5,9 +5,10 @@
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
-#include "voxelserver/sunlight/light_levels.hpp"
+#include "voxelserver/sunlight/light_blend.hpp"
 #include "voxelserver/sunlight/sun_finder.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
+#include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 
 namespace terravox::voxelize {
 
@@ -19,7 +20,9 @@ struct PhotoLight {
 
 /// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
 /// image is found when a column first needs it, from a sample (photo_sample) of the image and of
-/// the points beneath: a function of these inputs, whatever is asked for first. Thread-safe.
+/// the points beneath: a function of these inputs, whatever is asked for first. Between the middles
+/// of images that may be of one flight it is blended (PhotoMosaic), so that they join without a
+/// seam. Thread-safe.
 class PhotoLights {
 public:
     /// Images, points and times must outlive this.
@@ -34,7 +37,14 @@ public:
     /// @throws Error naming a damaged file
     [[nodiscard]] PhotoLight light_of(std::size_t image);
 
+    /// What the colours of an image in a patch are divided by: its light and that of images of the
+    /// same flight around it.
+    /// @param image one whose sun is known
+    /// @throws Error naming a damaged file
+    [[nodiscard]] sunlight::LightField light_over(std::size_t image, grid::PatchKey key);
+
 private:
+    [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
     [[nodiscard]] sunlight::Scene surface_of(const grid::PatchRect& patches, int around);
     [[nodiscard]] PhotoLight find_light(std::size_t image);
 
@@ -43,6 +53,7 @@ private:
     util::StageTimes& m_times;
     double m_voxel_m;
     int m_around;
+    PhotoMosaic m_mosaic;
     util::Cache<std::size_t, PhotoLight> m_lights;
 };
 

@@ -5,6 +5,7 @@
 #include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/voxelize/points/sources.hpp"
+#include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"
 
 namespace terravox::voxelize {
@@ -39,8 +40,8 @@ Fingerprint fingerprint_of(const SquareSource& s) {
     return out.fingerprint();
 }
 
-/// An image and all that its light is found from.
-Fingerprint fingerprint_of(const imagery::Orthophotos::Input& image, const Sources& sources) {
+/// An image and all that its own light is found from.
+Fingerprint lit_fingerprint_of(const imagery::Orthophotos::Input& image, const Sources& sources) {
     const PhotoSample sample = photo_sample(image.rect, sources);
     voxel::ByteWriter out;
     out.add(image.identity);
@@ -53,6 +54,28 @@ Fingerprint fingerprint_of(const imagery::Orthophotos::Input& image, const Sourc
     for (const Fingerprint& file : files)
         out.add(file);
     return out.fingerprint();
+}
+
+/// Each image with all that its albedo depends on besides the points beneath: the light of images
+/// around it counts, too.
+std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthophotos::Input>& images,
+                                             const Sources& sources) {
+    std::vector<Fingerprint> own;
+    std::vector<grid::ColumnRect> rects;
+    for (const imagery::Orthophotos::Input& image : images) {
+        own.push_back(lit_fingerprint_of(image, sources));
+        rects.push_back(image.rect);
+    }
+    const PhotoMosaic mosaic(std::move(rects));
+    std::vector<Fingerprint> out;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        voxel::ByteWriter all;
+        all.add(own[i]);
+        for (const std::size_t around : mosaic.around(i))
+            all.add(own[around]);
+        out.push_back(all.fingerprint());
+    }
+    return out;
 }
 
 }  // namespace
@@ -84,12 +107,15 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
         out.points.push_back({s.bounds.grown(1), fingerprint_of(s), s.has_colour});
     std::sort(out.points.begin(), out.points.end(),
               [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
-    if (images != nullptr)
-        for (const imagery::Orthophotos::Input& image : images->inputs())
-            out.images.push_back(
-                {image.rect,
-                 settings.orthophoto.albedo ? fingerprint_of(image, sources) : image.identity,
-                 true});
+    if (images == nullptr)
+        return out;
+    const std::vector<imagery::Orthophotos::Input> inputs = images->inputs();
+    std::vector<Fingerprint> albedo;
+    if (settings.orthophoto.albedo)
+        albedo = albedo_fingerprints(inputs, sources);
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+        out.images.push_back(
+            {inputs[i].rect, albedo.empty() ? inputs[i].identity : albedo[i], true});
     return out;
 }
 

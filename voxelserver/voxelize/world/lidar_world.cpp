@@ -9,6 +9,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/downsample.hpp"
 #include "voxelserver/voxelize/points/brightness.hpp"
+#include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
 #include "voxelserver/voxelize/world/fingerprints_of.hpp"
@@ -122,11 +123,20 @@ public:
         std::vector<grid::ColumnRect> out;
         if (!relights())
             return out;
+        std::vector<grid::ColumnRect> rects;
+        std::vector<bool> changed;
         for (const imagery::Orthophotos::Input& image : m_images->inputs()) {
             const PhotoSample sample = photo_sample(image.rect, m_points.sources());
-            if (std::any_of(sample.files.begin(), sample.files.end(),
-                            [&](std::size_t file) { return files.contains(file); }))
-                out.push_back(image.rect);
+            rects.push_back(image.rect);
+            changed.push_back(std::any_of(sample.files.begin(), sample.files.end(),
+                                          [&](std::size_t file) { return files.contains(file); }));
+        }
+        const PhotoMosaic mosaic(rects);
+        for (std::size_t i = 0; i < rects.size(); ++i) {
+            const std::vector<std::size_t> around = mosaic.around(i);
+            if (std::any_of(around.begin(), around.end(),
+                            [&](std::size_t other) { return changed[other]; }))
+                out.push_back(rects[i]);
         }
         return out;
     }

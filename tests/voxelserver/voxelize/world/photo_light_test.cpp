@@ -2,7 +2,11 @@
 // fingerprints that say on what a box depends.
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
+#include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/survey/survey.hpp"
+#include "voxelserver/voxelize/columns/point_set.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/voxelize/steps/photo_lights.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -10,40 +14,43 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A part of the synthetic village, photographed in the sun.
+/// A part of the synthetic village, photographed in the sun; its squares side by side.
 class Village {
 public:
-    Village() {
+    explicit Village(int squares = 1) {
         survey::SurveyOptions options;
         options.density = 4;
         options.square_m = 256;
+        options.squares_east = squares;
         options.origin_east_m = 462528;
         options.origin_north_m = 101296;
         options.photo_light = survey::PhotoLight{150, 40, 0, 0};
         options.threads = 2;
         options.folder = m_folder.path();
-        m_name = survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {})
-                     .front()
-                     .name;
+        for (const auto& square :
+             survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {}))
+            m_names.push_back(square.name);
     }
     [[nodiscard]] voxelize::LidarWorldOptions options(const std::string& photo,
                                                       int threads = 1) const {
         voxelize::LidarWorldOptions out;
-        out.files = {m_folder.path() / (m_name + ".laz")};
-        out.orthophotos = {m_folder.path() / "ortho" / (m_name + ".tif")};
+        for (const std::string& name : m_names) {
+            out.files.push_back(m_folder.path() / (name + ".laz"));
+            out.orthophotos.push_back(m_folder.path() / "ortho" / (name + ".tif"));
+        }
         out.photo = photo;
         out.threads = threads;
         return out;
     }
     [[nodiscard]] voxelize::LidarWorldOptions truth() const {
         auto out = options("raw");
-        out.orthophotos = {m_folder.path() / "truth" / ("albedo_" + m_name + ".tif")};
+        out.orthophotos = {m_folder.path() / "truth" / ("albedo_" + m_names.front() + ".tif")};
         return out;
     }
 
 private:
     TemporaryFolder m_folder;
-    std::string m_name;
+    std::vector<std::string> m_names;
 };
 
 using BoxChecksums = std::map<std::array<std::int32_t, 3>, std::uint64_t>;
@@ -126,4 +133,51 @@ TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as 
     const auto narrow = raw.world().box_with_inputs(middle).reach;
     CHECK(wide.min_bx <= narrow.min_bx - 1);
     CHECK(wide.max_bz >= narrow.max_bz + 1);
+}
+
+TEST_CASE("two photographs of one flight have the same light where they meet",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village(2);
+    const voxelize::Settings settings;
+    util::StageTimes times;
+    const voxelize::LidarWorldOptions options = village.options("");
+    voxelize::PointSet points(options, settings, times);
+    const imagery::Orthophotos photos(options.orthophotos, points.sources().frame);
+    voxelize::PhotoLights lights(photos, points, times);
+    REQUIRE(lights.light_of(0).light.sun);
+    REQUIRE(lights.light_of(1).light.sun);
+    // Each finds a little of its own.
+    CHECK(lights.light_of(0).light.sky != lights.light_of(1).light.sky);
+    const grid::ColumnRect west = photos.inputs()[0].rect;
+    for (std::int32_t pz = west.min_z >> 6; pz <= (west.max_z - 1) >> 6; ++pz) {
+        const grid::PatchKey border{(west.max_x - 2) >> 6, pz};
+        const sunlight::LightField of_west = lights.light_over(0, border);
+        const sunlight::LightField of_east = lights.light_over(1, border);
+        CHECK(of_west.middle.sun->azimuth_deg == of_east.middle.sun->azimuth_deg);
+        CHECK(of_west.middle.sky == of_east.middle.sky);
+        CHECK(of_west.at(0.3F, 0.8F).sky == of_east.at(0.3F, 0.8F).sky);
+        CHECK(of_west.at(0.3F, 0.8F).gain == of_east.at(0.3F, 0.8F).gain);
+        // It goes on without a step into the next patch.
+        const sunlight::LightField next = lights.light_over(1, {border.px + 1, pz});
+        CHECK(of_west.at(1, 0.5F).sky[1] == Approx(next.at(0, 0.5F).sky[1]));
+        CHECK(of_west.at(1, 0.5F).veil[1] == Approx(next.at(0, 0.5F).veil[1]).margin(1e-6));
+    }
+}
+
+TEST_CASE("the light of a photograph counts in those beside it",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village(2);
+    auto alone = village.options("albedo");
+    alone.orthophotos.pop_back();
+    OpenWorld both(village.options("albedo"));
+    OpenWorld west(alone);
+    // Boxes in the west of the western photograph.
+    const auto range = voxel::boxes_over(both.world().info().bounds, 0);
+    const voxel::InputExtent western{range.min.bx, range.min.bz, range.min.bx + 1, range.max.bz};
+    CHECK_FALSE(both.world().fingerprint(western) == west.world().fingerprint(western));
+    auto raw = village.options("raw");
+    OpenWorld raw_both(raw);
+    raw.orthophotos.pop_back();
+    OpenWorld raw_west(raw);
+    CHECK(raw_both.world().fingerprint(western) == raw_west.world().fingerprint(western));
 }
