@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "common/util/config_dir.hpp"
@@ -116,22 +117,34 @@ ClassTable load_class_table(const std::string& id_or_path) {
     return table;
 }
 
-std::string tables_that_name(const std::bitset<256>& codes) {
-    const auto names_all = [&](const std::string& id) {
+namespace {
+
+/// The tables of config/classes with the codes that they define.
+std::vector<std::pair<std::string, std::bitset<256>>> shipped_tables() {
+    std::vector<std::pair<std::string, std::bitset<256>>> out;
+    for (const std::string& id : util::toml_id_list(util::config_dir() / "classes")) {
         try {
             const ClassTable table = load_class_table(id);
-            for (std::size_t c = 0; c < codes.size(); ++c)
-                if (codes[c] && !table.meaning[c].known)
-                    return false;
-            return true;
+            std::bitset<256> named;
+            for (std::size_t c = 0; c < named.size(); ++c)
+                named[c] = table.meaning[c].known;
+            out.emplace_back(id, named);
         } catch (const util::Error&) {
-            // It is not the one that was asked for: whoever chooses it is told what is wrong.
-            return false;
+            // Only a table that is chosen with --classes has to be readable.
+            continue;
         }
-    };
+    }
+    return out;
+}
+
+}  // namespace
+
+std::string tables_that_name(const std::bitset<256>& codes) {
+    // Once for the process: a survey may have thousands of files with the same unknown class.
+    static const std::vector<std::pair<std::string, std::bitset<256>>> tables = shipped_tables();
     std::string out;
-    for (const std::string& id : util::toml_id_list(util::config_dir() / "classes"))
-        if (names_all(id))
+    for (const auto& [id, named] : tables)
+        if ((codes & ~named).none())
             out += (out.empty() ? "" : ", ") + id;
     return out;
 }

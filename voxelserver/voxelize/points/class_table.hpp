@@ -46,7 +46,7 @@ struct ClassTable {
 [[nodiscard]] ClassTable load_class_table(const std::string& id_or_path);
 
 /// The ids of the tables in config/classes that define all of these class codes, separated by ", ";
-/// empty: none does. Tables that cannot be read are left out.
+/// empty: none does. Tables that cannot be read are left out; they are read once.
 [[nodiscard]] std::string tables_that_name(const std::bitset<256>& codes);
 
 }  // namespace terravox::voxelize

@@ -8,8 +8,8 @@
 
 namespace terravox::voxelize {
 
-/// How images lie beside each other: at each column those count whose middles are near, so that
-/// what is found for each image changes continuously over a mosaic of them.
+/// Weights by which values that were found for each image are interpolated over a mosaic of them:
+/// bilinear between the middles of equal images.
 class PhotoMosaic {
 public:
     /// @param images the columns outside of which an image has no influence

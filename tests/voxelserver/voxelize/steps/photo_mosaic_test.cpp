@@ -85,7 +85,8 @@ TEST_CASE("images of all sizes are found around each other",
         images.push_back({x, z, x + 1 + number(i % 7 == 0 ? 1500 : 90), z + 1 + number(200)});
     }
     const PhotoMosaic mosaic(images);
-    // Twice the middle, less and plus twice the length, beside twice the edges of the other.
+    // Where an image counts (its middle, less and plus its length) overlaps the other image; all
+    // coordinates are doubled.
     const auto meets = [](std::int32_t min, std::int32_t max, std::int32_t own_min,
                           std::int32_t own_max) {
         return 2 * own_max > min + max - 2 * (max - min) &&
