@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,16 @@ struct ColumnRect {
     }
     [[nodiscard]] ColumnRect grown(std::int32_t by) const noexcept {
         return {min_x - by, min_z - by, max_x + by, max_z + by};
+    }
+    /// What both cover; its area is 0 where that is nothing.
+    [[nodiscard]] ColumnRect common(const ColumnRect& o) const noexcept {
+        return {std::max(min_x, o.min_x), std::max(min_z, o.min_z), std::min(max_x, o.max_x),
+                std::min(max_z, o.max_z)};
+    }
+    /// The number of columns; 0 where a side is not positive.
+    [[nodiscard]] std::int64_t area() const noexcept {
+        return std::max<std::int64_t>(std::int64_t{max_x} - min_x, 0) *
+               std::max<std::int64_t>(std::int64_t{max_z} - min_z, 0);
     }
     friend bool operator==(const ColumnRect&, const ColumnRect&) = default;
 };

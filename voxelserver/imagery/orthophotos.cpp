@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <list>
+#include <map>
+#include <utility>
 
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
@@ -20,6 +22,7 @@ struct Orthophotos::Layer {
     PixelMap map;
     long long pixel_mm = 0;
     voxel::Fingerprint identity;
+    std::size_t series = 0;  ///< as in Input
     Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square)
         : image(path, square), map(frame, image), identity(image_identity(path)) {
         constexpr double kMax = 4096;
@@ -149,6 +152,21 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
         const std::string name_b = b->image.path().filename().string();
         return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
     });
+    find_series();
+}
+
+void Orthophotos::find_series() {
+    constexpr double kSameSize = 1.1;
+    constexpr std::size_t kYear = 4;  // characters of a date
+    std::map<std::pair<long long, std::string>, std::size_t> series;
+    long long finest_mm = 0;  // of those whose pixels have about one size
+    for (const auto& layer : m_layers) {
+        const auto pixel_mm = static_cast<double>(layer->pixel_mm);
+        if (pixel_mm > kSameSize * static_cast<double>(finest_mm))
+            finest_mm = layer->pixel_mm;
+        const std::pair key{finest_mm, layer->image.date().substr(0, kYear)};
+        layer->series = series.emplace(key, series.size()).first->second;
+    }
 }
 
 Orthophotos::~Orthophotos() {
@@ -200,7 +218,7 @@ std::vector<fs::path> Orthophotos::order() const {
 std::vector<Orthophotos::Input> Orthophotos::inputs() const {
     std::vector<Input> out;
     for (const auto& layer : m_layers)
-        out.push_back({layer->map.influence(), layer->identity});
+        out.push_back({layer->map.influence(), layer->identity, layer->series});
     return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -50,6 +51,9 @@ public:
     struct Input {
         grid::ColumnRect rect;
         voxel::Fingerprint identity{};  ///< image_identity.hpp
+        /// Images of one series may be of one survey: their pixels differ by a tenth at most, and
+        /// they are dated in the same year, or not at all.
+        std::size_t series = 0;
     };
     [[nodiscard]] std::vector<Input> inputs() const;
 
@@ -66,6 +70,7 @@ public:
 private:
     struct Layer;
     struct OpenFiles;
+    void find_series();
     void add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const;
     const grid::Frame m_frame;
     std::vector<std::unique_ptr<Layer>> m_layers;

@@ -370,3 +370,23 @@ TEST_CASE("images that lie outside the world are warned of, once",
         CHECK_THAT(said(), contains("c.tif (one of 2 such)"));
     }
 }
+
+TEST_CASE("images of one size of pixels and one year are a series",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    const auto f = frame();
+    const auto series = [&] {
+        std::vector<std::size_t> out;
+        for (const Orthophotos::Input& image : Orthophotos({folder.path()}, f).inputs())
+            out.push_back(image.series);
+        return out;
+    };
+    write_image(folder.path() / "a.tif", plain(0.5, 10, "2021:06:14 10:30:00"));
+    write_image(folder.path() / "b.tif", plain(0.52, 20, "2021:09:01 00:00:00"));
+    CHECK(series() == std::vector<std::size_t>{0, 0});
+    write_image(folder.path() / "c.tif", plain(0.5, 30, "2019:06:14 10:30:00"));
+    write_image(folder.path() / "d.tif", plain(0.5, 40));
+    write_image(folder.path() / "e.tif", plain(1, 50, "2021:06:14 10:30:00"));
+    // In order of precedence: a (finer, newest), c, d, b, e.
+    CHECK(series() == std::vector<std::size_t>{0, 1, 2, 0, 3});
+}

@@ -127,13 +127,6 @@ void relight(std::uint32_t image, const sunlight::LightField& light, const Scene
         }
 }
 
-std::vector<grid::ColumnRect> rects_of(const imagery::Orthophotos& images) {
-    std::vector<grid::ColumnRect> out;
-    for (const imagery::Orthophotos::Input& image : images.inputs())
-        out.push_back(image.rect);
-    return out;
-}
-
 }  // namespace
 
 PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
@@ -143,7 +136,7 @@ PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
       m_times(times),
       m_voxel_m(points.sources().frame.voxel_m()),
       m_around(shadow_patches(m_voxel_m)),
-      m_mosaic(rects_of(images)),
+      m_mosaic(images.inputs()),
       m_lights((images.count() + 1) * kLightBytes) {}
 
 Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
@@ -209,13 +202,10 @@ PhotoLight PhotoLights::light_of(std::size_t image) {
 sunlight::FlightLight PhotoLights::light_at(std::size_t image, std::int32_t x, std::int32_t z) {
     const sunlight::FlightLight own = light_of(image).light;
     std::vector<sunlight::WeightedLight> lights;
-    for (const std::size_t i : m_mosaic.around(image)) {
-        const float weight = m_mosaic.weight(i, x, z);
-        if (!(weight > 0))
-            continue;
-        const sunlight::FlightLight light = light_of(i).light;
+    for (const PhotoMosaic::Weight& other : m_mosaic.weights(image, x, z)) {
+        const sunlight::FlightLight light = light_of(other.image).light;
         if (light.sun && sunlight::is_same_flight(*light.sun, *own.sun))
-            lights.push_back({light, weight});
+            lights.push_back({light, other.weight});
     }
     return lights.empty() ? own : sunlight::blended(lights);
 }

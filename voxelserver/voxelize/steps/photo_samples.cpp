@@ -15,16 +15,6 @@ using grid::PatchRect;
 
 constexpr int kMaxShadowPatches = 4;
 
-ColumnRect common_part(const ColumnRect& a, const ColumnRect& b) noexcept {
-    return {std::max(a.min_x, b.min_x), std::max(a.min_z, b.min_z), std::min(a.max_x, b.max_x),
-            std::min(a.max_z, b.max_z)};
-}
-
-std::int64_t area_of(const ColumnRect& r) noexcept {
-    return std::max<std::int64_t>(std::int64_t{r.max_x} - r.min_x, 0) *
-           std::max<std::int64_t>(std::int64_t{r.max_z} - r.min_z, 0);
-}
-
 std::int32_t part_of(std::int64_t length, std::int64_t i, std::int64_t count) noexcept {
     return static_cast<std::int32_t>(length * i / count);
 }
@@ -53,13 +43,13 @@ public:
     [[nodiscard]] ColumnRect best_covered(const Sources& sources) const {
         std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> covered;  // by z, x
         for (const SquareSource& file : sources.files) {
-            const ColumnRect common = common_part(file.bounds, m_image);
-            if (area_of(common) == 0)
+            const ColumnRect common = file.bounds.common(m_image);
+            if (common.area() == 0)
                 continue;
             for (std::int64_t z = row_of(common.min_z); z <= row_of(common.max_z - 1); ++z)
                 for (std::int64_t x = column_of(common.min_x); x <= column_of(common.max_x - 1);
                      ++x)
-                    covered[{z, x}] += area_of(common_part(common, rect(x, z)));
+                    covered[{z, x}] += common.common(rect(x, z)).area();
         }
         ColumnRect best{};
         std::int64_t best_eighths = -1;
@@ -67,7 +57,7 @@ public:
         for (const auto& [place, area] : covered) {
             const auto& [z, x] = place;
             const ColumnRect here = rect(x, z);
-            const std::int64_t eighths = (8 * area + area_of(here) / 2) / area_of(here);
+            const std::int64_t eighths = (8 * area + here.area() / 2) / here.area();
             const std::int64_t distance =
                 std::abs(2 * x + 1 - m_across) + std::abs(2 * z + 1 - m_down);
             if (eighths > best_eighths || (eighths == best_eighths && distance < best_distance)) {
@@ -147,11 +137,11 @@ int shadow_patches(double voxel_m) noexcept {
 
 PhotoSample photo_sample(const ColumnRect& image, const Sources& sources) {
     PhotoSample out;
-    if (area_of(image) == 0)
+    if (image.area() == 0)
         return out;
     const double voxel_m = sources.frame.voxel_m();
     const ColumnRect part = Parts(image, voxel_m).best_covered(sources);
-    if (area_of(part) == 0)
+    if (part.area() == 0)
         return out;
     const auto covered = covered_patches(part, sources);
     if (!covered)

@@ -61,12 +61,9 @@ Fingerprint lit_fingerprint_of(const imagery::Orthophotos::Input& image, const S
 std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthophotos::Input>& images,
                                              const Sources& sources) {
     std::vector<Fingerprint> own;
-    std::vector<grid::ColumnRect> rects;
-    for (const imagery::Orthophotos::Input& image : images) {
+    for (const imagery::Orthophotos::Input& image : images)
         own.push_back(lit_fingerprint_of(image, sources));
-        rects.push_back(image.rect);
-    }
-    const PhotoMosaic mosaic(std::move(rects));
+    const PhotoMosaic mosaic(images);
     std::vector<Fingerprint> out;
     for (std::size_t i = 0; i < images.size(); ++i) {
         voxel::ByteWriter all;

@@ -123,20 +123,19 @@ public:
         std::vector<grid::ColumnRect> out;
         if (!relights())
             return out;
-        std::vector<grid::ColumnRect> rects;
+        const std::vector<imagery::Orthophotos::Input> images = m_images->inputs();
         std::vector<bool> changed;
-        for (const imagery::Orthophotos::Input& image : m_images->inputs()) {
+        for (const imagery::Orthophotos::Input& image : images) {
             const PhotoSample sample = photo_sample(image.rect, m_points.sources());
-            rects.push_back(image.rect);
             changed.push_back(std::any_of(sample.files.begin(), sample.files.end(),
                                           [&](std::size_t file) { return files.contains(file); }));
         }
-        const PhotoMosaic mosaic(rects);
-        for (std::size_t i = 0; i < rects.size(); ++i) {
+        const PhotoMosaic mosaic(images);
+        for (std::size_t i = 0; i < images.size(); ++i) {
             const std::vector<std::size_t> around = mosaic.around(i);
             if (std::any_of(around.begin(), around.end(),
                             [&](std::size_t other) { return changed[other]; }))
-                out.push_back(rects[i]);
+                out.push_back(images[i].rect);
         }
         return out;
     }

@@ -17,14 +17,15 @@ namespace {
 /// A part of the synthetic village, photographed in the sun; its squares side by side.
 class Village {
 public:
-    explicit Village(int squares = 1) {
+    /// @param haze of the day of the flight: [0, 1]
+    explicit Village(int squares = 1, double haze = 0) {
         survey::SurveyOptions options;
         options.density = 4;
         options.square_m = 256;
         options.squares_east = squares;
         options.origin_east_m = 462528;
         options.origin_north_m = 101296;
-        options.photo_light = survey::PhotoLight{150, 40, 0, 0};
+        options.photo_light = survey::PhotoLight{150, 40, haze, 0};
         options.threads = 2;
         options.folder = m_folder.path();
         for (const auto& square :
@@ -180,4 +181,34 @@ TEST_CASE("the light of a photograph counts in those beside it",
     raw.orthophotos.pop_back();
     OpenWorld raw_west(raw);
     CHECK(raw_both.world().fingerprint(western) == raw_west.world().fingerprint(western));
+}
+
+TEST_CASE("an earlier photograph of the same place does not count",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village(2);
+    const Village hazy(2, 0.4);
+    const auto options = village.options("albedo");
+    std::vector<fs::path> both = options.orthophotos;
+    const TemporaryFolder earlier;
+    for (const fs::path& photo : hazy.options("albedo").orthophotos) {
+        // Later in the order, which goes by names where there are no dates.
+        both.push_back(earlier.path() / ("z-" + photo.filename().string()));
+        fs::copy_file(photo, both.back());
+    }
+    const voxelize::Settings settings;
+    util::StageTimes times;
+    voxelize::PointSet points(options, settings, times);
+    const auto light_at_border = [&](const std::vector<fs::path>& files, std::size_t image) {
+        const imagery::Orthophotos photos(files, points.sources().frame);
+        voxelize::PhotoLights lights(photos, points, times);
+        REQUIRE(lights.light_of(image).light.sun);
+        const grid::ColumnRect west = photos.inputs()[image].rect;
+        return lights.light_over(image, {(west.max_x - 2) >> 6, (west.min_z + 100) >> 6}).middle;
+    };
+    const sunlight::FlightLight alone = light_at_border(options.orthophotos, 0);
+    const sunlight::FlightLight of_earlier = light_at_border(both, 2);
+    CHECK(sunlight::is_same_flight(*alone.sun, *of_earlier.sun));
+    CHECK(alone.veil != of_earlier.veil);
+    CHECK(light_at_border(both, 0).veil == alone.veil);
+    CHECK(light_at_border(both, 0).sky == alone.sky);
 }
