@@ -16,8 +16,8 @@ namespace {
 
 using grid::PatchKey;
 
-/// Header of both kinds of file. `count` and `more`: patches and points, or chunks and patches of
-/// chunks.
+/// Header of all kinds of file. `count` and `more`: patches and points; chunks and patches of
+/// chunks; bytes of facts and nothing.
 struct Header {
     std::array<char, 8> magic{};
     std::uint32_t version = kSquareFileVersion;
@@ -40,6 +40,7 @@ struct ChunkRecord {
 
 constexpr std::array<char, 8> kSquareMagic = {'T', 'V', 'S', 'Q', 'U', 'A', 'R', 'E'};
 constexpr std::array<char, 8> kChunksMagic = {'T', 'V', 'C', 'H', 'U', 'N', 'K', 'S'};
+constexpr std::array<char, 8> kFactsMagic = {'T', 'V', 'S', 'F', 'A', 'C', 'T', 'S'};
 
 std::uint64_t checksum(Header header, std::span<const std::byte> tables) {
     header.checksum = 0;
@@ -214,6 +215,24 @@ std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
     if (left != 0)
         throw damaged();
     return ChunkIndex(std::move(chunks));
+}
+
+void write_facts(const std::filesystem::path& file, std::string_view facts) {
+    Header header;
+    header.magic = kFactsMagic;
+    header.count = facts.size();
+    write(file, header, std::as_bytes(std::span(facts)), {});
+}
+
+std::optional<std::string> read_facts(const std::filesystem::path& path) {
+    const auto opened =
+        open(path, kFactsMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
+            return h.count == room && h.more == 0 ? std::optional(Layout{room, 0}) : std::nullopt;
+        });
+    if (!opened.file)
+        return std::nullopt;
+    const auto bytes = opened.file->bytes().subspan(sizeof(Header));
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 }  // namespace terravox::store

@@ -5,13 +5,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "voxelserver/store/chunk_index.hpp"
 #include "voxelserver/store/square.hpp"
 
 namespace terravox::store {
 
-/// Version of both layouts. A file of another version is treated as absent: prepared squares are
+/// Version of all layouts. A file of another version is treated as absent: prepared squares are
 /// remade, never converted.
 inline constexpr std::uint32_t kSquareFileVersion = 1;
 
@@ -31,5 +32,13 @@ void write_chunks(const std::filesystem::path& file, const ChunkIndex& index);
 /// @return nullopt when there is no such file
 /// @throws Error as map_square()
 [[nodiscard]] std::optional<ChunkIndex> read_chunks(const std::filesystem::path& file);
+
+/// Writes facts that were found out about squares, as bytes of any meaning.
+/// @throws Error
+void write_facts(const std::filesystem::path& file, std::string_view facts);
+/// Reads facts.
+/// @return nullopt when there is no such file
+/// @throws Error as map_square()
+[[nodiscard]] std::optional<std::string> read_facts(const std::filesystem::path& file);
 
 }  // namespace terravox::store

@@ -15,18 +15,20 @@ namespace terravox::store {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char *kSquare = ".square", *kIndex = ".chunks";
+constexpr const char* kSquare = ".square";
+constexpr const char* kIndex = ".chunks";
+constexpr const char* kFacts = ".facts";
 
 /// One file of the folder, ordered by eviction.
 struct Kept {
-    bool index = false;
+    bool small = false;
     fs::file_time_type used;
     fs::path file;
     std::uint64_t bytes = 0;
     /// Squares first, since they are large: an index saves nearly as much time for a hundredth of
-    /// the space. Within each kind the least recently used first.
+    /// the space, and facts for less. Within each kind the least recently used first.
     friend bool operator<(const Kept& a, const Kept& b) {
-        return a.index != b.index ? b.index : a.used != b.used ? a.used < b.used : a.file < b.file;
+        return a.small != b.small ? b.small : a.used != b.used ? a.used < b.used : a.file < b.file;
     }
 };
 
@@ -42,10 +44,11 @@ std::vector<Kept> files_of(const fs::path& folder) {
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed)) {
         const fs::path& file = entry->path();
-        if (file.extension() != kSquare && file.extension() != kIndex)
+        const bool small = file.extension() == kIndex || file.extension() == kFacts;
+        if (file.extension() != kSquare && !small)
             continue;
         std::error_code gone;  // already removed by another process
-        Kept kept{file.extension() == kIndex, entry->last_write_time(gone), file, 0};
+        Kept kept{small, entry->last_write_time(gone), file, 0};
         if (!gone)
             kept.bytes = entry->file_size(gone);
         if (!gone)
@@ -108,6 +111,9 @@ fs::path SquareFolder::square_file(const std::string& name) const {
 fs::path SquareFolder::index_file(const std::string& name) const {
     return m_folder / (name + kIndex);
 }
+fs::path SquareFolder::facts_file(const std::string& name) const {
+    return m_folder / (name + kFacts);
+}
 
 bool SquareFolder::holds(const std::string& name) const {
     std::error_code ignored;
@@ -117,21 +123,6 @@ bool SquareFolder::holds(const std::string& name) const {
 bool SquareFolder::holds_index(const std::string& name) const {
     std::error_code ignored;
     return fs::exists(index_file(name), ignored);
-}
-
-std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
-    const fs::path file = square_file(name);
-    try {
-        auto square = map_square(file);
-        std::error_code ignored;
-        // Marks it as used now: last in the order of eviction.
-        if (square)
-            fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
-        return square;
-    } catch (const util::Error& e) {
-        util::log_warn("{}; it is made again", e.what());
-        return nullptr;
-    }
 }
 
 std::shared_ptr<const Square> SquareFolder::put(const std::string& name,
@@ -153,32 +144,55 @@ std::shared_ptr<const Square> SquareFolder::put(const std::string& name,
     return square;
 }
 
-std::optional<ChunkIndex> SquareFolder::find_index(const std::string& name) {
+template <class Read>
+auto SquareFolder::find_file(const fs::path& file, const Read& read) {
+    using Found = decltype(read(file));
     try {
-        auto index = read_chunks(index_file(name));
+        Found found = read(file);
         std::error_code ignored;
-        if (index)
-            fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
-        return index;
+        // Marks it as used now: last in the order of eviction.
+        if (found)
+            fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
+        return found;
     } catch (const util::Error& e) {
         util::log_warn("{}; it is made again", e.what());
-        return std::nullopt;
+        return Found();
     }
 }
 
-void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
+template <class Write>
+void SquareFolder::put_small(const fs::path& file, const Write& write) {
     {
         const std::lock_guard lock(m_mutex);
         if (m_read_only)
             return;
     }
-    const fs::path file = index_file(name);
     try {
-        write_chunks(file, index);
+        write(file);
         evict(file);
     } catch (const util::Error& e) {
         complain(e.what());
     }
+}
+
+std::shared_ptr<const Square> SquareFolder::find(const std::string& name) {
+    return find_file(square_file(name), map_square);
+}
+
+std::optional<ChunkIndex> SquareFolder::find_index(const std::string& name) {
+    return find_file(index_file(name), read_chunks);
+}
+
+void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
+    put_small(index_file(name), [&](const fs::path& file) { write_chunks(file, index); });
+}
+
+std::optional<std::string> SquareFolder::find_facts(const std::string& name) {
+    return find_file(facts_file(name), read_facts);
+}
+
+void SquareFolder::put_facts(const std::string& name, const std::string& facts) {
+    put_small(facts_file(name), [&](const fs::path& file) { write_facts(file, facts); });
 }
 
 void SquareFolder::complain(const std::string& what) {

@@ -30,8 +30,8 @@ constexpr std::uint64_t kUnlimited_bytes = std::numeric_limits<std::uint64_t>::m
 
 /// A folder of prepared squares, so that they need not be decoded again after a restart. Files are
 /// mapped, versioned and checksummed, appear atomically, and are evicted when the folder exceeds
-/// its limit, least recently used first. Chunk indices are small and are evicted only when no
-/// square is left to evict. A mapped file stays readable after its eviction.
+/// its limit, least recently used first. Chunk indices and facts are small and are evicted only
+/// when no square is left to evict. A mapped file stays readable after its eviction.
 ///
 /// A damaged or foreign file is treated as absent, with a warning; the folder never affects the
 /// content of a voxel. A folder that cannot be created or written to is reported once and then only
@@ -54,9 +54,20 @@ public:
     [[nodiscard]] std::optional<ChunkIndex> find_index(const std::string& name);
     void put_index(const std::string& name, const ChunkIndex& index);
 
+    /// Facts that were found out about squares, as bytes.
+    [[nodiscard]] std::optional<std::string> find_facts(const std::string& name);
+    void put_facts(const std::string& name, const std::string& facts);
+
 private:
+    /// @param read from a path; throws Error when the file is damaged
+    template <class Read>
+    [[nodiscard]] auto find_file(const std::filesystem::path& file, const Read& read);
+    /// @param write to a path; throws Error
+    template <class Write>
+    void put_small(const std::filesystem::path& file, const Write& write);
     [[nodiscard]] std::filesystem::path square_file(const std::string& name) const;
     [[nodiscard]] std::filesystem::path index_file(const std::string& name) const;
+    [[nodiscard]] std::filesystem::path facts_file(const std::string& name) const;
     void evict(const std::filesystem::path& but_not);
     void complain(const std::string& what);
 

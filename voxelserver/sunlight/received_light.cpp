@@ -8,7 +8,7 @@ namespace terravox::sunlight {
 namespace {
 
 /// Shares of the sun that are tried for a cell near the edge of a shadow.
-constexpr std::size_t kShares = 9;
+constexpr std::size_t kShares = 8;
 constexpr float share_of(std::size_t at) noexcept {
     return static_cast<float>(at) / static_cast<float>(kShares - 1);
 }
@@ -31,11 +31,17 @@ ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
       m_reach(reach_of(scene)),
       m_sky(luminance(light.sky)),
       m_veil(luminance(light.veil)),
+      m_seen(scene.size()),
       m_root(scene.size()),
       m_albedo_root(scene.size()) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
         if (scene.shown[i] == 0)
             continue;
+        m_seen[i] = {brightness(i), BrightCell::As::kShadow};
+        if (surface.lit[i] > 0.5F) {
+            m_seen[i].as = BrightCell::As::kLit;
+            m_seen[i].light /= m_sky * surface.sky_seen[i] + (1 - m_sky) * surface.facing[i];
+        }
         const Light received = light_of(i, surface.lit[i] * surface.facing[i]);
         for (std::size_t c = 0; c < 3; ++c) {
             m_root[i][c] = std::sqrt(without_veil(scene.photo[i], light.veil)[c]);
@@ -126,55 +132,37 @@ float ReceivedLight::min_sun(int x, int z) const {
 // a road.
 float ReceivedLight::max_brightness(int x, int z, Kind kind) const {
     constexpr float kAboveMean = 1.6F;
-    constexpr int kEnough = 3;
-    const auto nothing = [](const Around& a) {
-        return a.lit_count < kEnough && a.shadow_count < kEnough;
-    };
-    Around around = look_around(x, z, kind, false);
-    if (nothing(around))
-        around = look_around(x, z, std::nullopt, false);
-    if (nothing(around))
-        around = look_around(x, z, std::nullopt, true);
-    if (around.lit_count >= kEnough)
-        return std::max(kAboveMean * around.lit, around.brightest_lit);
-    if (around.shadow_count < kEnough)
+    constexpr float kEnough = 3;
+    BrightnessAround::Sums near = around(kind, false).at(x, z);
+    const auto nothing = [&] { return near.lit_count < kEnough && near.shadow_count < kEnough; };
+    if (nothing())
+        near = around(std::nullopt, false).at(x, z);
+    if (nothing())
+        near = around(std::nullopt, true).at(x, z);
+    if (near.lit_count >= kEnough)
+        return std::max(kAboveMean * near.lit / near.lit_count, near.brightest_lit);
+    if (near.shadow_count < kEnough)
         return 0;
     // Where nothing lies in the sun, it follows from the shadow; but nothing is much brighter than
     // its kind is elsewhere.
     constexpr float kAboveTypical = 1.2F;
-    const float lit = around.shadow / m_sky;
+    const float lit = near.shadow / near.shadow_count / m_sky;
     const float typical = m_light.typical[static_cast<std::size_t>(kind)];
     return kAboveMean * (typical > 0 ? std::min(lit, kAboveTypical * typical) : lit);
 }
 
 /// @param kind nullopt = all
 /// @param edges cells near the edge of a shadow count, too
-ReceivedLight::Around ReceivedLight::look_around(int x, int z, std::optional<Kind> kind,
-                                                 bool edges) const {
-    Around out;
-    for (int dz = -m_reach; dz <= m_reach; ++dz)
-        for (int dx = -m_reach; dx <= m_reach; ++dx) {
-            const std::size_t j = m_scene.index(x + dx, z + dz);
-            if ((m_surface.edge[j] != 0 && !edges) || m_scene.shown[j] == 0 ||
-                (kind && m_scene.kind[j] != *kind))
-                continue;
-            if (m_surface.lit[j] > 0.5F) {
-                const float light =
-                    m_sky * m_surface.sky_seen[j] + (1 - m_sky) * m_surface.facing[j];
-                const float on_flat_ground = brightness(j) / light;
-                out.lit += on_flat_ground;
-                out.brightest_lit = std::max(out.brightest_lit, on_flat_ground);
-                ++out.lit_count;
-            } else {
-                out.shadow += brightness(j);
-                ++out.shadow_count;
-            }
-        }
-    if (out.lit_count > 0)
-        out.lit /= static_cast<float>(out.lit_count);
-    if (out.shadow_count > 0)
-        out.shadow /= static_cast<float>(out.shadow_count);
-    return out;
+const BrightnessAround& ReceivedLight::around(std::optional<Kind> kind, bool edges) const {
+    auto& out = m_around[kind ? static_cast<std::size_t>(*kind) : kKinds + (edges ? 1 : 0)];
+    if (!out) {
+        std::vector<BrightCell> cells = m_seen;
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            if ((m_surface.edge[i] != 0 && !edges) || (kind && m_scene.kind[i] != *kind))
+                cells[i].as = BrightCell::As::kNothing;
+        out.emplace(m_scene.width, m_reach, cells);
+    }
+    return *out;
 }
 
 float ReceivedLight::brightness(std::size_t i) const noexcept {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
+#include "voxelserver/sunlight/brightness_around.hpp"
 #include "voxelserver/sunlight/light_levels.hpp"
 #include "voxelserver/sunlight/surface_light.hpp"
 
@@ -11,33 +13,26 @@ namespace terravox::sunlight {
 /// How far from a cell its photograph is compared with that of others at most, cells.
 inline constexpr int kMaxCompareReach = 6;
 
-/// The sunlight that cells receive, by their surface and their photograph.
+/// The sunlight that cells receive, by their surface and their photograph. Use one object per
+/// thread.
 class ReceivedLight {
 public:
-    /// @param scene without gaps (fill_gaps); all three must outlive this object
+    /// @param scene without gaps (fill_gaps) and without a margin; all three must outlive this
+    /// @param surface of these cells
     ReceivedLight(const Scene& scene, const SurfaceLight& surface, const FlightLight& light);
 
     /// Sunlight at a cell, over that on flat ground in the sun: [0, 2.5]. Where the surface is
     /// certain it is the surface's, but for cells that are too bright for that; near edges of
     /// shadows the photograph decides.
-    /// @param x,z shown, and at least kMaxCompareReach + kSurfaceEdge cells from the margin
+    /// @param x,z shown, and at least kMaxCompareReach + kSurfaceEdge cells from the edges
     [[nodiscard]] float sun_at(int x, int z) const;
 
 private:
-    /// Luminances of what lies around a cell, means but for one.
-    struct Around {
-        float lit = 0;            ///< of what lies in the sun, as it would be on flat ground
-        float brightest_lit = 0;  ///< the brightest of these
-        int lit_count = 0;
-        float shadow = 0;  ///< of what lies in shadows, as it is
-        int shadow_count = 0;
-    };
-
     [[nodiscard]] Light light_of(std::size_t i, float sun) const noexcept;
     [[nodiscard]] std::optional<float> lit_by_photo(int x, int z) const;
     [[nodiscard]] float min_sun(int x, int z) const;
     [[nodiscard]] float max_brightness(int x, int z, Kind kind) const;
-    [[nodiscard]] Around look_around(int x, int z, std::optional<Kind> kind, bool edges) const;
+    [[nodiscard]] const BrightnessAround& around(std::optional<Kind> kind, bool edges) const;
     [[nodiscard]] float brightness(std::size_t i) const noexcept;
 
     const Scene& m_scene;
@@ -46,6 +41,9 @@ private:
     int m_reach;  ///< cells that are compared: so many to each side
     float m_sky;
     float m_veil;
+    std::vector<BrightCell> m_seen;
+    /// By kind, of all kinds, and of all with the edges of shadows; made when they are needed.
+    mutable std::array<std::optional<BrightnessAround>, kKinds + 2> m_around;
     std::vector<Light> m_root;         ///< square root of the photograph without its veil
     std::vector<Light> m_albedo_root;  ///< the same of the albedo, by the surface alone
 };

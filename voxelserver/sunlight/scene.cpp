@@ -21,20 +21,26 @@ struct Neighbours {
     Kind kind = Kind::kUnknown;
 };
 
-Neighbours neighbours_of(const Scene& scene, std::size_t i) {
+/// A cell and the eight around it, row by row.
+template <class Visit>
+void each_neighbour(const Scene& scene, std::size_t i, const Visit& visit) {
     const int x = static_cast<int>(i % static_cast<std::size_t>(scene.width));
     const int z = static_cast<int>(i / static_cast<std::size_t>(scene.width));
-    Neighbours out;
     for (int nz = std::max(z - 1, 0); nz <= std::min(z + 1, scene.height - 1); ++nz)
-        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, scene.width - 1); ++nx) {
-            const std::size_t j = scene.index(nx, nz);
-            if (!is_known(scene.top_m[j]))
-                continue;
-            out.sum += scene.top_m[j];
-            out.lowest = std::min(out.lowest, scene.top_m[j]);
-            ++out.count;
-            out.kind = std::max(out.kind, scene.kind[j]);
-        }
+        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, scene.width - 1); ++nx)
+            visit(scene.index(nx, nz));
+}
+
+Neighbours neighbours_of(const Scene& scene, std::size_t i) {
+    Neighbours out;
+    each_neighbour(scene, i, [&](std::size_t j) {
+        if (!is_known(scene.top_m[j]))
+            return;
+        out.sum += scene.top_m[j];
+        out.lowest = std::min(out.lowest, scene.top_m[j]);
+        ++out.count;
+        out.kind = std::max(out.kind, scene.kind[j]);
+    });
     return out;
 }
 
@@ -55,33 +61,58 @@ void fill_gaps(Scene& scene) {
         float top_m;
         Kind kind;
     };
-    std::vector<std::size_t> missing;
+    // Unknown cells beside known ones: those that are filled in the next round.
+    std::vector<std::size_t> front;
+    std::vector<std::uint8_t> was_in_front(scene.size(), 0);
+    const auto add_to_front = [&](std::size_t i) {
+        if (is_known(scene.top_m[i]) || was_in_front[i] != 0)
+            return;
+        was_in_front[i] = 1;
+        front.push_back(i);
+    };
     for (std::size_t i = 0; i < scene.size(); ++i)
-        if (!is_known(scene.top_m[i]))
-            missing.push_back(i);
+        if (!is_known(scene.top_m[i]) && neighbours_of(scene, i).count > 0)
+            add_to_front(i);
     std::vector<Filled> filled;
-    for (int round = 0; round < kGapReach && !missing.empty(); ++round) {
+    for (int round = 0; round < kGapReach && !front.empty(); ++round) {
         filled.clear();
-        std::erase_if(missing, [&](std::size_t i) {
+        for (const std::size_t i : front) {
             const Neighbours near = neighbours_of(scene, i);
-            if (!(near.count > 0))
-                return false;
             // Small gaps are chance; wide ones are water, or what lies behind a roof.
             constexpr int kSmall = 2;
             const bool small = round < kSmall;
             filled.push_back({i, small ? near.sum / near.count : near.lowest,
                               small ? near.kind : Kind::kUnknown});
-            return true;
-        });
+        }
+        front.clear();
         for (const Filled& f : filled) {
             scene.top_m[f.index] = f.top_m;
             scene.kind[f.index] = f.kind;
+            each_neighbour(scene, f.index, add_to_front);
         }
     }
     // Nothing casts a shadow from there, and nothing is said about it.
     constexpr float kLowest_m = -1e4F;
-    for (const std::size_t i : missing)
-        scene.top_m[i] = kLowest_m;
+    for (float& top : scene.top_m)
+        if (!is_known(top))
+            top = kLowest_m;
+}
+
+Scene inner_cells(const Scene& scene) {
+    Scene out(scene.width - 2 * scene.margin, scene.height - 2 * scene.margin, 0, scene.cell_m);
+    for (int z = 0; z < out.height; ++z) {
+        const auto row = [&](const auto& from, auto& to) {
+            const auto at =
+                static_cast<std::ptrdiff_t>(scene.index(scene.margin, z + scene.margin));
+            std::copy_n(from.begin() + at, out.width,
+                        to.begin() + static_cast<std::ptrdiff_t>(out.index(0, z)));
+        };
+        row(scene.top_m, out.top_m);
+        row(scene.kind, out.kind);
+        row(scene.photo, out.photo);
+        row(scene.shown, out.shown);
+    }
+    return out;
 }
 
 Scene halved(const Scene& scene) {
@@ -114,6 +145,7 @@ Scene halved(const Scene& scene) {
 }
 
 std::vector<Slope> slopes_of(const Scene& scene) {
+    const int border = std::max(scene.margin, 1);
     // Steeper than this between two cells is an edge, not a slope.
     constexpr float kEdge = 2.5F;
     std::vector<Slope> out(scene.size());
@@ -129,16 +161,17 @@ std::vector<Slope> slopes_of(const Scene& scene) {
             return rise_in;
         return on ? rise_out : 0.0F;
     };
-    for (int z = 1; z + 1 < scene.height; ++z)
-        for (int x = 1; x + 1 < scene.width; ++x) {
+    const int first = std::max(border - 1, 1);
+    for (int z = first; z < scene.height - first; ++z)
+        for (int x = first; x < scene.width - first; ++x) {
             const std::size_t i = scene.index(x, z);
             out[i].east = along(i - 1, i, i + 1);
             out[i].south = along(scene.index(x, z - 1), i, scene.index(x, z + 1));
         }
     // The mean of three by three of one kind: points of a survey scatter by decimetres.
     std::vector<Slope> smooth(scene.size());
-    for (int z = 1; z + 1 < scene.height; ++z)
-        for (int x = 1; x + 1 < scene.width; ++x) {
+    for (int z = border; z < scene.height - border; ++z)
+        for (int x = border; x < scene.width - border; ++x) {
             const std::size_t i = scene.index(x, z);
             float count = 0;
             for (int dz = -1; dz <= 1; ++dz)

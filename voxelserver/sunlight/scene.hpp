@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -48,6 +49,9 @@ struct Scene {
 void fill_gaps(Scene& scene);
 inline constexpr int kGapReach = 24;
 
+/// The inner cells alone: a scene without a margin.
+[[nodiscard]] Scene inner_cells(const Scene& scene);
+
 /// The same surface in cells of twice the size: the highest top, the mean of the photograph.
 [[nodiscard]] Scene halved(const Scene& scene);
 
@@ -56,7 +60,12 @@ inline constexpr int kGapReach = 24;
 struct Slope {
     float east = 0;
     float south = 0;
+    /// The upward part of the normal: (0, 1].
+    [[nodiscard]] float up() const noexcept {
+        return 1 / std::sqrt(1 + east * east + south * south);
+    }
 };
+/// @return valid for inner cells that are not at an edge of the scene
 [[nodiscard]] std::vector<Slope> slopes_of(const Scene& scene);
 
 /// Relative luminance of linear sRGB. Ref: IEC 61966-2-1.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -16,34 +17,36 @@ constexpr std::size_t kMinCells = 500;
 /// Share of the light that comes from the sky, for the search; the true one is found later.
 constexpr float kSky = 0.3F;
 
-/// One scene, prepared for comparing it with the light of many suns.
+/// The natural logarithm of [0.3, 1.7], to 0.001: the search evaluates some million. The series of
+/// the inverse hyperbolic tangent.
+float log_of(float light) noexcept {
+    const float z = (light - 1) / (light + 1);
+    const float square = z * z;
+    return 2 * z * (1 + square * (1.0F / 3 + square * (1.0F / 5 + square * (1.0F / 7))));
+}
+
+/// One scene, prepared for comparing it with the light of many suns. Its cells are arranged by
+/// groups: of one kind in one tile.
 class Compared {
 public:
-    explicit Compared(const Scene& scene) : m_scene(scene), m_slopes(slopes_of(scene)) {
-        const int tile = std::max(4, static_cast<int>(std::lround(kTile_m / scene.cell_m)));
-        const int across = (scene.width + tile - 1) / tile;
-        const int down = (scene.height + tile - 1) / tile;
-        m_group_count = static_cast<std::size_t>(across) * static_cast<std::size_t>(down) * kKinds;
-        for (int z = scene.margin; z < scene.height - scene.margin; ++z)
-            for (int x = scene.margin; x < scene.width - scene.margin; ++x) {
-                const std::size_t i = scene.index(x, z);
-                const Kind kind = scene.kind[i];
-                if (scene.shown[i] == 0 || kind == Kind::kUnknown || kind == Kind::kWater)
-                    continue;
-                const std::size_t group =
-                    (static_cast<std::size_t>(z / tile) * static_cast<std::size_t>(across) +
-                     static_cast<std::size_t>(x / tile)) *
-                        kKinds +
-                    static_cast<std::size_t>(kind);
-                m_cells.push_back({i, group, 0});
-            }
-        drop_small_groups();
-        take_brightness();
+    explicit Compared(const Scene& scene) : m_scene(scene) {
+        const std::vector<Slope> slopes = slopes_of(scene);
+        for (const std::vector<std::size_t>& group : groups_of(scene))
+            add_group(group, slopes);
     }
 
-    [[nodiscard]] std::size_t count() const noexcept { return m_cells.size(); }
+    [[nodiscard]] std::size_t count() const noexcept { return m_count; }
     [[nodiscard]] double variance() const noexcept { return m_variance; }
     [[nodiscard]] const Scene& scene() const noexcept { return m_scene; }
+
+    /// The horizons of the cells that are compared, towards an azimuth, for compare().
+    [[nodiscard]] std::vector<float> horizons_at(double azimuth_deg) const {
+        const std::vector<float> all = horizons(m_scene, azimuth_deg);
+        std::vector<float> out(m_cells.index.size());
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = all[m_cells.index[i]];
+        return out;
+    }
 
     /// The sums of a correlation over all cells.
     struct Sums {
@@ -51,80 +54,133 @@ public:
         double variance = 0;
     };
     [[nodiscard]] Sums compare(const Sun& sun, const std::vector<float>& horizon) const {
-        const Sunlit sunlit(sun.altitude_deg);
-        const Facing facing(sun);
-        std::vector<double> sum(m_group_count);
+        const std::vector<float> light = light_from(sun, horizon);
         Sums out;
-        for (const Cell& cell : m_cells) {
-            const float lit = sunlit.share(horizon[cell.index]) * facing.on(m_slopes[cell.index]);
-            const double light = log_of(kSky + (1 - kSky) * std::min(lit, 2.0F));
-            out.product += cell.brightness * light;
-            out.variance += light * light;
-            sum[cell.group] += light;
+        for (const Group& group : m_groups) {
+            // Lane by lane: a sum of one after the other waits for each addition.
+            std::array<float, kLanes> product{};
+            std::array<float, kLanes> square{};
+            std::array<float, kLanes> sum{};
+            for (std::size_t first = group.begin; first < group.end; first += kLanes)
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    const float value = light[first + lane];
+                    product[lane] += m_cells.brightness[first + lane] * value;
+                    square[lane] += value * value;
+                    sum[lane] += value;
+                }
+            const double group_sum = total(sum);
+            out.product += total(product);
+            out.variance += total(square) - group_sum * group_sum / group.count;
         }
-        for (std::size_t g = 0; g < m_group_count; ++g)
-            if (m_in_group[g] > 0)
-                out.variance -= sum[g] * sum[g] / m_in_group[g];
         return out;
     }
 
 private:
-    struct Cell {
-        std::size_t index;
-        std::size_t group;  ///< of one kind in one tile
-        double brightness;  ///< logarithm, relative to the group's mean
+    static constexpr std::size_t kLanes = 4;
+
+    /// A whole number of lanes: what is too many has no weight.
+    struct Group {
+        std::size_t begin;
+        std::size_t end;
+        double count;
+    };
+    struct Cells {
+        std::vector<std::size_t> index;  ///< in the scene
+        std::vector<float> brightness;   ///< logarithm, relative to the group's mean
+        std::vector<float> weight;       ///< 1, or 0
+        std::vector<float> east;         ///< slope
+        std::vector<float> south;
+        std::vector<float> up;  ///< of the normal
     };
 
-    // A table: the search evaluates some million logarithms.
-    static double log_of(float light) {
-        constexpr int kSteps = 1024;
-        static const std::array<double, 2 * kSteps + 1> table = [] {
-            std::array<double, 2 * kSteps + 1> made{};
-            for (std::size_t i = 0; i < made.size(); ++i)
-                made[i] = det::log(std::max(static_cast<double>(i) / kSteps, 1e-3));
-            return made;
-        }();
-        return table[static_cast<std::size_t>(std::min(light, 2.0F) * kSteps)];
+    /// The logarithm of the light that each cell would receive.
+    [[nodiscard]] std::vector<float> light_from(const Sun& sun,
+                                                const std::vector<float>& horizon) const {
+        const Sunlit sunlit(sun.altitude_deg);
+        const Facing facing(sun);
+        std::vector<float> out(horizon.size());
+        // Two loops: the compiler takes several cells at once in each, and not in both together.
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = std::min(sunlit.share(horizon[i]) *
+                                  facing.on(m_cells.east[i], m_cells.south[i], m_cells.up[i]),
+                              2.0F);
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = m_cells.weight[i] * log_of(kSky + (1 - kSky) * out[i]);
+        return out;
     }
 
-    void drop_small_groups() {
-        constexpr double kMin = 8;
-        std::vector<double> count(m_group_count);
-        for (const Cell& cell : m_cells)
-            ++count[cell.group];
-        std::erase_if(m_cells, [&](const Cell& cell) { return count[cell.group] < kMin; });
-        m_in_group.assign(m_group_count, 0);
-        for (const Cell& cell : m_cells)
-            ++m_in_group[cell.group];
+    static double total(const std::array<float, kLanes>& lanes) noexcept {
+        double out = 0;
+        for (const float lane : lanes)
+            out += static_cast<double>(lane);
+        return out;
     }
 
-    void centre() {
-        std::vector<double> sum(m_group_count);
-        for (const Cell& cell : m_cells)
-            sum[cell.group] += cell.brightness;
-        for (Cell& cell : m_cells)
-            cell.brightness -= sum[cell.group] / m_in_group[cell.group];
+    /// Cells of one kind in one tile, where these are enough.
+    static std::vector<std::vector<std::size_t>> groups_of(const Scene& scene) {
+        constexpr std::size_t kMin = 8;
+        const int tile = std::max(4, static_cast<int>(std::lround(kTile_m / scene.cell_m)));
+        const int across = (scene.width + tile - 1) / tile;
+        const int down = (scene.height + tile - 1) / tile;
+        std::vector<std::vector<std::size_t>> out(static_cast<std::size_t>(across) *
+                                                  static_cast<std::size_t>(down) * kKinds);
+        for (int z = scene.margin; z < scene.height - scene.margin; ++z)
+            for (int x = scene.margin; x < scene.width - scene.margin; ++x) {
+                const std::size_t i = scene.index(x, z);
+                const Kind kind = scene.kind[i];
+                if (scene.shown[i] == 0 || kind == Kind::kUnknown || kind == Kind::kWater)
+                    continue;
+                const auto at = static_cast<std::size_t>((z / tile) * across + x / tile);
+                out[at * kKinds + static_cast<std::size_t>(kind)].push_back(i);
+            }
+        std::erase_if(out, [](const auto& group) { return group.size() < kMin; });
+        return out;
     }
 
-    void take_brightness() {
+    void add_group(const std::vector<std::size_t>& group, const std::vector<Slope>& slopes) {
+        const std::vector<double> brightness = brightness_of(group);
+        const std::size_t begin = m_cells.index.size();
+        const std::size_t padded = (group.size() + kLanes - 1) / kLanes * kLanes;
+        for (std::size_t k = 0; k < padded; ++k) {
+            const bool real = k < group.size();
+            const std::size_t i = group[real ? k : 0];
+            m_cells.index.push_back(i);
+            m_cells.brightness.push_back(real ? static_cast<float>(brightness[k]) : 0.0F);
+            m_cells.weight.push_back(real ? 1.0F : 0.0F);
+            m_cells.east.push_back(slopes[i].east);
+            m_cells.south.push_back(slopes[i].south);
+            m_cells.up.push_back(slopes[i].up());
+        }
+        for (const double value : brightness)
+            m_variance += value * value;
+        m_count += group.size();
+        m_groups.push_back({begin, begin + padded, static_cast<double>(group.size())});
+    }
+
+    [[nodiscard]] std::vector<double> brightness_of(const std::vector<std::size_t>& group) const {
         constexpr double kDarkest = 0.004;
         constexpr double kOutlier = 1.2;
-        for (Cell& cell : m_cells)
-            cell.brightness =
-                det::log(static_cast<double>(luminance(m_scene.photo[cell.index])) + kDarkest);
-        centre();
-        for (Cell& cell : m_cells)
-            cell.brightness = std::clamp(cell.brightness, -kOutlier, kOutlier);
-        centre();
-        for (const Cell& cell : m_cells)
-            m_variance += cell.brightness * cell.brightness;
+        std::vector<double> out;
+        for (const std::size_t i : group)
+            out.push_back(det::log(static_cast<double>(luminance(m_scene.photo[i])) + kDarkest));
+        centre(out);
+        for (double& value : out)
+            value = std::clamp(value, -kOutlier, kOutlier);
+        centre(out);
+        return out;
+    }
+
+    static void centre(std::vector<double>& values) {
+        const double mean =
+            std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+        for (double& value : values)
+            value -= mean;
     }
 
     const Scene& m_scene;
-    std::vector<Slope> m_slopes;
-    std::vector<Cell> m_cells;
-    std::vector<double> m_in_group;
-    std::size_t m_group_count = 0;
+    Cells m_cells;
+    std::vector<Group> m_groups;
+    std::size_t m_count = 0;
     double m_variance = 0;
 };
 
@@ -153,7 +209,7 @@ public:
         std::vector<Compared::Sums> sums(altitudes_deg.size());
         double variance = 0;
         for (const Compared& part : m_parts) {
-            const std::vector<float> horizon = horizons(part.scene(), azimuth_deg);
+            const std::vector<float> horizon = part.horizons_at(azimuth_deg);
             variance += part.variance();
             for (std::size_t i = 0; i < sums.size(); ++i) {
                 const auto more = part.compare({azimuth_deg, altitudes_deg[i]}, horizon);

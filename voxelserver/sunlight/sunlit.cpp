@@ -16,20 +16,26 @@ std::vector<float> horizons(const Scene& scene, double azimuth_deg) {
     const double east = det::sin(azimuth_deg * kDegree);
     const double south = -det::cos(azimuth_deg * kDegree);
     std::vector<float> out(scene.size(), 0.0F);
-    // Step by step over all cells: the cells of a row are independent of each other.
-    for (int step = 1; step <= scene.margin; ++step) {
-        const int dx = static_cast<int>(std::floor(step * east + 0.5));
-        const int dz = static_cast<int>(std::floor(step * south + 0.5));
-        const auto per_run = static_cast<float>(1 / (step * scene.cell_m));
-        for (int z = scene.margin; z < scene.height - scene.margin; ++z) {
+    struct Step {
+        int dx;
+        int dz;
+        float per_run;
+    };
+    std::vector<Step> steps;
+    for (int step = 1; step <= scene.margin; ++step)
+        steps.push_back({static_cast<int>(std::floor(step * east + 0.5)),
+                         static_cast<int>(std::floor(step * south + 0.5)),
+                         static_cast<float>(1 / (step * scene.cell_m))});
+    // Step by step over a row: its cells are independent of each other, and stay in the cache.
+    const int count = scene.width - 2 * scene.margin;
+    for (int z = scene.margin; z < scene.height - scene.margin; ++z)
+        for (const Step& step : steps) {
             const float* own = &scene.top_m[scene.index(scene.margin, z)];
-            const float* there = &scene.top_m[scene.index(scene.margin + dx, z + dz)];
+            const float* there = &scene.top_m[scene.index(scene.margin + step.dx, z + step.dz)];
             float* horizon = &out[scene.index(scene.margin, z)];
-            const int count = scene.width - 2 * scene.margin;
             for (int x = 0; x < count; ++x)
-                horizon[x] = std::max(horizon[x], (there[x] - own[x]) * per_run);
+                horizon[x] = std::max(horizon[x], (there[x] - own[x]) * step.per_run);
         }
-    }
     return out;
 }
 
@@ -44,11 +50,6 @@ Facing::Facing(const Sun& sun) noexcept {
     const double rise = det::tan(sun.altitude_deg * kDegree);
     m_east = static_cast<float>(det::sin(sun.azimuth_deg * kDegree) / rise);
     m_south = static_cast<float>(-det::cos(sun.azimuth_deg * kDegree) / rise);
-}
-
-float Facing::on(const Slope& slope) const noexcept {
-    const float up = 1 / std::sqrt(1 + slope.east * slope.east + slope.south * slope.south);
-    return std::max(0.0F, up * (1 - m_east * slope.east - m_south * slope.south));
 }
 
 }  // namespace terravox::sunlight

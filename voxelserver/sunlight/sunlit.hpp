@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "voxelserver/sunlight/scene.hpp"
@@ -22,8 +23,7 @@ class Sunlit {
 public:
     explicit Sunlit(double altitude_deg) noexcept;
     [[nodiscard]] float share(float horizon) const noexcept {
-        const float value = 0.5F + (m_rise - horizon) * m_sharpness;
-        return value < 0 ? 0.0F : (value > 1 ? 1.0F : value);
+        return std::min(std::max(0.5F + (m_rise - horizon) * m_sharpness, 0.0F), 1.0F);
     }
 
 private:
@@ -35,7 +35,13 @@ private:
 class Facing {
 public:
     explicit Facing(const Sun& sun) noexcept;
-    [[nodiscard]] float on(const Slope& slope) const noexcept;
+    /// @param up of the slope's normal: Slope::up()
+    [[nodiscard]] float on(float east, float south, float up) const noexcept {
+        return std::max(0.0F, up * (1 - m_east * east - m_south * south));
+    }
+    [[nodiscard]] float on(const Slope& slope) const noexcept {
+        return on(slope.east, slope.south, slope.up());
+    }
 
 private:
     float m_east;  ///< of the direction towards the sun over its rise

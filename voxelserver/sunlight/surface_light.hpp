@@ -7,8 +7,8 @@
 
 namespace terravox::sunlight {
 
-/// How the sun and the sky light the cells of a scene by their heights and kinds, without the
-/// photograph; index as in Scene.
+/// How the sun and the sky light the inner cells of a scene by their heights and kinds, without the
+/// photograph; index as in inner_cells() of it.
 struct SurfaceLight {
     /// Share of the sun that is seen, as by Sunlit: [0, 1]. 1 where no height is known.
     std::vector<float> lit;
@@ -18,7 +18,7 @@ struct SurfaceLight {
 };
 
 /// @param scene without gaps (fill_gaps)
-/// @return valid for inner cells; `edge` for those at least kSurfaceEdge from the margin
+/// @return `edge` is valid for cells at least kSurfaceEdge from the margin
 [[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Sun& sun);
 inline constexpr int kSurfaceEdge = 3;
 

@@ -7,30 +7,12 @@
 #include <vector>
 
 #include "tests/bench/accuracy/linear_colour.hpp"
-#include "voxelserver/survey/survey.hpp"
+#include "tests/bench/accuracy/photo_mosaic_survey.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
 #include "voxelserver/voxelize/steps/photo_lights.hpp"
 
 namespace terravox::bench {
 namespace {
-
-constexpr int kSquares = 3;
-constexpr int kMosaicSquare_m = 256;
-
-survey::SurveyOptions surveyed(const std::filesystem::path& folder, int threads) {
-    survey::SurveyOptions out;
-    out.seed = 7;
-    out.density = 8;
-    out.square_m = kMosaicSquare_m;
-    out.squares_east = kSquares;
-    out.squares_north = kSquares;
-    out.origin_east_m = 462368;
-    out.origin_north_m = 101360;
-    out.photo_light = survey::PhotoLight{120, 32, 0.4, 0};
-    out.threads = threads;
-    out.folder = folder;
-    return out;
-}
 
 /// The logarithm of albedo over the truth by columns; NaN = not known.
 class RatioGrid {
@@ -106,29 +88,21 @@ double root_mean_square(const std::vector<double>& values) {
 }  // namespace
 
 SeamSteps measure_seams(const std::filesystem::path& folder, int threads) {
-    const survey::SurveyOptions options = surveyed(folder, threads);
-    if (!std::filesystem::exists(folder / "truth" / "place.json"))  // written last
-        survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {});
+    const PhotoMosaicSurvey survey = photo_mosaic_survey(folder, threads);
     voxelize::LidarWorldOptions world;
     world.threads = threads;
-    std::vector<std::filesystem::path> taken;
-    std::vector<std::filesystem::path> true_colours;
-    for (const survey::SquareExtent& square : survey::squares_of(options)) {
-        world.files.push_back(folder / (square.name() + ".laz"));
-        taken.push_back(folder / "ortho" / (square.name() + ".tif"));
-        true_colours.push_back(folder / "truth" / ("albedo_" + square.name() + ".tif"));
-    }
+    world.files = survey.points;
     util::StageTimes times;
     const voxelize::Settings settings;
     voxelize::PointSet points(world, settings, times);
     const grid::Frame& frame = points.sources().frame;
-    const imagery::Orthophotos photos(taken, frame);
-    const imagery::Orthophotos truths(true_colours, frame);
+    const imagery::Orthophotos photos(survey.photos, frame);
+    const imagery::Orthophotos truths(survey.albedos, frame);
     voxelize::PhotoLights lights(photos, points, times);
 
     // Rounded to squares: the bounds of points are a column wider in places.
     grid::ColumnRect b = points.sources().bounds;
-    const int side = kSquares * kMosaicSquare_m;
+    const int side = PhotoMosaicSurvey::kSquares * PhotoMosaicSurvey::kSquare_m;
     b.max_x = std::min(b.max_x, b.min_x + side);
     b.max_z = std::min(b.max_z, b.min_z + side);
     RatioGrid ratios(b);
@@ -144,7 +118,7 @@ SeamSteps measure_seams(const std::filesystem::path& folder, int threads) {
     for (int at = kEvery; at + kEvery <= side - kEvery; at += kEvery)
         for (const bool southwards : {true, false})
             ratios.add_steps((southwards ? b.min_x : b.min_z) + at, southwards,
-                             at % kMosaicSquare_m == 0 ? at_borders : elsewhere);
+                             at % PhotoMosaicSurvey::kSquare_m == 0 ? at_borders : elsewhere);
     return {root_mean_square(at_borders), root_mean_square(elsewhere)};
 }
 

@@ -12,8 +12,8 @@ struct SeamSteps {
     double elsewhere = 0;   ///< along other lines
 };
 
-/// Nine squares of 256 m, each with a photograph of its own: village, fields, and woods in which
-/// hardly any ground is seen.
+/// Over photo_mosaic_survey().
+/// @param folder of the survey, which is made there when it is missing
 [[nodiscard]] SeamSteps measure_seams(const std::filesystem::path& folder, int threads);
 
 }  // namespace terravox::bench

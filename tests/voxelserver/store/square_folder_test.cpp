@@ -153,21 +153,37 @@ TEST_CASE("a folder that is removed while in use is made again", "[voxelserver][
     CHECK(squares.holds("s"));
 }
 
-TEST_CASE("damaged squares and indices count as absent with a warning, and are replaced",
+TEST_CASE("facts are kept as bytes", "[voxelserver][store]") {
+    const TemporaryFolder folder;
+    const std::string facts =
+        GENERATE(as<std::string>(), std::string(), std::string("a\0b", 3), std::string(5000, 'x'));
+    store::SquareFolder squares(folder.path(), 1 << 30);
+    CHECK_FALSE(squares.find_facts("s"));
+    squares.put_facts("s", facts);
+    CHECK(squares.find_facts("s") == facts);
+    CHECK(store::SquareFolder(folder.path(), 1 << 30).find_facts("s") == facts);
+    CHECK_FALSE(squares.find_index("s"));
+    CHECK(squares.find("s") == nullptr);
+}
+
+TEST_CASE("damaged squares, indices and facts count as absent with a warning, and are replaced",
           "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 200, 4);
     store::SquareFolder squares(folder.path(), 1 << 30);
     (void)squares.put("s", square);
     squares.put_index("s", made_index(1, 3));
-    for (const char* file : {"s.square", "s.chunks"})
+    squares.put_facts("s", "facts");
+    for (const char* file : {"s.square", "s.chunks", "s.facts"})
         write_bytes(folder.path() / file, bytes_of(folder.path() / file).substr(0, 2100));
     const Warnings warnings;
     CHECK(squares.find("s") == nullptr);
     CHECK_FALSE(squares.find_index("s"));
+    CHECK_FALSE(squares.find_facts("s"));
     CHECK(warnings.count("s.square") == 1);
     CHECK(warnings.count("s.chunks") == 1);
-    CHECK(warnings.count("it is made again") == 2);
+    CHECK(warnings.count("s.facts") == 1);
+    CHECK(warnings.count("it is made again") == 3);
     (void)squares.put("s", square);
     squares.put_index("s", made_index(1, 3));
     REQUIRE(squares.find("s"));

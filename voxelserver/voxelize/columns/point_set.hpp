@@ -46,6 +46,11 @@ public:
         return m_squares.state_of(file);
     }
 
+    /// SquareReader::facts_folder()
+    [[nodiscard]] store::SquareFolder* facts_folder() const noexcept {
+        return m_squares.facts_folder();
+    }
+
     /// Counts of the points of all squares that have been decoded whole so far.
     [[nodiscard]] store::PointCounts counts() const { return m_report.counts(); }
 

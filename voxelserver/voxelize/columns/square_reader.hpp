@@ -44,6 +44,11 @@ public:
     /// The state of a file, and the error if it failed.
     [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
 
+    /// Where facts that were found out are kept for later worlds; nullptr: nowhere.
+    [[nodiscard]] store::SquareFolder* facts_folder() const noexcept {
+        return m_folder ? m_folder.get() : m_indices.get();
+    }
+
 private:
     /// The progress of a file so far. Guarded by m_mutex.
     struct Progress {

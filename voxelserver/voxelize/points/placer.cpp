@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/voxel/box.hpp"
+#include "common/voxel/bytes.hpp"
 #include "voxelserver/voxelize/points/extent.hpp"
 
 namespace terravox::voxelize {
@@ -34,7 +35,31 @@ double on_grid(const pointcloud::PointCloudInfo& info, std::size_t axis, double 
     return round((limit - info.offset[axis]) / scale) * scale + info.offset[axis];
 }
 
+void add(voxel::ByteWriter& out, const grid::ColumnRect& r) {
+    for (const std::int32_t v : {r.min_x, r.min_z, r.max_x, r.max_z})
+        out.add(v);
+}
+
 }  // namespace
+
+voxel::Fingerprint fingerprint_of(const SquareSource& source) {
+    voxel::ByteWriter out;
+    out.add(source.identity);
+    out.add(source.info.crs->wkt());
+    out.add(source.vertical_metres);
+    add(out, source.bounds);
+    for (const grid::ColumnRect& island : source.islands)
+        add(out, island);
+    out.add(source.lowest);
+    out.add(source.highest);
+    out.add(source.has_colour);
+    out.add(source.colour_shift);
+    for (const BrightnessScale::Line& line : source.brightness.lines()) {
+        out.add(line.number);
+        out.add(line.bright_ground);
+    }
+    return out.fingerprint();
+}
 
 Placer::Placer(const SquareSource& source, const grid::Frame& frame, const ClassTable& classes,
                const Settings::Points& filters)

@@ -47,6 +47,9 @@ struct SquareSource {
         });
     }
 };
+/// Of the file and of how it is read.
+/// @param source with a CRS
+[[nodiscard]] voxel::Fingerprint fingerprint_of(const SquareSource& source);
 
 /// Whether the filters and the class table keep a return.
 enum class FilterResult { kKept, kWithheld, kNoise };

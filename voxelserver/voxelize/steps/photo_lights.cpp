@@ -5,8 +5,9 @@
 
 #include "common/util/linear_light.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
 #include "voxelserver/sunlight/light_removal.hpp"
-#include "voxelserver/voxelize/steps/photo_samples.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -16,7 +17,8 @@ using sunlight::Kind;
 using sunlight::Light;
 using sunlight::Scene;
 
-constexpr const char* kStepName = "photo light";
+constexpr const char* kFindStep = "photo light search";
+constexpr const char* kRemoveStep = "photo light";
 /// For the light of an image and its entry in the cache.
 constexpr std::size_t kLightBytes = 1024;
 /// Cells of the search are at least this wide.
@@ -130,10 +132,11 @@ void relight(std::uint32_t image, const sunlight::LightField& light, const Scene
 }  // namespace
 
 PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
-                         util::StageTimes& times)
+                         util::StageTimes& times, const KeptLights& kept)
     : m_images(images),
       m_points(points),
       m_times(times),
+      m_kept(kept),
       m_voxel_m(points.sources().frame.voxel_m()),
       m_around(shadow_patches(m_voxel_m)),
       m_mosaic(images.inputs()),
@@ -162,9 +165,26 @@ Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
     return scene;
 }
 
-PhotoLight PhotoLights::find_light(std::size_t image) {
-    const util::StageTimes::Scope timed(m_times, kStepName);
-    const PhotoSample sample = photo_sample(m_images.inputs()[image].rect, m_points.sources());
+/// From an earlier world, else by a search, whose result is kept for later ones.
+PhotoLight PhotoLights::known_or_found(std::size_t image) {
+    const util::StageTimes::Scope timed(m_times, kFindStep);
+    const imagery::Orthophotos::Input input = m_images.inputs()[image];
+    const PhotoSample sample = photo_sample(input.rect, m_points.sources());
+    if (m_kept.folder == nullptr)
+        return find_light(image, sample);
+    voxel::ByteWriter inputs;
+    inputs.add(m_kept.everywhere);
+    inputs.add(fingerprint_of(sample, input.identity, m_points.sources()));
+    const std::string name = "light-" + voxel::hex_of(inputs.fingerprint());
+    if (const auto bytes = m_kept.folder->find_facts(name))
+        if (const auto known = photo_light_of(*bytes))
+            return *known;
+    PhotoLight found = find_light(image, sample);
+    m_kept.folder->put_facts(name, to_bytes(found));
+    return found;
+}
+
+PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample) {
     std::vector<Scene> scenes;
     for (const grid::PatchRect& block : sample.blocks) {
         Scene scene = surface_of(block, m_around);
@@ -188,13 +208,17 @@ PhotoLight PhotoLights::find_light(std::size_t image) {
     constexpr float kNoShadow = 0.9F;
     if (sun && sunlight::luminance(out.light.sky) > kNoShadow)
         out.light = sunlight::measure_light(scenes, std::nullopt);
-    log_light(m_images.order()[image].string(), out);
     return out;
 }
 
 PhotoLight PhotoLights::light_of(std::size_t image) {
     return *m_lights.get(
-        image, [&] { return std::make_shared<const PhotoLight>(find_light(image)); },
+        image,
+        [&] {
+            const PhotoLight light = known_or_found(image);
+            log_light(m_images.order()[image].string(), light);
+            return std::make_shared<const PhotoLight>(light);
+        },
         [](const auto&) { return sizeof(PhotoLight); });
 }
 
@@ -263,7 +287,7 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
             continue;
         }
         const sunlight::LightField light = light_over(image, key);
-        const util::StageTimes::Scope timed(m_times, kStepName);
+        const util::StageTimes::Scope timed(m_times, kRemoveStep);
         if (!surface)
             surface = surface_of({key, {key.px + 1, key.pz + 1}}, m_around);
         Scene scene = *surface;

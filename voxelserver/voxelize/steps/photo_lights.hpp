@@ -5,28 +5,33 @@
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/store/square_folder.hpp"
 #include "voxelserver/sunlight/light_blend.hpp"
-#include "voxelserver/sunlight/sun_finder.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
+#include "voxelserver/voxelize/steps/photo_light.hpp"
 #include "voxelserver/voxelize/steps/photo_mosaic.hpp"
+#include "voxelserver/voxelize/steps/photo_samples.hpp"
 
 namespace terravox::voxelize {
 
-/// The light of one image, and how it was found.
-struct PhotoLight {
-    sunlight::FlightLight light;
-    sunlight::SunEstimate estimate;  ///< the best one, whether or not it is certain
+/// Where lights that were found are kept for later worlds.
+struct KeptLights {
+    store::SquareFolder* folder = nullptr;  ///< nullptr: nowhere
+    /// Of all that columns of points depend on besides their files.
+    voxel::Fingerprint everywhere{};
 };
 
 /// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
-/// image is found when a column first needs it, from a sample (photo_sample) of the image and of
-/// the points beneath: a function of these inputs, whatever is asked for first. Between the middles
+/// image is found when a column first needs it (step "photo light search"), from a sample
+/// (photo_sample) of the image and of the points beneath: a function of these inputs, whatever is
+/// asked for first. Between the middles
 /// of images that may be of one flight it is blended (PhotoMosaic), so that they join without a
 /// seam. Thread-safe.
 class PhotoLights {
 public:
-    /// Images, points and times must outlive this.
-    PhotoLights(const imagery::Orthophotos& images, PointSet& points, util::StageTimes& times);
+    /// Images, points, times and a folder must outlive this.
+    PhotoLights(const imagery::Orthophotos& images, PointSet& points, util::StageTimes& times,
+                const KeptLights& kept = {});
 
     /// The images' values for a patch, with albedo as colours; `nir` and `red` are as in the image,
     /// since their ratio counts. Depends on the points within shadow_patches() around.
@@ -46,11 +51,13 @@ public:
 private:
     [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
     [[nodiscard]] sunlight::Scene surface_of(const grid::PatchRect& patches, int around);
-    [[nodiscard]] PhotoLight find_light(std::size_t image);
+    [[nodiscard]] PhotoLight known_or_found(std::size_t image);
+    [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
 
     const imagery::Orthophotos& m_images;
     PointSet& m_points;
     util::StageTimes& m_times;
+    KeptLights m_kept;
     double m_voxel_m;
     int m_around;
     PhotoMosaic m_mosaic;

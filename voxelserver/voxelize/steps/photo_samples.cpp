@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/voxel/bytes.hpp"
+
 namespace terravox::voxelize {
 namespace {
 
@@ -168,6 +170,22 @@ PhotoSample photo_sample(const ColumnRect& image, const Sources& sources) {
                         [&](const ColumnRect& r) { return r.overlaps(sources.files[i].bounds); }))
             out.files.push_back(i);
     return out;
+}
+
+voxel::Fingerprint fingerprint_of(const PhotoSample& sample, const voxel::Fingerprint& identity,
+                                  const Sources& sources) {
+    voxel::ByteWriter out;
+    out.add(identity);
+    for (const PatchRect& block : sample.blocks)
+        for (const std::int32_t v : {block.min.px, block.min.pz, block.max.px, block.max.pz})
+            out.add(v);
+    std::vector<voxel::Fingerprint> files;
+    for (const std::size_t file : sample.files)
+        files.push_back(fingerprint_of(sources.files[file]));
+    std::sort(files.begin(), files.end());
+    for (const voxel::Fingerprint& file : files)
+        out.add(file);
+    return out.fingerprint();
 }
 
 }  // namespace terravox::voxelize

@@ -20,6 +20,14 @@ struct PhotoSample {
 /// @return no blocks where no file lies beneath
 [[nodiscard]] PhotoSample photo_sample(const grid::ColumnRect& image, const Sources& sources);
 
+/// An image and all that its light is found from, but for what columns of points depend on besides
+/// their files.
+/// @param sample of the image
+/// @param identity of the image
+[[nodiscard]] voxel::Fingerprint fingerprint_of(const PhotoSample& sample,
+                                                const voxel::Fingerprint& identity,
+                                                const Sources& sources);
+
 /// Within how many patches what casts a shadow on a patch is searched for: about 60 m, and at most
 /// four.
 [[nodiscard]] int shadow_patches(double voxel_m) noexcept;

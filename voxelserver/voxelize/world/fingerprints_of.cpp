@@ -14,55 +14,13 @@ namespace {
 using voxel::ByteWriter;
 using voxel::Fingerprint;
 
-void add(voxel::ByteWriter& out, const grid::ColumnRect& r) {
-    out.add(r.min_x);
-    out.add(r.min_z);
-    out.add(r.max_x);
-    out.add(r.max_z);
-}
-
-Fingerprint fingerprint_of(const SquareSource& s) {
-    voxel::ByteWriter out;
-    out.add(s.identity);
-    out.add(s.info.crs->wkt());
-    out.add(s.vertical_metres);
-    add(out, s.bounds);
-    for (const grid::ColumnRect& island : s.islands)
-        add(out, island);
-    out.add(s.lowest);
-    out.add(s.highest);
-    out.add(s.has_colour);
-    out.add(s.colour_shift);
-    for (const BrightnessScale::Line& line : s.brightness.lines()) {
-        out.add(line.number);
-        out.add(line.bright_ground);
-    }
-    return out.fingerprint();
-}
-
-/// An image and all that its own light is found from.
-Fingerprint lit_fingerprint_of(const imagery::Orthophotos::Input& image, const Sources& sources) {
-    const PhotoSample sample = photo_sample(image.rect, sources);
-    voxel::ByteWriter out;
-    out.add(image.identity);
-    for (const grid::PatchRect& block : sample.blocks)
-        add(out, {block.min.px, block.min.pz, block.max.px, block.max.pz});
-    std::vector<Fingerprint> files;
-    for (const std::size_t file : sample.files)
-        files.push_back(fingerprint_of(sources.files[file]));
-    std::sort(files.begin(), files.end());
-    for (const Fingerprint& file : files)
-        out.add(file);
-    return out.fingerprint();
-}
-
 /// Each image with all that its albedo depends on besides the points beneath: the light of images
 /// around it counts, too.
 std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthophotos::Input>& images,
                                              const Sources& sources) {
     std::vector<Fingerprint> own;
     for (const imagery::Orthophotos::Input& image : images)
-        own.push_back(lit_fingerprint_of(image, sources));
+        own.push_back(fingerprint_of(photo_sample(image.rect, sources), image.identity, sources));
     const PhotoMosaic mosaic(images);
     std::vector<Fingerprint> out;
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -77,11 +35,9 @@ std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthopho
 
 }  // namespace
 
-InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthophotos* images,
-                                  const ClassTable& classes, const Settings& settings,
-                                  int cell_voxels) {
-    InputFingerprints out;
-    voxel::ByteWriter all;
+voxel::Fingerprint fingerprint_everywhere(const Sources& sources, const ClassTable& classes,
+                                          const Settings& settings, int cell_voxels) {
+    ByteWriter all;
     const grid::Frame& frame = sources.frame;
     all.add(kBoxRecipe);
     all.add(frame.crs().wkt());
@@ -96,7 +52,14 @@ InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthoph
     // Nothing rises above the points that it is made from, but a bed may lie below them all, and
     // boxes below the lowest are not requested.
     all.add(voxel::floor_div(sources.lowest_y, voxel::kBoxSizeY));
-    out.everywhere = all.fingerprint();
+    return all.fingerprint();
+}
+
+InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthophotos* images,
+                                  const ClassTable& classes, const Settings& settings,
+                                  int cell_voxels) {
+    InputFingerprints out;
+    out.everywhere = fingerprint_everywhere(sources, classes, settings, cell_voxels);
     out.palette = palette_fingerprint(settings);
     // A margin of one voxel, as where columns are made: a transformed or rounded point may lie just
     // outside its file's bounds.

@@ -12,6 +12,11 @@ struct Sources;
 
 /// The fingerprints of an opened world.
 /// @param images nullptr = none
+/// InputFingerprints::everywhere
+[[nodiscard]] voxel::Fingerprint fingerprint_everywhere(const Sources& sources,
+                                                        const ClassTable& classes,
+                                                        const Settings& settings, int cell_voxels);
+
 [[nodiscard]] InputFingerprints fingerprints_of(const Sources& sources,
                                                 const imagery::Orthophotos* images,
                                                 const ClassTable& classes, const Settings& settings,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "voxelserver/voxelize/world/input_fingerprints.hpp"
+#include "voxelserver/voxelize/world/fingerprints_of.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -30,7 +30,11 @@ StepContext::StepContext(PointSet& given, const imagery::Orthophotos* images,
       settings(chosen),
       voxel_m(given.sources().frame.voxel_m()),
       photo_lights(images != nullptr && chosen.orthophoto.albedo
-                       ? std::make_unique<PhotoLights>(*images, given, times)
+                       ? std::make_unique<PhotoLights>(
+                             *images, given, times,
+                             KeptLights{given.facts_folder(),
+                                        fingerprint_everywhere(given.sources(), given.classes(),
+                                                               chosen, given.cell_voxels())})
                        : nullptr),
       surface(images, photo_lights.get(), given.classes(), chosen, given.sources().has_water_class,
               voxel_m, memory_bytes / 4, times),

@@ -212,3 +212,53 @@ TEST_CASE("an earlier photograph of the same place does not count",
     CHECK(light_at_border(both, 0).veil == alone.veil);
     CHECK(light_at_border(both, 0).sky == alone.sky);
 }
+
+TEST_CASE("the light of photographs is kept for later worlds",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village village;
+    const TemporaryFolder cache;
+    auto options = village.options("albedo");
+    const auto wanted = [&] {
+        OpenWorld world(options);
+        return box_checksums_of(world.world(), true);
+    }();
+    options.cache_dir = cache.path();
+    const auto known_lights = [&] {
+        std::vector<fs::path> out;
+        for (const auto& file : fs::directory_iterator(cache.path() / "squares"))
+            if (file.path().extension() == ".facts")
+                out.push_back(file.path());
+        return out;
+    };
+    const auto boxes = [&] {
+        OpenWorld world(options);
+        return box_checksums_of(world.world(), true);
+    };
+    CHECK(boxes() == wanted);
+    REQUIRE(known_lights().size() == 1);
+    const fs::path kept = known_lights().front();
+    const std::string name = kept.stem().string();
+    store::SquareFolder folder(cache.path() / "squares", 1 << 30);
+    const auto facts = folder.find_facts(name);
+    REQUIRE(facts);
+    CHECK(boxes() == wanted);
+    CHECK(known_lights() == std::vector{kept});
+
+    SECTION("it is what later worlds go by") {
+        auto light = voxelize::photo_light_of(*facts);
+        REQUIRE(light);
+        light->light.gain = {0.5F, 0.5F, 0.5F};
+        folder.put_facts(name, to_bytes(*light));
+        CHECK(boxes() != wanted);
+    }
+    SECTION("what is damaged is found again") {
+        fs::resize_file(kept, fs::file_size(kept) - 1);
+        CHECK(boxes() == wanted);
+        CHECK(folder.find_facts(name) == facts);
+    }
+    SECTION("other settings find a light of their own") {
+        options.voxel_m = 0.5;
+        (void)boxes();
+        CHECK(known_lights().size() == 2);
+    }
+}
