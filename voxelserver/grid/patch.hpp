@@ -50,10 +50,14 @@ struct ColumnRect {
         return {std::max(min_x, o.min_x), std::max(min_z, o.min_z), std::min(max_x, o.max_x),
                 std::min(max_z, o.max_z)};
     }
-    /// The number of columns; 0 where a side is not positive.
+    /// The number of columns; 0 where a side is not positive. Sides count up to 2^29 columns, more
+    /// than the Earth is long: an image without a sensible place may state any.
     [[nodiscard]] std::int64_t area() const noexcept {
-        return std::max<std::int64_t>(std::int64_t{max_x} - min_x, 0) *
-               std::max<std::int64_t>(std::int64_t{max_z} - min_z, 0);
+        const auto side = [](std::int32_t min, std::int32_t max) {
+            constexpr std::int64_t kLongest = std::int64_t{1} << 29;
+            return std::clamp<std::int64_t>(std::int64_t{max} - min, 0, kLongest);
+        };
+        return side(min_x, max_x) * side(min_z, max_z);
     }
     friend bool operator==(const ColumnRect&, const ColumnRect&) = default;
 };

@@ -20,12 +20,14 @@ namespace fs = std::filesystem;
 struct Orthophotos::Layer {
     Image image;
     PixelMap map;
-    long long pixel_mm = 0;
+    double whole_pixel_m = 0;  ///< of the image itself
+    long long pixel_mm = 0;    ///< of what is read of it, which may be an overview
     voxel::Fingerprint identity;
     std::size_t series = 0;  ///< as in Input
     Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square)
         : image(path, square), map(frame, image), identity(image_identity(path)) {
         constexpr double kMax = 4096;
+        whole_pixel_m = frame.voxel_m() / map.pixels_per_voxel();
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
         pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
@@ -158,13 +160,18 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
 void Orthophotos::find_series() {
     constexpr double kSameSize = 1.1;
     constexpr std::size_t kYear = 4;  // characters of a date
-    std::map<std::pair<long long, std::string>, std::size_t> series;
-    long long finest_mm = 0;  // of those whose pixels have about one size
-    for (const auto& layer : m_layers) {
-        const auto pixel_mm = static_cast<double>(layer->pixel_mm);
-        if (pixel_mm > kSameSize * static_cast<double>(finest_mm))
-            finest_mm = layer->pixel_mm;
-        const std::pair key{finest_mm, layer->image.date().substr(0, kYear)};
+    std::vector<Layer*> finest_first;
+    for (const auto& layer : m_layers)
+        finest_first.push_back(layer.get());
+    std::stable_sort(finest_first.begin(), finest_first.end(), [](const Layer* a, const Layer* b) {
+        return a->whole_pixel_m < b->whole_pixel_m;
+    });
+    std::map<std::pair<double, std::string>, std::size_t> series;
+    double finest_m = 0;  // of those whose pixels have about one size
+    for (Layer* const layer : finest_first) {
+        if (layer->whole_pixel_m > kSameSize * finest_m)
+            finest_m = layer->whole_pixel_m;
+        const std::pair key{finest_m, layer->image.date().substr(0, kYear)};
         layer->series = series.emplace(key, series.size()).first->second;
     }
 }

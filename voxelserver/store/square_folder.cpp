@@ -73,6 +73,23 @@ std::vector<Kept> finished_files(const fs::path& folder) {
     return out;
 }
 
+/// @param read from a path; throws Error when the file is damaged
+template <class Read>
+auto find_file(const fs::path& file, const Read& read) {
+    using Found = decltype(read(file));
+    try {
+        Found found = read(file);
+        std::error_code ignored;
+        // Marks it as used now: last in the order of eviction.
+        if (found)
+            fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
+        return found;
+    } catch (const util::Error& e) {
+        util::log_warn("{}; it is made again", e.what());
+        return Found();
+    }
+}
+
 }  // namespace
 
 std::string square_name(const fs::path& source, const std::string& recipe) {
@@ -144,22 +161,6 @@ std::shared_ptr<const Square> SquareFolder::put(const std::string& name,
     return square;
 }
 
-template <class Read>
-auto SquareFolder::find_file(const fs::path& file, const Read& read) {
-    using Found = decltype(read(file));
-    try {
-        Found found = read(file);
-        std::error_code ignored;
-        // Marks it as used now: last in the order of eviction.
-        if (found)
-            fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
-        return found;
-    } catch (const util::Error& e) {
-        util::log_warn("{}; it is made again", e.what());
-        return Found();
-    }
-}
-
 template <class Write>
 void SquareFolder::put_small(const fs::path& file, const Write& write) {
     {
@@ -169,7 +170,6 @@ void SquareFolder::put_small(const fs::path& file, const Write& write) {
     }
     try {
         write(file);
-        evict(file);
     } catch (const util::Error& e) {
         complain(e.what());
     }
@@ -184,7 +184,10 @@ std::optional<ChunkIndex> SquareFolder::find_index(const std::string& name) {
 }
 
 void SquareFolder::put_index(const std::string& name, const ChunkIndex& index) {
-    put_small(index_file(name), [&](const fs::path& file) { write_chunks(file, index); });
+    put_small(index_file(name), [&](const fs::path& file) {
+        write_chunks(file, index);
+        evict(file);
+    });
 }
 
 std::optional<std::string> SquareFolder::find_facts(const std::string& name) {
@@ -192,6 +195,7 @@ std::optional<std::string> SquareFolder::find_facts(const std::string& name) {
 }
 
 void SquareFolder::put_facts(const std::string& name, const std::string& facts) {
+    // They are so small that they need not be counted at once.
     put_small(facts_file(name), [&](const fs::path& file) { write_facts(file, facts); });
 }
 

@@ -38,7 +38,8 @@ constexpr std::uint64_t kUnlimited_bytes = std::numeric_limits<std::uint64_t>::m
 /// read. Thread-safe; several processes may share a folder.
 class SquareFolder {
 public:
-    /// @param limit_bytes limit for all finished files together; enforced after every put
+    /// @param limit_bytes limit for all finished files together; enforced after every put of a
+    /// square or an index
     SquareFolder(std::filesystem::path folder, std::uint64_t limit_bytes);
 
     /// Whether a square of that name seems to be present; find() may still find it damaged.
@@ -54,14 +55,11 @@ public:
     [[nodiscard]] std::optional<ChunkIndex> find_index(const std::string& name);
     void put_index(const std::string& name, const ChunkIndex& index);
 
-    /// Facts that were found out about squares, as bytes.
+    /// Facts that were found out about squares, as bytes; a few KiB at most.
     [[nodiscard]] std::optional<std::string> find_facts(const std::string& name);
     void put_facts(const std::string& name, const std::string& facts);
 
 private:
-    /// @param read from a path; throws Error when the file is damaged
-    template <class Read>
-    [[nodiscard]] auto find_file(const std::filesystem::path& file, const Read& read);
     /// @param write to a path; throws Error
     template <class Write>
     void put_small(const std::filesystem::path& file, const Write& write);

@@ -17,7 +17,7 @@ constexpr std::size_t kMinCells = 500;
 /// Share of the light that comes from the sky, for the search; the true one is found later.
 constexpr float kSky = 0.3F;
 
-/// The natural logarithm of [0.3, 1.7], to 0.001: the search evaluates some million. The series of
+/// The natural logarithm of [0.3, 1.7], to 0.0012: the search evaluates some million. The series of
 /// the inverse hyperbolic tangent.
 float log_of(float light) noexcept {
     const float z = (light - 1) / (light + 1);

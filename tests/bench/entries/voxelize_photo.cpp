@@ -1,4 +1,8 @@
+#include <cstddef>
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
 #include "tests/bench/accuracy/photo_mosaic_survey.hpp"
@@ -71,8 +75,7 @@ const Registration kRegistered([] {
     out.measures = "what it costs to take the light out of photographs, beside leaving it";
     out.work =
         "all boxes of nine squares of 256 m (8 pulses/m2), each with a photograph of 0.5 m; "
-        "squares "
-        "prepared on disk; one thread";
+        "squares prepared on disk; one thread";
     out.floor = "the same boxes with the photographs as they were taken";
     out.missing = [](const Context&) { return std::string(); };
     out.prepare = [](const Context& c) -> Body {

@@ -44,9 +44,10 @@ public:
     /// The state of a file, and the error if it failed.
     [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
 
-    /// Where facts that were found out are kept for later worlds; nullptr: nowhere.
+    /// Where facts that were found out are kept for later worlds: with the chunk indices that are
+    /// to last, else in the cache folder; nullptr: nowhere.
     [[nodiscard]] store::SquareFolder* facts_folder() const noexcept {
-        return m_folder ? m_folder.get() : m_indices.get();
+        return m_indices ? m_indices.get() : m_folder.get();
     }
 
 private:

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/grid/frame.hpp"
 #include "voxelserver/pointcloud/point_source.hpp"
 #include "voxelserver/store/square.hpp"

@@ -44,10 +44,14 @@ bool all_within(const auto& values, float least, float most) noexcept {
 bool is_sound(const PhotoLight& found) noexcept {
     constexpr float kLeastSky = 0.01F;
     constexpr float kMost = 1e4F;
+    constexpr double kMostCorrelation = 1.001;  // rounded
     const sunlight::FlightLight& light = found.light;
-    return (!light.sun || is_sound(*light.sun)) && is_sound(found.estimate.sun) &&
-           all_within(light.sky, kLeastSky, 1) && all_within(light.veil, 0, 1) &&
-           all_within(light.gain, 1 / kMost, kMost) && all_within(light.typical, 0, kMost);
+    const sunlight::SunEstimate& estimate = found.estimate;
+    return (!light.sun || is_sound(*light.sun)) && is_sound(estimate.sun) &&
+           estimate.correlation >= -kMostCorrelation && estimate.correlation <= kMostCorrelation &&
+           estimate.margin >= 0 && estimate.margin <= 1 && all_within(light.sky, kLeastSky, 1) &&
+           all_within(light.veil, 0, 1) && all_within(light.gain, 1 / kMost, kMost) &&
+           all_within(light.typical, 0, kMost);
 }
 
 }  // namespace
@@ -74,9 +78,11 @@ std::optional<PhotoLight> photo_light_of(std::string_view bytes) {
     if (in.get<std::uint32_t>() != kVersion)
         return std::nullopt;
     PhotoLight out;
-    const bool has_sun = in.get<std::uint8_t>() != 0;
+    const auto has_sun = in.get<std::uint8_t>();
     const sunlight::Sun sun = sun_of(in);
-    if (has_sun)
+    if (has_sun > 1)
+        return std::nullopt;
+    if (has_sun == 1)
         out.light.sun = sun;
     for (Light* values : {&out.light.sky, &out.light.veil, &out.light.gain})
         *values = light_of(in);

@@ -134,12 +134,14 @@ void relight(std::uint32_t image, const sunlight::LightField& light, const Scene
 PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
                          util::StageTimes& times, const KeptLights& kept)
     : m_images(images),
+      m_inputs(images.inputs()),
+      m_paths(images.order()),
       m_points(points),
       m_times(times),
       m_kept(kept),
       m_voxel_m(points.sources().frame.voxel_m()),
       m_around(shadow_patches(m_voxel_m)),
-      m_mosaic(images.inputs()),
+      m_mosaic(m_inputs),
       m_lights((images.count() + 1) * kLightBytes) {}
 
 Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
@@ -168,7 +170,7 @@ Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
 /// From an earlier world, else by a search, whose result is kept for later ones.
 PhotoLight PhotoLights::known_or_found(std::size_t image) {
     const util::StageTimes::Scope timed(m_times, kFindStep);
-    const imagery::Orthophotos::Input input = m_images.inputs()[image];
+    const imagery::Orthophotos::Input& input = m_inputs[image];
     const PhotoSample sample = photo_sample(input.rect, m_points.sources());
     if (m_kept.folder == nullptr)
         return find_light(image, sample);
@@ -216,7 +218,7 @@ PhotoLight PhotoLights::light_of(std::size_t image) {
         image,
         [&] {
             const PhotoLight light = known_or_found(image);
-            log_light(m_images.order()[image].string(), light);
+            log_light(m_paths[image].string(), light);
             return std::make_shared<const PhotoLight>(light);
         },
         [](const auto&) { return sizeof(PhotoLight); });

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <vector>
 
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/store/square_folder.hpp"
 #include "voxelserver/sunlight/light_blend.hpp"
@@ -24,9 +27,8 @@ struct KeptLights {
 /// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
 /// image is found when a column first needs it (step "photo light search"), from a sample
 /// (photo_sample) of the image and of the points beneath: a function of these inputs, whatever is
-/// asked for first. Between the middles
-/// of images that may be of one flight it is blended (PhotoMosaic), so that they join without a
-/// seam. Thread-safe.
+/// asked for first. Between the middles of images that may be of one flight it is blended
+/// (PhotoMosaic), so that they join without a seam. Thread-safe.
 class PhotoLights {
 public:
     /// Images, points, times and a folder must outlive this.
@@ -55,6 +57,8 @@ private:
     [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
 
     const imagery::Orthophotos& m_images;
+    const std::vector<imagery::Orthophotos::Input> m_inputs;
+    const std::vector<std::filesystem::path> m_paths;
     PointSet& m_points;
     util::StageTimes& m_times;
     KeptLights m_kept;

@@ -31,6 +31,37 @@ float weight_at(const grid::ColumnRect& r, std::int32_t x, std::int32_t z) noexc
     return Reach(r.min_x, r.max_x).weight(x) * Reach(r.min_z, r.max_z).weight(z);
 }
 
+/// The share of a rectangle that others cover, by 16 x 16 points of it.
+double covered_share(const grid::ColumnRect& rect, const std::vector<grid::ColumnRect>& others) {
+    constexpr std::int64_t kPoints = 16;
+    int covered = 0;
+    const auto at = [](std::int32_t min, std::int32_t max, std::int64_t i) {
+        const std::int64_t length = std::int64_t{max} - min;
+        return static_cast<std::int32_t>(min + length * (2 * i + 1) / (2 * kPoints));
+    };
+    for (std::int64_t row = 0; row < kPoints; ++row)
+        for (std::int64_t column = 0; column < kPoints; ++column) {
+            const std::int32_t x = at(rect.min_x, rect.max_x, column);
+            const std::int32_t z = at(rect.min_z, rect.max_z, row);
+            const grid::ColumnRect point{x, z, x + 1, z + 1};
+            if (std::any_of(others.begin(), others.end(),
+                            [&](const grid::ColumnRect& r) { return r.overlaps(point); }))
+                ++covered;
+        }
+    return static_cast<double>(covered) / (kPoints * kPoints);
+}
+
+/// Whether an image is covered by less than half, and covers less than half of each of the others.
+bool fits(const grid::ColumnRect& image, const std::vector<grid::ColumnRect>& others) {
+    constexpr double kMost = 0.5;
+    return covered_share(image, others) < kMost &&
+           std::none_of(
+               others.begin(), others.end(),
+               [&](const grid::ColumnRect& other) {
+                   return covered_share(other, {image}) >= kMost;
+               });
+}
+
 }  // namespace
 
 PhotoMosaic::PhotoMosaic(std::span<const imagery::Orthophotos::Input> images) {
@@ -43,31 +74,29 @@ PhotoMosaic::PhotoMosaic(std::span<const imagery::Orthophotos::Input> images) {
         return m_images[a].rect.min_x < m_images[b].rect.min_x;
     });
     find_mosaics();
+    for (std::size_t i = 0; i < m_images.size(); ++i) {
+        m_around.push_back({i});
+        for (const std::size_t other : near(i))
+            if (m_images[other].mosaic == m_images[i].mosaic)
+                m_around.back().push_back(other);
+        std::sort(m_around.back().begin(), m_around.back().end());
+    }
 }
 
 // Each image joins the first mosaic that covers less than half of it, and of whose images it covers
 // less than half: where a place was photographed several times, each time becomes a mosaic.
 void PhotoMosaic::find_mosaics() {
-    struct Overlap {
-        std::int64_t area = 0;
-        bool too_much = false;
-    };
     for (std::size_t i = 0; i < m_images.size(); ++i) {
-        const std::int64_t own_area = m_images[i].rect.area();
-        std::map<std::size_t, Overlap> by_mosaic;
-        for (const std::size_t other : near(i)) {
-            if (other > i)
-                continue;
-            const std::int64_t area = m_images[i].rect.common(m_images[other].rect).area();
-            Overlap& sum = by_mosaic[m_images[other].mosaic];
-            sum.area += area;
-            sum.too_much =
-                sum.too_much || 2 * area >= m_images[other].rect.area() || 2 * sum.area >= own_area;
-        }
-        std::size_t mosaic = 0;
-        while (by_mosaic.contains(mosaic) && by_mosaic.at(mosaic).too_much)
-            ++mosaic;
-        m_images[i].mosaic = mosaic;
+        std::map<std::size_t, std::vector<grid::ColumnRect>> overlapping;  // by mosaic
+        for (const std::size_t other : near(i))
+            if (other < i && m_images[other].rect.overlaps(m_images[i].rect))
+                overlapping[m_images[other].mosaic].push_back(m_images[other].rect);
+        const auto is_room_in = [&](std::size_t mosaic) {
+            const auto found = overlapping.find(mosaic);
+            return found == overlapping.end() || fits(m_images[i].rect, found->second);
+        };
+        while (!is_room_in(m_images[i].mosaic))
+            ++m_images[i].mosaic;
     }
 }
 
@@ -92,20 +121,11 @@ std::vector<std::size_t> PhotoMosaic::near(std::size_t image) const {
     return out;
 }
 
-std::vector<std::size_t> PhotoMosaic::around(std::size_t image) const {
-    std::vector<std::size_t> out{image};
-    for (const std::size_t other : near(image))
-        if (m_images[other].mosaic == m_images[image].mosaic)
-            out.push_back(other);
-    std::sort(out.begin(), out.end());
-    return out;
-}
-
 std::vector<PhotoMosaic::Weight> PhotoMosaic::weights(std::size_t image, std::int32_t x,
                                                       std::int32_t z) const {
     std::vector<Weight> out;
     std::vector<float> largest_first;
-    for (const std::size_t i : around(image)) {
+    for (const std::size_t i : m_around[image]) {
         out.push_back({i, weight_at(m_images[i].rect, x, z)});
         largest_first.push_back(out.back().weight);
     }

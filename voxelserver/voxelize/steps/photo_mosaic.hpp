@@ -24,7 +24,9 @@ public:
     explicit PhotoMosaic(std::span<const imagery::Orthophotos::Input> images);
 
     /// The images that count somewhere in an image, rising; the image itself is one of them.
-    [[nodiscard]] std::vector<std::size_t> around(std::size_t image) const;
+    [[nodiscard]] const std::vector<std::size_t>& around(std::size_t image) const noexcept {
+        return m_around[image];
+    }
 
     struct Weight {
         std::size_t image = 0;
@@ -33,7 +35,8 @@ public:
     /// How much images count at a column of one of them, by rising index: each 1 in its middle,
     /// less to all sides, and nothing from half its size outside of it on. Over equal images side
     /// by side the sum is 1. Where more images than four would count, all weights are lowered by
-    /// that of the fifth, so that they change continuously.
+    /// that of the fifth, so that they change continuously. Flights are not told apart here: that
+    /// needs the light of each.
     /// @return at most kMostImages; none where no image counts
     [[nodiscard]] std::vector<Weight> weights(std::size_t image, std::int32_t x,
                                               std::int32_t z) const;
@@ -49,6 +52,7 @@ private:
         std::size_t mosaic = 0;  ///< of the series
     };
     std::vector<Place> m_images;
+    std::vector<std::vector<std::size_t>> m_around;
     std::vector<std::size_t> m_west_to_east;  ///< by their western edges
     std::int64_t m_max_width = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/voxelize/points/sources.hpp"
 
 namespace terravox::voxelize {

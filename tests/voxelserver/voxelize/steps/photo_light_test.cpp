@@ -58,7 +58,7 @@ TEST_CASE("what is no light of a photograph is not taken for one",
     CHECK_FALSE(voxelize::photo_light_of(other_version));
 
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    std::vector<PhotoLight> wrong(8, made_light());
+    std::vector<PhotoLight> wrong(11, made_light());
     wrong[0].light.sky[1] = 0;
     wrong[1].light.sky[1] = kNan;
     wrong[2].light.veil[2] = -0.1F;
@@ -67,6 +67,9 @@ TEST_CASE("what is no light of a photograph is not taken for one",
     wrong[5].light.typical[3] = kNan;
     wrong[6].light.sun->altitude_deg = 0;
     wrong[7].light.sun->azimuth_deg = kNan;
+    wrong[8].estimate.correlation = 2;
+    wrong[9].estimate.correlation = static_cast<double>(kNan);
+    wrong[10].estimate.margin = -1;
     for (std::size_t i = 0; i < wrong.size(); ++i) {
         INFO("case " << i);
         CHECK_FALSE(voxelize::photo_light_of(to_bytes(wrong[i])));

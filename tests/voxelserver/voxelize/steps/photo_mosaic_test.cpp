@@ -173,7 +173,7 @@ TEST_CASE("few images count where a drone took many", "[voxelserver][voxelize][p
         const grid::ColumnRect& rect = frames[own];
         for (std::int32_t z = rect.min_z; z < rect.max_z; z += 9)
             for (std::int32_t x = rect.min_x; x < rect.max_x; x += 9)
-                CHECK(mosaic.weights(own, x, z).size() <= PhotoMosaic::kMostImages);
+                REQUIRE(mosaic.weights(own, x, z).size() <= PhotoMosaic::kMostImages);
         for (const std::size_t other : mosaic.around(own))
             if (other != own) {
                 const std::int32_t dx = std::abs(frames[other].min_x - rect.min_x);
@@ -181,4 +181,25 @@ TEST_CASE("few images count where a drone took many", "[voxelserver][voxelize][p
                 CHECK((dx >= 100 || dz >= 70 || 2 * (100 - dx) * (70 - dz) < 100 * 70));
             }
     }
+}
+
+TEST_CASE("images that overlap at their edges are one mosaic, in any order",
+          "[voxelserver][voxelize][photo-mosaic]") {
+    // By 15 of 100 columns on each side, so that the middle one shares 51 % with one of the others,
+    // and 65 % when corners count for each of them.
+    std::vector<grid::ColumnRect> rects;
+    for (std::int32_t z = 0; z < 3; ++z)
+        for (std::int32_t x = 0; x < 3; ++x)
+            rects.push_back({85 * x, 85 * z, 85 * x + 100, 85 * z + 100});
+    SECTION("the middle one last, by 12 columns") {
+        for (std::int32_t i = 0; i < 9; ++i)
+            rects[static_cast<std::size_t>(i)] = {88 * (i % 3), 88 * (i / 3), 88 * (i % 3) + 100,
+                                                  88 * (i / 3) + 100};
+        std::swap(rects[4], rects[8]);
+    }
+    SECTION("in order") {}
+    const PhotoMosaic mosaic(images_of(rects));
+    for (std::size_t i = 0; i < rects.size(); ++i)
+        CHECK(mosaic.around(i).size() >= 4);
+    CHECK(mosaic.around(4).size() + mosaic.around(8).size() == 9 + 4);
 }

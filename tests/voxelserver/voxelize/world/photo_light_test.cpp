@@ -256,6 +256,12 @@ TEST_CASE("the light of photographs is kept for later worlds",
         CHECK(boxes() == wanted);
         CHECK(folder.find_facts(name) == facts);
     }
+    SECTION("it is kept with the chunk indices where these are to last") {
+        const TemporaryFolder lasting;
+        options.chunk_indices = lasting.path();
+        CHECK(boxes() == wanted);
+        CHECK(store::SquareFolder(lasting.path(), 1 << 30).find_facts(name) == facts);
+    }
     SECTION("other settings find a light of their own") {
         options.voxel_m = 0.5;
         (void)boxes();
