@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace terravox::sunlight {
 namespace {
@@ -23,39 +24,45 @@ struct Neighbours {
 
 /// A cell and the eight around it, row by row.
 template <class Visit>
-void each_neighbour(const Scene& scene, std::size_t i, const Visit& visit) {
-    const int x = static_cast<int>(i % static_cast<std::size_t>(scene.width));
-    const int z = static_cast<int>(i / static_cast<std::size_t>(scene.width));
-    for (int nz = std::max(z - 1, 0); nz <= std::min(z + 1, scene.height - 1); ++nz)
-        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, scene.width - 1); ++nx)
-            visit(scene.index(nx, nz));
+void each_neighbour(const Surface& surface, std::size_t i, const Visit& visit) {
+    const int x = static_cast<int>(i % static_cast<std::size_t>(surface.width));
+    const int z = static_cast<int>(i / static_cast<std::size_t>(surface.width));
+    for (int nz = std::max(z - 1, 0); nz <= std::min(z + 1, surface.height - 1); ++nz)
+        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, surface.width - 1); ++nx)
+            visit(surface.index(nx, nz));
 }
 
-Neighbours neighbours_of(const Scene& scene, std::size_t i) {
+Neighbours neighbours_of(const Surface& surface, std::size_t i) {
     Neighbours out;
-    each_neighbour(scene, i, [&](std::size_t j) {
-        if (!is_known(scene.top_m[j]))
+    each_neighbour(surface, i, [&](std::size_t j) {
+        if (!is_known(surface.top_m[j]))
             return;
-        out.sum += scene.top_m[j];
-        out.lowest = std::min(out.lowest, scene.top_m[j]);
+        out.sum += surface.top_m[j];
+        out.lowest = std::min(out.lowest, surface.top_m[j]);
         ++out.count;
-        out.kind = std::max(out.kind, scene.kind[j]);
+        out.kind = std::max(out.kind, surface.kind[j]);
     });
     return out;
 }
 
 }  // namespace
 
-Scene::Scene(int given_width, int given_height, int given_margin, double given_cell_m)
+Surface::Surface(int given_width, int given_height, int given_margin, double given_cell_m)
     : width(given_width), height(given_height), margin(given_margin), cell_m(given_cell_m) {
     const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     top_m.assign(count, kUnknownHeight);
     kind.assign(count, Kind::kUnknown);
-    photo.resize(count);
-    shown.assign(count, 0);
 }
 
-void fill_gaps(Scene& scene) {
+Scene::Scene(int given_width, int given_height, int given_margin, double given_cell_m)
+    : Scene(Surface(given_width, given_height, given_margin, given_cell_m)) {}
+
+Scene::Scene(Surface surface) : Surface(std::move(surface)) {
+    photo.resize(size());
+    shown.assign(size(), 0);
+}
+
+void fill_gaps(Surface& surface) {
     struct Filled {
         std::size_t index;
         float top_m;
@@ -63,21 +70,21 @@ void fill_gaps(Scene& scene) {
     };
     // Unknown cells beside known ones: those that are filled in the next round.
     std::vector<std::size_t> front;
-    std::vector<std::uint8_t> was_in_front(scene.size(), 0);
+    std::vector<std::uint8_t> was_in_front(surface.size(), 0);
     const auto add_to_front = [&](std::size_t i) {
-        if (is_known(scene.top_m[i]) || was_in_front[i] != 0)
+        if (is_known(surface.top_m[i]) || was_in_front[i] != 0)
             return;
         was_in_front[i] = 1;
         front.push_back(i);
     };
-    for (std::size_t i = 0; i < scene.size(); ++i)
-        if (!is_known(scene.top_m[i]) && neighbours_of(scene, i).count > 0)
+    for (std::size_t i = 0; i < surface.size(); ++i)
+        if (!is_known(surface.top_m[i]) && neighbours_of(surface, i).count > 0)
             add_to_front(i);
     std::vector<Filled> filled;
     for (int round = 0; round < kGapReach && !front.empty(); ++round) {
         filled.clear();
         for (const std::size_t i : front) {
-            const Neighbours near = neighbours_of(scene, i);
+            const Neighbours near = neighbours_of(surface, i);
             // Small gaps are chance; wide ones are water, or what lies behind a roof.
             constexpr int kSmall = 2;
             const bool small = round < kSmall;
@@ -86,32 +93,27 @@ void fill_gaps(Scene& scene) {
         }
         front.clear();
         for (const Filled& f : filled) {
-            scene.top_m[f.index] = f.top_m;
-            scene.kind[f.index] = f.kind;
-            each_neighbour(scene, f.index, add_to_front);
+            surface.top_m[f.index] = f.top_m;
+            surface.kind[f.index] = f.kind;
+            each_neighbour(surface, f.index, add_to_front);
         }
     }
     // Nothing casts a shadow from there, and nothing is said about it.
     constexpr float kLowest_m = -1e4F;
-    for (float& top : scene.top_m)
+    for (float& top : surface.top_m)
         if (!is_known(top))
             top = kLowest_m;
 }
 
-Scene inner_cells(const Scene& scene) {
-    Scene out(scene.width - 2 * scene.margin, scene.height - 2 * scene.margin, 0, scene.cell_m);
-    for (int z = 0; z < out.height; ++z) {
-        const auto row = [&](const auto& from, auto& to) {
-            const auto at =
-                static_cast<std::ptrdiff_t>(scene.index(scene.margin, z + scene.margin));
-            std::copy_n(from.begin() + at, out.width,
-                        to.begin() + static_cast<std::ptrdiff_t>(out.index(0, z)));
-        };
-        row(scene.top_m, out.top_m);
-        row(scene.kind, out.kind);
-        row(scene.photo, out.photo);
-        row(scene.shown, out.shown);
-    }
+Surface inner_cells(const Surface& surface) {
+    const int margin = surface.margin;
+    Surface out(surface.width - 2 * margin, surface.height - 2 * margin, 0, surface.cell_m);
+    for (int z = 0; z < out.height; ++z)
+        for (int x = 0; x < out.width; ++x) {
+            const std::size_t from = surface.index(x + margin, z + margin);
+            out.top_m[out.index(x, z)] = surface.top_m[from];
+            out.kind[out.index(x, z)] = surface.kind[from];
+        }
     return out;
 }
 
@@ -144,17 +146,17 @@ Scene halved(const Scene& scene) {
     return out;
 }
 
-std::vector<Slope> slopes_of(const Scene& scene) {
-    const int border = std::max(scene.margin, 1);
+std::vector<Slope> slopes_of(const Surface& surface) {
+    const int border = std::max(surface.margin, 1);
     // Steeper than this between two cells is an edge, not a slope.
     constexpr float kEdge = 2.5F;
-    std::vector<Slope> out(scene.size());
-    const auto run = static_cast<float>(scene.cell_m);
+    std::vector<Slope> out(surface.size());
+    const auto run = static_cast<float>(surface.cell_m);
     const auto along = [&](std::size_t before, std::size_t at, std::size_t after) {
-        const float rise_in = (scene.top_m[at] - scene.top_m[before]) / run;
-        const float rise_out = (scene.top_m[after] - scene.top_m[at]) / run;
-        const bool in = scene.kind[before] == scene.kind[at] && std::abs(rise_in) < kEdge;
-        const bool on = scene.kind[after] == scene.kind[at] && std::abs(rise_out) < kEdge;
+        const float rise_in = (surface.top_m[at] - surface.top_m[before]) / run;
+        const float rise_out = (surface.top_m[after] - surface.top_m[at]) / run;
+        const bool in = surface.kind[before] == surface.kind[at] && std::abs(rise_in) < kEdge;
+        const bool on = surface.kind[after] == surface.kind[at] && std::abs(rise_out) < kEdge;
         if (in && on)
             return (rise_in + rise_out) / 2;
         if (in)
@@ -162,22 +164,22 @@ std::vector<Slope> slopes_of(const Scene& scene) {
         return on ? rise_out : 0.0F;
     };
     const int first = std::max(border - 1, 1);
-    for (int z = first; z < scene.height - first; ++z)
-        for (int x = first; x < scene.width - first; ++x) {
-            const std::size_t i = scene.index(x, z);
+    for (int z = first; z < surface.height - first; ++z)
+        for (int x = first; x < surface.width - first; ++x) {
+            const std::size_t i = surface.index(x, z);
             out[i].east = along(i - 1, i, i + 1);
-            out[i].south = along(scene.index(x, z - 1), i, scene.index(x, z + 1));
+            out[i].south = along(surface.index(x, z - 1), i, surface.index(x, z + 1));
         }
     // The mean of three by three of one kind: points of a survey scatter by decimetres.
-    std::vector<Slope> smooth(scene.size());
-    for (int z = border; z < scene.height - border; ++z)
-        for (int x = border; x < scene.width - border; ++x) {
-            const std::size_t i = scene.index(x, z);
+    std::vector<Slope> smooth(surface.size());
+    for (int z = border; z < surface.height - border; ++z)
+        for (int x = border; x < surface.width - border; ++x) {
+            const std::size_t i = surface.index(x, z);
             float count = 0;
             for (int dz = -1; dz <= 1; ++dz)
                 for (int dx = -1; dx <= 1; ++dx) {
-                    const std::size_t j = scene.index(x + dx, z + dz);
-                    if (scene.kind[j] != scene.kind[i])
+                    const std::size_t j = surface.index(x + dx, z + dz);
+                    if (surface.kind[j] != surface.kind[i])
                         continue;
                     smooth[i].east += out[j].east;
                     smooth[i].south += out[j].south;

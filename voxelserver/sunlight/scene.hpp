@@ -21,10 +21,10 @@ inline constexpr std::size_t kKinds = 5;
 /// Red, green and blue in linear light, 1 = the maximum of sRGB.
 using Light = std::array<float, 3>;
 
-/// A surface seen from above and its photograph, in square cells; index = z * width + x, x to the
-/// east, z to the south. The photograph covers the inner cells only, at least `margin` away from
-/// all edges: the margin is for what casts shadows on them.
-struct Scene {
+/// A surface seen from above, in square cells; index = z * width + x, x to the east, z to the
+/// south. The inner cells, at least `margin` away from all edges, are those that count; the margin
+/// is for what casts shadows on them.
+struct Surface {
     int width = 0;
     int height = 0;
     int margin = 0;
@@ -32,11 +32,10 @@ struct Scene {
     /// Of the highest that is seen, above any level; NaN = not known.
     std::vector<float> top_m;
     std::vector<Kind> kind;
-    std::vector<Light> photo;         ///< of all cells; valid where `shown`
-    std::vector<std::uint8_t> shown;  ///< 1 = the photograph shows the cell
 
-    Scene() = default;
-    Scene(int given_width, int given_height, int given_margin, double given_cell_m);
+    Surface() = default;
+    /// Of which nothing is known.
+    Surface(int given_width, int given_height, int given_margin, double given_cell_m);
     [[nodiscard]] std::size_t index(int x, int z) const noexcept {
         return static_cast<std::size_t>(z) * static_cast<std::size_t>(width) +
                static_cast<std::size_t>(x);
@@ -44,13 +43,24 @@ struct Scene {
     [[nodiscard]] std::size_t size() const noexcept { return top_m.size(); }
 };
 
+/// A surface and its photograph, which covers inner cells only.
+struct Scene : Surface {
+    std::vector<Light> photo;         ///< of all cells; valid where `shown`
+    std::vector<std::uint8_t> shown;  ///< 1 = the photograph shows the cell
+
+    Scene() = default;
+    Scene(int given_width, int given_height, int given_margin, double given_cell_m);
+    /// Not photographed yet.
+    explicit Scene(Surface surface);
+};
+
 /// Fills unknown heights from those at most kGapReach cells away; what is farther becomes very low.
 /// Kinds are taken over two cells only.
-void fill_gaps(Scene& scene);
+void fill_gaps(Surface& surface);
 inline constexpr int kGapReach = 24;
 
-/// The inner cells alone: a scene without a margin.
-[[nodiscard]] Scene inner_cells(const Scene& scene);
+/// The inner cells alone, without a margin.
+[[nodiscard]] Surface inner_cells(const Surface& surface);
 
 /// The same surface in cells of twice the size: the highest top, the mean of the photograph.
 [[nodiscard]] Scene halved(const Scene& scene);
@@ -65,8 +75,8 @@ struct Slope {
         return 1 / std::sqrt(1 + east * east + south * south);
     }
 };
-/// @return valid for inner cells that are not at an edge of the scene
-[[nodiscard]] std::vector<Slope> slopes_of(const Scene& scene);
+/// @return valid for inner cells that are not at an edge of the surface
+[[nodiscard]] std::vector<Slope> slopes_of(const Surface& surface);
 
 /// Relative luminance of linear sRGB. Ref: IEC 61966-2-1.
 [[nodiscard]] constexpr float luminance(const Light& light) noexcept {

@@ -118,7 +118,6 @@ private:
 
     /// Cells of one kind in one tile, where these are enough.
     static std::vector<std::vector<std::size_t>> groups_of(const Scene& scene) {
-        constexpr std::size_t kMin = 8;
         const int tile = std::max(4, static_cast<int>(std::lround(kTile_m / scene.cell_m)));
         const int across = (scene.width + tile - 1) / tile;
         const int down = (scene.height + tile - 1) / tile;
@@ -133,7 +132,10 @@ private:
                 const auto at = static_cast<std::size_t>((z / tile) * across + x / tile);
                 out[at * kKinds + static_cast<std::size_t>(kind)].push_back(i);
             }
-        std::erase_if(out, [](const auto& group) { return group.size() < kMin; });
+        std::erase_if(out, [](const std::vector<std::size_t>& group) {
+            constexpr std::size_t kMin = 8;
+            return group.size() < kMin;
+        });
         return out;
     }
 

@@ -12,27 +12,28 @@ constexpr double kDegree = det::kPi / 180;
 
 }  // namespace
 
-std::vector<float> horizons(const Scene& scene, double azimuth_deg) {
+std::vector<float> horizons(const Surface& surface, double azimuth_deg) {
     const double east = det::sin(azimuth_deg * kDegree);
     const double south = -det::cos(azimuth_deg * kDegree);
-    std::vector<float> out(scene.size(), 0.0F);
+    std::vector<float> out(surface.size(), 0.0F);
     struct Step {
         int dx;
         int dz;
         float per_run;
     };
     std::vector<Step> steps;
-    for (int step = 1; step <= scene.margin; ++step)
+    for (int step = 1; step <= surface.margin; ++step)
         steps.push_back({static_cast<int>(std::floor(step * east + 0.5)),
                          static_cast<int>(std::floor(step * south + 0.5)),
-                         static_cast<float>(1 / (step * scene.cell_m))});
+                         static_cast<float>(1 / (step * surface.cell_m))});
     // Step by step over a row: its cells are independent of each other, and stay in the cache.
-    const int count = scene.width - 2 * scene.margin;
-    for (int z = scene.margin; z < scene.height - scene.margin; ++z)
+    const int count = surface.width - 2 * surface.margin;
+    for (int z = surface.margin; z < surface.height - surface.margin; ++z)
         for (const Step& step : steps) {
-            const float* own = &scene.top_m[scene.index(scene.margin, z)];
-            const float* there = &scene.top_m[scene.index(scene.margin + step.dx, z + step.dz)];
-            float* horizon = &out[scene.index(scene.margin, z)];
+            const float* own = &surface.top_m[surface.index(surface.margin, z)];
+            const float* there =
+                &surface.top_m[surface.index(surface.margin + step.dx, z + step.dz)];
+            float* horizon = &out[surface.index(surface.margin, z)];
             for (int x = 0; x < count; ++x)
                 horizon[x] = std::max(horizon[x], (there[x] - own[x]) * step.per_run);
         }

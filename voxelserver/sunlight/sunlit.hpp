@@ -15,7 +15,7 @@ struct Sun {
 
 /// The slope (rise over run) to the highest that stands between each cell and the horizon towards
 /// an azimuth, at most `margin` cells away. 0 for cells of the margin.
-[[nodiscard]] std::vector<float> horizons(const Scene& scene, double azimuth_deg);
+[[nodiscard]] std::vector<float> horizons(const Surface& surface, double azimuth_deg);
 
 /// The share of the sun that a cell with this horizon sees, [0, 1]: it rises over about two degrees
 /// of altitude, as heights are not exact.

@@ -7,30 +7,30 @@ namespace terravox::sunlight {
 namespace {
 
 /// Calls visit(x, z, i) for inner cells at least `border` from the margin: where they are in the
-/// scene, and their index among inner cells.
+/// surface, and their index among inner cells.
 template <class Visit>
-void each_inner(const Scene& scene, int border, const Visit& visit) {
-    const int width = scene.width - 2 * scene.margin;
-    const int height = scene.height - 2 * scene.margin;
+void each_inner(const Surface& surface, int border, const Visit& visit) {
+    const int width = surface.width - 2 * surface.margin;
+    const int height = surface.height - 2 * surface.margin;
     for (int z = border; z < height - border; ++z)
         for (int x = border; x < width - border; ++x)
-            visit(x + scene.margin, z + scene.margin, static_cast<std::size_t>(z * width + x));
+            visit(x + surface.margin, z + surface.margin, static_cast<std::size_t>(z * width + x));
 }
 
-void find_shadows(const Scene& scene, const Sun& sun, SurfaceLight& out) {
+void find_shadows(const Surface& surface, const Sun& sun, SurfaceLight& out) {
     constexpr double kEdge_m = 1;
     constexpr float kChange = 0.25F;
     constexpr float kVeryLow_m = -1e3F;  // a gap: nothing is known
-    const std::vector<float> horizon = horizons(scene, sun.azimuth_deg);
+    const std::vector<float> horizon = horizons(surface, sun.azimuth_deg);
     const Sunlit sunlit(sun.altitude_deg);
-    each_inner(scene, 0, [&](int x, int z, std::size_t i) {
-        if (scene.top_m[scene.index(x, z)] > kVeryLow_m)
-            out.lit[i] = sunlit.share(horizon[scene.index(x, z)]);
+    each_inner(surface, 0, [&](int x, int z, std::size_t i) {
+        if (surface.top_m[surface.index(x, z)] > kVeryLow_m)
+            out.lit[i] = sunlit.share(horizon[surface.index(x, z)]);
     });
     const int reach =
-        std::clamp(static_cast<int>(std::lround(kEdge_m / scene.cell_m)), 1, kSurfaceEdge);
-    const int width = scene.width - 2 * scene.margin;
-    each_inner(scene, reach, [&](int, int, std::size_t i) {
+        std::clamp(static_cast<int>(std::lround(kEdge_m / surface.cell_m)), 1, kSurfaceEdge);
+    const int width = surface.width - 2 * surface.margin;
+    each_inner(surface, reach, [&](int, int, std::size_t i) {
         float low = 1;
         float high = 0;
         for (int dz = -reach; dz <= reach; ++dz)
@@ -64,12 +64,12 @@ float sky_seen_by(const Slope& slope) noexcept {
     return (1 + slope.up()) / 2;
 }
 
-void find_shading(const Scene& scene, const Sun& sun, SurfaceLight& out) {
-    const std::vector<Slope> slopes = slopes_of(scene);
+void find_shading(const Surface& surface, const Sun& sun, SurfaceLight& out) {
+    const std::vector<Slope> slopes = slopes_of(surface);
     const Facing facing(sun);
-    each_inner(scene, 0, [&](int x, int z, std::size_t i) {
-        const std::size_t there = scene.index(x, z);
-        const Slope slope = shading_slope(slopes[there], scene.kind[there]);
+    each_inner(surface, 0, [&](int x, int z, std::size_t i) {
+        const std::size_t there = surface.index(x, z);
+        const Slope slope = shading_slope(slopes[there], surface.kind[there]);
         out.facing[i] = facing_of(facing, slope);
         out.sky_seen[i] = sky_seen_by(slope);
     });
@@ -77,16 +77,16 @@ void find_shading(const Scene& scene, const Sun& sun, SurfaceLight& out) {
 
 }  // namespace
 
-SurfaceLight surface_light(const Scene& scene, const Sun& sun) {
-    const auto count = static_cast<std::size_t>(scene.width - 2 * scene.margin) *
-                       static_cast<std::size_t>(scene.height - 2 * scene.margin);
+SurfaceLight surface_light(const Surface& surface, const Sun& sun) {
+    const auto count = static_cast<std::size_t>(surface.width - 2 * surface.margin) *
+                       static_cast<std::size_t>(surface.height - 2 * surface.margin);
     SurfaceLight out;
     out.lit.assign(count, 1.0F);
     out.edge.assign(count, 0);
     out.facing.assign(count, 1.0F);
     out.sky_seen.assign(count, 1.0F);
-    find_shadows(scene, sun, out);
-    find_shading(scene, sun, out);
+    find_shadows(surface, sun, out);
+    find_shading(surface, sun, out);
     return out;
 }
 

@@ -7,8 +7,7 @@
 
 namespace terravox::sunlight {
 
-/// How the sun and the sky light the inner cells of a scene by their heights and kinds, without the
-/// photograph; index as in inner_cells() of it.
+/// How the sun and the sky light the inner cells of a surface; index as in inner_cells() of it.
 struct SurfaceLight {
     /// Share of the sun that is seen, as by Sunlit: [0, 1]. 1 where no height is known.
     std::vector<float> lit;
@@ -17,9 +16,9 @@ struct SurfaceLight {
     std::vector<float> sky_seen;  ///< share of the sky above its slope, (0.5, 1]
 };
 
-/// @param scene without gaps (fill_gaps)
+/// @param surface without gaps (fill_gaps)
 /// @return `edge` is valid for cells at least kSurfaceEdge from the margin
-[[nodiscard]] SurfaceLight surface_light(const Scene& scene, const Sun& sun);
+[[nodiscard]] SurfaceLight surface_light(const Surface& surface, const Sun& sun);
 inline constexpr int kSurfaceEdge = 3;
 
 }  // namespace terravox::sunlight

@@ -21,6 +21,8 @@ constexpr const char* kFindStep = "photo light search";
 constexpr const char* kRemoveStep = "photo light";
 /// For the light of an image and its entry in the cache.
 constexpr std::size_t kLightBytes = 1024;
+/// Tops of patches that are kept: of some 400, since each is needed for the nine or more around it.
+constexpr std::size_t kTopsBytes = std::size_t{8} << 20;
 /// Cells of the search are at least this wide.
 constexpr double kFinestCell_m = 0.75;
 
@@ -117,15 +119,17 @@ void brighten(std::uint32_t image, const Light& gain, Raster& out) {
 }
 
 /// Replaces the colours that come from an image by albedo.
-void relight(std::uint32_t image, const sunlight::LightField& light, const Scene& scene,
-             Raster& out) {
-    const std::vector<Light> albedo = sunlight::remove_light(scene, light);
-    const int first = (scene.width - grid::kPatchSize) / 2;
+/// @param surface of a patch and what lies around it
+/// @param inner its inner cells, photographed
+void relight(std::uint32_t image, const sunlight::LightField& light,
+             const sunlight::Surface& surface, const Scene& inner, Raster& out) {
+    const std::vector<Light> albedo = sunlight::remove_light(surface, inner, light);
+    constexpr int kFirst = sunlight::kEdgeReach;
     for (int z = 0; z < grid::kPatchSize; ++z)
         for (int x = 0; x < grid::kPatchSize; ++x) {
             const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
             if ((out.flags[i] & Raster::kColour) != 0 && out.image[i] == image)
-                out.colour[i] = srgb_of(albedo[scene.index(x + first, z + first)]);
+                out.colour[i] = srgb_of(albedo[inner.index(x + kFirst, z + kFirst)]);
         }
 }
 
@@ -142,29 +146,47 @@ PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
       m_voxel_m(points.sources().frame.voxel_m()),
       m_around(shadow_patches(m_voxel_m)),
       m_mosaic(m_inputs),
-      m_lights((images.count() + 1) * kLightBytes) {}
+      m_lights((images.count() + 1) * kLightBytes),
+      m_tops(kTopsBytes) {}
 
-Scene PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
+/// nullptr where nothing was seen.
+std::shared_ptr<const PhotoLights::PatchTops> PhotoLights::tops_of(grid::PatchKey key) {
+    const auto make = [&]() -> std::shared_ptr<const PatchTops> {
+        const auto columns = m_points.columns(key);
+        if (!columns->any)
+            return nullptr;
+        auto out = std::make_shared<PatchTops>();
+        for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
+            const Top top = top_of(*columns, i, m_voxel_m);
+            out->top_m[i] = top.height * static_cast<float>(m_voxel_m);
+            out->kind[i] = top.kind;
+        }
+        return out;
+    };
+    return m_tops.get(key, make, [](const auto&) { return sizeof(PatchTops); });
+}
+
+sunlight::Surface PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
     const int across = patches.max.px - patches.min.px + 2 * around;
     const int down = patches.max.pz - patches.min.pz + 2 * around;
-    Scene scene(across * grid::kPatchSize, down * grid::kPatchSize, around * grid::kPatchSize,
-                m_voxel_m);
+    sunlight::Surface surface(across * grid::kPatchSize, down * grid::kPatchSize,
+                              around * grid::kPatchSize, m_voxel_m);
     for (int pz = 0; pz < down; ++pz)
         for (int px = 0; px < across; ++px) {
-            const auto columns =
-                m_points.columns({patches.min.px - around + px, patches.min.pz - around + pz});
-            if (!columns->any)
+            const auto tops = tops_of({patches.min.px - around + px, patches.min.pz - around + pz});
+            if (!tops)
                 continue;
-            for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
-                const Top top = top_of(*columns, i, m_voxel_m);
-                const auto x = px * grid::kPatchSize + static_cast<int>(i) % grid::kPatchSize;
-                const auto z = pz * grid::kPatchSize + static_cast<int>(i) / grid::kPatchSize;
-                scene.top_m[scene.index(x, z)] = top.height * static_cast<float>(m_voxel_m);
-                scene.kind[scene.index(x, z)] = top.kind;
+            for (int z = 0; z < grid::kPatchSize; ++z) {
+                const auto from = z * grid::kPatchSize;
+                const auto to = static_cast<std::ptrdiff_t>(
+                    surface.index(px * grid::kPatchSize, pz * grid::kPatchSize + z));
+                std::copy_n(tops->top_m.begin() + from, grid::kPatchSize,
+                            surface.top_m.begin() + to);
+                std::copy_n(tops->kind.begin() + from, grid::kPatchSize, surface.kind.begin() + to);
             }
         }
-    sunlight::fill_gaps(scene);
-    return scene;
+    sunlight::fill_gaps(surface);
+    return surface;
 }
 
 /// From an earlier world, else by a search, whose result is kept for later ones.
@@ -189,7 +211,7 @@ PhotoLight PhotoLights::known_or_found(std::size_t image) {
 PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample) {
     std::vector<Scene> scenes;
     for (const grid::PatchRect& block : sample.blocks) {
-        Scene scene = surface_of(block, m_around);
+        Scene scene(surface_of(block, m_around));
         const int width = (block.max.px - block.min.px) * grid::kPatchSize;
         const int height = (block.max.pz - block.min.pz) * grid::kPatchSize;
         show(m_images.read_image(image, {block.min.x0(), block.min.z0(), width, height}),
@@ -281,7 +303,7 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
             return {grid::kPatchSize, grid::kPatchSize, {}, {}, {}, {}, {}};
         return out;
     }
-    std::optional<Scene> surface;
+    std::optional<sunlight::Surface> surface;
     for (const std::uint32_t image : images) {
         const PhotoLight own = light_of(image);
         if (!own.light.sun) {
@@ -290,12 +312,13 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
         }
         const sunlight::LightField light = light_over(image, key);
         const util::StageTimes::Scope timed(m_times, kRemoveStep);
-        if (!surface)
+        if (!surface) {
             surface = surface_of({key, {key.px + 1, key.pz + 1}}, m_around);
-        Scene scene = *surface;
-        show(wide, scene.margin - kReach, image, scene);
-        scene.margin -= kReach;
-        relight(image, light, scene, out);
+            surface->margin -= kReach;  // which is photographed, too
+        }
+        Scene inner(inner_cells(*surface));
+        show(wide, 0, image, inner);
+        relight(image, light, *surface, inner, out);
     }
     return out;
 }

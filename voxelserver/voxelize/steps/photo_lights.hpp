@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "common/util/cache.hpp"
@@ -52,7 +54,13 @@ public:
 
 private:
     [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
-    [[nodiscard]] sunlight::Scene surface_of(const grid::PatchRect& patches, int around);
+    /// What is highest in each column of a patch.
+    struct PatchTops {
+        std::array<float, grid::kPatchColumns> top_m{};  ///< as in sunlight::Surface
+        std::array<sunlight::Kind, grid::kPatchColumns> kind{};
+    };
+    [[nodiscard]] std::shared_ptr<const PatchTops> tops_of(grid::PatchKey key);
+    [[nodiscard]] sunlight::Surface surface_of(const grid::PatchRect& patches, int around);
     [[nodiscard]] PhotoLight known_or_found(std::size_t image);
     [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
 
@@ -66,6 +74,7 @@ private:
     int m_around;
     PhotoMosaic m_mosaic;
     util::Cache<std::size_t, PhotoLight> m_lights;
+    util::Cache<grid::PatchKey, PatchTops, grid::PatchKeyHash> m_tops;
 };
 
 }  // namespace terravox::voxelize
