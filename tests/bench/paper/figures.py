@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Repeats the measurements of figures 7 to 9 of the paper on the first system, and draws them.
+"""Repeats the measurements of figures 6 to 9 of the paper on the first system, and draws them.
 
     tests/bench/paper/figures.py --output FOLDER [--ortho FILE] [--rounds 3] [--runs 10]
-                                 [--processor 'NAME=FLAGS' ...]
+                                 [--processor 'NAME=FLAGS' ...] [--box-sizes FILE]
 
 Needs TERRAVOX_RAYTRACER and TERRAVOX_SURVEY (the programs), as `terravox bench paper/figures` sets
 them. The world is the benchmark square of TERRAVOX_BENCH_DATA, or a synthetic survey of 1 km.
-Writes figure-7-tile-size.svg, figure-8-processors.svg, figure-9-steps.svg and figures.json; the
-last line is JSON, for programs.
+Writes figure-6-box-size.svg, figure-7-tile-size.svg, figure-8-processors.svg,
+figure-9-steps.svg and figures.json; the last line is JSON, for programs.
 
 Ref: Lunar, Bohak, Marolt, "Distributed ray tracing for rendering voxelized LIDAR geospatial data",
 ERK 2016.
 
-Figure 6 (time against the size of boxes, 16 to 256) is left out: boxes are 64 x 256 x 64 by format
-here, so there is nothing to vary. The entries boxes/square and voxelize/square measure what that
-size costs.
+Figure 6 (time against the size of boxes, 16 to 256) comes from --box-sizes, which `terravox bench`
+writes: boxes of the program are 64 x 256 x 64 by format, so a walker of the benchmark's own goes
+through the same voxels in boxes of other sizes (box_sizes.hpp). Without it there is no figure 6.
 """
 
 import argparse
@@ -166,6 +166,27 @@ def machine():
     return f"{names[0] if names else platform.machine()}, {len(os.sched_getaffinity(0))} cores"
 
 
+def box_size_chart(sizes, caption):
+    """Figure 6.
+
+    @param sizes [{"edge", "make_s": [seconds], "walk_s": [seconds]}]
+    """
+    return line_chart(
+        "A picture's rays, by edge of the boxes",
+        caption,
+        "edge of a box, voxels",
+        "seconds, one thread",
+        [size["edge"] for size in sizes],
+        {
+            "trees made and walked": [
+                [make + walk for make, walk in zip(size["make_s"], size["walk_s"], strict=True)]
+                for size in sizes
+            ],
+            "walked": [size["walk_s"] for size in sizes],
+        },
+    )
+
+
 def draw(figures, place):
     caption = f"{figures['world']}, 1280 x 720; {figures['machine']}"
     tiles = figures["tile_px"]
@@ -198,6 +219,8 @@ def draw(figures, place):
             "paper, 64 x 256 x 64",
         ),
     }
+    if figures["box_sizes"]:
+        charts["figure-6-box-size.svg"] = box_size_chart(figures["box_sizes"], caption)
     place.mkdir(parents=True, exist_ok=True)
     for name, svg in charts.items():
         (place / name).write_text(svg)
@@ -214,6 +237,12 @@ def readings(figures):
         out += [
             [f"{name}: first run", "s", times[0]],
             [f"{name}: runs after it", "s", median(times[1:])],
+        ]
+    for size in figures["box_sizes"]:
+        name = f"boxes of {size['edge']}"
+        out += [
+            [f"{name}: trees made", "s", median(size["make_s"])],
+            [f"{name}: walked", "s", median(size["walk_s"])],
         ]
     return out + [[f"step: {name}", "ms/box", value] for name, value in figures["step_ms"].items()]
 
@@ -245,6 +274,9 @@ def main():
         metavar="NAME=FLAGS",
         help="instead of one for each count of threads",
     )
+    parser.add_argument(
+        "--box-sizes", type=pathlib.Path, help="figures of sizes of boxes, by `terravox bench`"
+    )
     options = parser.parse_args()
     if options.rounds < 1 or options.runs < 2:
         parser.error("--rounds is at least 1, --runs at least 2")
@@ -255,6 +287,7 @@ def main():
 
     bench = Bench(options.ortho)
     figures = {"world": bench.name, "machine": machine()}
+    figures["box_sizes"] = json.loads(options.box_sizes.read_text()) if options.box_sizes else []
     figures["tile_px"] = tile_sizes(bench, options.rounds)
     figures["processors"] = processors(bench, options.runs, kinds)
     figures["step_ms"] = steps(bench)
