@@ -102,7 +102,8 @@ CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
     out.patched = patched_archive(folder, plan);
     if (out.patched) {
         for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number)
-            out.tasks.push_back({.number = number, .state = TaskState::kDone, .share = 1});
+            out.tasks.push_back(
+                {.number = number, .state = TaskState::kDone, .share = 1, .error = {}});
         out.patched_holes = report_of(folder, plan).holes;
         out.share = 1;
         return out;
