@@ -227,7 +227,8 @@ void write_facts(const std::filesystem::path& file, std::string_view facts) {
 std::optional<std::string> read_facts(const std::filesystem::path& path) {
     const auto opened =
         open(path, kFactsMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
-            return h.count == room && h.more == 0 ? std::optional(Layout{room, 0}) : std::nullopt;
+            const bool fits = h.count == room && room <= kMaxFactsBytes && h.more == 0;
+            return fits ? std::optional(Layout{room, 0}) : std::nullopt;
         });
     if (!opened.file)
         return std::nullopt;

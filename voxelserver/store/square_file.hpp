@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -33,7 +34,9 @@ void write_chunks(const std::filesystem::path& file, const ChunkIndex& index);
 /// @throws Error as map_square()
 [[nodiscard]] std::optional<ChunkIndex> read_chunks(const std::filesystem::path& file);
 
+inline constexpr std::size_t kMaxFactsBytes = std::size_t{64} << 10;
 /// Writes facts that were found out about squares, as bytes of any meaning.
+/// @param facts up to kMaxFactsBytes: more is refused when it is read
 /// @throws Error
 void write_facts(const std::filesystem::path& file, std::string_view facts);
 /// Reads facts.

@@ -55,7 +55,7 @@ public:
     [[nodiscard]] std::optional<ChunkIndex> find_index(const std::string& name);
     void put_index(const std::string& name, const ChunkIndex& index);
 
-    /// Facts that were found out about squares, as bytes; a few KiB at most.
+    /// Facts that were found out about squares, as bytes, up to kMaxFactsBytes.
     [[nodiscard]] std::optional<std::string> find_facts(const std::string& name);
     void put_facts(const std::string& name, const std::string& facts);
 

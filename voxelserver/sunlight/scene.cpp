@@ -68,7 +68,7 @@ void fill_gaps(Surface& surface) {
         float top_m;
         Kind kind;
     };
-    // Unknown cells beside known ones: those that are filled in the next round.
+    // Unknown cells next to known ones: those that are filled in the next round.
     std::vector<std::size_t> front;
     std::vector<std::uint8_t> was_in_front(surface.size(), 0);
     const auto add_to_front = [&](std::size_t i) {

@@ -15,7 +15,8 @@ std::string missing(const Context& c) {
     return missing_for_serving(c);
 }
 
-/// The paper's: a bird's eye about 500 m above the town.
+/// With the camera of the paper, a bird's eye about 500 m above the town: SQUARE_CAMERA of
+/// paper/figures.py.
 scene::Scene paper_scene() {
     scene::Scene out;
     out.camera.position = {{462500, 101050, 800}};
@@ -70,8 +71,7 @@ Entry entry() {
     out.work =
         "the benchmark square with its photo, or a synthetic survey of 1 km; 1280x720; by the real "
         "program, cold and with prepared squares; sizes of boxes by a walker of the benchmark's "
-        "own, "
-        "on the square alone";
+        "own, on the square alone";
     out.missing = missing;
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) { run(c, readings); };

@@ -72,7 +72,7 @@ void measure(const Context& c, Readings& readings) {
 const Registration kRegistered([] {
     Entry out;
     out.name = "voxelize/photo";
-    out.measures = "what it costs to take the light out of photographs, beside leaving it";
+    out.measures = "what it costs to take the light out of photographs, compared with leaving it";
     out.work =
         "all boxes of nine squares of 256 m (8 pulses/m2), each with a photograph of 0.5 m; "
         "squares prepared on disk; one thread";

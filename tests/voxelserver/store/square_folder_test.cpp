@@ -153,6 +153,17 @@ TEST_CASE("a folder that is removed while in use is made again", "[voxelserver][
     CHECK(squares.holds("s"));
 }
 
+TEST_CASE("a file of facts that is too large is not read", "[voxelserver][store]") {
+    const TemporaryFolder folder;
+    store::SquareFolder squares(folder.path(), 1 << 30);
+    squares.put_facts("fits", std::string(store::kMaxFactsBytes, 'x'));
+    CHECK(squares.find_facts("fits"));
+    squares.put_facts("large", std::string(store::kMaxFactsBytes + 1, 'x'));
+    const Warnings warnings;
+    CHECK_FALSE(squares.find_facts("large"));
+    CHECK(warnings.count("large.facts") == 1);
+}
+
 TEST_CASE("facts are kept as bytes", "[voxelserver][store]") {
     const TemporaryFolder folder;
     const std::string facts =

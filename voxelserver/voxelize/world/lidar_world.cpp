@@ -132,7 +132,7 @@ public:
         }
         const PhotoMosaic mosaic(images);
         for (std::size_t i = 0; i < images.size(); ++i) {
-            const std::vector<std::size_t> around = mosaic.around(i);
+            const std::vector<std::size_t>& around = mosaic.around(i);
             if (std::any_of(around.begin(), around.end(),
                             [&](std::size_t other) { return changed[other]; }))
                 out.push_back(images[i].rect);

@@ -218,10 +218,11 @@ TEST_CASE("the light of photographs is kept for later worlds",
     const Village village;
     const TemporaryFolder cache;
     auto options = village.options("albedo");
-    const auto wanted = [&] {
+    const auto boxes = [&] {
         OpenWorld world(options);
         return box_checksums_of(world.world(), true);
-    }();
+    };
+    const BoxChecksums wanted = boxes();
     options.cache_dir = cache.path();
     const auto known_lights = [&] {
         std::vector<fs::path> out;
@@ -229,10 +230,6 @@ TEST_CASE("the light of photographs is kept for later worlds",
             if (file.path().extension() == ".facts")
                 out.push_back(file.path());
         return out;
-    };
-    const auto boxes = [&] {
-        OpenWorld world(options);
-        return box_checksums_of(world.world(), true);
     };
     CHECK(boxes() == wanted);
     REQUIRE(known_lights().size() == 1);
