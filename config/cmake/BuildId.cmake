@@ -2,6 +2,7 @@
 # pictures depend on, the compiler and its flags. Run as a script before each build; the header
 # changes only when the name does.
 #   cmake -DROOT=... -DHEADER=... -DCOMPILER=... -P BuildId.cmake
+cmake_minimum_required(VERSION 3.25)
 file(GLOB_RECURSE sources RELATIVE "${ROOT}"
   "${ROOT}/common/*.[ch]pp" "${ROOT}/raytracer/*.[ch]pp" "${ROOT}/voxelserver/*.[ch]pp"
   "${ROOT}/raytracer/*.proto")
