@@ -15,10 +15,14 @@ constexpr std::int64_t kNoTop = std::numeric_limits<std::int64_t>::min();
 TreePlaces::TreePlaces(const Window& window, const ClassTable& classes, double voxel_m)
     : m_window(window),
       m_classes(classes),
-      m_radius(std::clamp(static_cast<int>(std::lround(kAround_m / voxel_m)), 1, kMaxRadius)) {
-    constexpr std::size_t kSide = grid::kPatchSize + 2 * kMargin;
-    m_next.resize(kSide * kSide);
-    m_known.resize(kSide * kSide);
+      m_radius(std::clamp(static_cast<int>(std::lround(kAround_m / voxel_m)), 1, kMaxRadius)),
+      m_tops(kCount),
+      m_next(kCount),
+      m_known(kCount) {
+    // Each is read by all columns around it.
+    for (int z = -kMargin; z < grid::kPatchSize + kMargin; ++z)
+        for (int x = -kMargin; x < grid::kPatchSize + kMargin; ++x)
+            m_tops[index(x, z)] = top(x, z);
 }
 
 // The height of the highest return in 1/256 voxel, where it may be foliage.
@@ -36,12 +40,10 @@ std::int64_t TreePlaces::top(int x, int z) const noexcept {
 // Equally high columns: the northernmost, then the westernmost, so that all patches agree.
 TreePlaces::Place TreePlaces::uphill(Place from) const noexcept {
     Place best = from;
-    std::int64_t highest = top(from.x, from.z);
-    for (int dz = -m_radius; dz <= m_radius; ++dz)
-        for (int dx = -m_radius; dx <= m_radius; ++dx) {
-            const int x = from.x + dx;
-            const int z = from.z + dz;
-            const std::int64_t height = top(x, z);
+    std::int64_t highest = m_tops[index(from.x, from.z)];
+    for (int z = from.z - m_radius; z <= from.z + m_radius; ++z)
+        for (int x = from.x - m_radius; x <= from.x + m_radius; ++x) {
+            const std::int64_t height = m_tops[index(x, z)];
             const bool before = z < best.z || (z == best.z && x < best.x);
             if (height == kNoTop || height < highest || (height == highest && !before))
                 continue;
@@ -52,10 +54,9 @@ TreePlaces::Place TreePlaces::uphill(Place from) const noexcept {
 }
 
 std::array<std::int32_t, 2> TreePlaces::at(int x, int z) {
-    constexpr int kSide = grid::kPatchSize + 2 * kMargin;
     Place place{static_cast<std::int16_t>(x), static_cast<std::int16_t>(z)};
     for (int jump = 0; jump < kJumps; ++jump) {
-        const auto i = static_cast<std::size_t>((place.z + kMargin) * kSide + place.x + kMargin);
+        const std::size_t i = index(place.x, place.z);
         if (m_known[i] == 0) {
             m_next[i] = uphill(place);
             m_known[i] = 1;

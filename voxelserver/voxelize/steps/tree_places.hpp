@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,19 +26,26 @@ private:
     static constexpr int kMaxRadius = 4;
     static constexpr int kMargin = 2 + kMaxRadius * (kJumps + 1);
     static_assert(kMargin < Window::kMargin);
+    static constexpr int kSide = grid::kPatchSize + 2 * kMargin;
+    static constexpr std::size_t kCount = std::size_t{kSide} * kSide;
 
     struct Place {
         std::int16_t x = 0;
         std::int16_t z = 0;
     };
+    /// @param x, z in [-kMargin, 64 + kMargin)
+    [[nodiscard]] static constexpr std::size_t index(int x, int z) noexcept {
+        return static_cast<std::size_t>((z + kMargin) * kSide + x + kMargin);
+    }
     [[nodiscard]] std::int64_t top(int x, int z) const noexcept;
     [[nodiscard]] Place uphill(Place from) const noexcept;
 
     const Window& m_window;
     const ClassTable& m_classes;
     int m_radius;
-    /// Of each column with its margin: the next place uphill, once it is known.
-    std::vector<Place> m_next;
+    // Of the patch's columns and a margin of kMargin around them, by index().
+    std::vector<std::int64_t> m_tops;  ///< top()
+    std::vector<Place> m_next;         ///< the next place uphill, once it is known
     std::vector<char> m_known;
 };
 
