@@ -62,7 +62,7 @@ Scene::Scene(Surface surface) : Surface(std::move(surface)) {
     shown.assign(size(), 0);
 }
 
-void fill_gaps(Surface& surface) {
+void fill_gaps(Surface& surface, int reach) {
     struct Filled {
         std::size_t index;
         float top_m;
@@ -81,13 +81,12 @@ void fill_gaps(Surface& surface) {
         if (!is_known(surface.top_m[i]) && neighbours_of(surface, i).count > 0)
             add_to_front(i);
     std::vector<Filled> filled;
-    for (int round = 0; round < kGapReach && !front.empty(); ++round) {
+    for (int round = 0; round < reach && !front.empty(); ++round) {
         filled.clear();
         for (const std::size_t i : front) {
             const Neighbours near = neighbours_of(surface, i);
-            // Small gaps are chance; wide ones are water, or what lies behind a roof.
-            constexpr int kSmall = 2;
-            const bool small = round < kSmall;
+            // Wide gaps are water, or what lies behind a roof.
+            const bool small = round < kSmallGap;
             filled.push_back({i, small ? near.sum / near.count : near.lowest,
                               small ? near.kind : Kind::kUnknown});
         }
@@ -105,15 +104,15 @@ void fill_gaps(Surface& surface) {
             top = kLowest_m;
 }
 
-Surface inner_cells(const Surface& surface) {
-    const int margin = surface.margin;
-    Surface out(surface.width - 2 * margin, surface.height - 2 * margin, 0, surface.cell_m);
-    for (int z = 0; z < out.height; ++z)
-        for (int x = 0; x < out.width; ++x) {
-            const std::size_t from = surface.index(x + margin, z + margin);
-            out.top_m[out.index(x, z)] = surface.top_m[from];
-            out.kind[out.index(x, z)] = surface.kind[from];
-        }
+Surface inner_cells(const Surface& surface, int margin) {
+    const int cut = surface.margin - margin;
+    Surface out(surface.width - 2 * cut, surface.height - 2 * cut, margin, surface.cell_m);
+    for (int z = 0; z < out.height; ++z) {
+        const auto from = static_cast<std::ptrdiff_t>(surface.index(cut, z + cut));
+        const auto to = static_cast<std::ptrdiff_t>(out.index(0, z));
+        std::copy_n(surface.top_m.begin() + from, out.width, out.top_m.begin() + to);
+        std::copy_n(surface.kind.begin() + from, out.width, out.kind.begin() + to);
+    }
     return out;
 }
 

@@ -54,13 +54,15 @@ struct Scene : Surface {
     explicit Scene(Surface surface);
 };
 
-/// Fills unknown heights from those at most kGapReach cells away; what is farther becomes very low.
-/// Kinds are taken over two cells only.
-void fill_gaps(Surface& surface);
+/// Fills unknown heights from those at most `reach` cells away; what is farther becomes very low.
+/// Kinds are taken over kSmallGap cells only.
 inline constexpr int kGapReach = 24;
+inline constexpr int kSmallGap = 2;  ///< gaps up to here are chance
+void fill_gaps(Surface& surface, int reach = kGapReach);
 
-/// The inner cells alone, without a margin.
-[[nodiscard]] Surface inner_cells(const Surface& surface);
+/// The inner cells, and `margin` cells around them.
+/// @param margin of the result: at most that of the surface
+[[nodiscard]] Surface inner_cells(const Surface& surface, int margin = 0);
 
 /// The same surface in cells of twice the size: the highest top, the mean of the photograph.
 [[nodiscard]] Scene halved(const Scene& scene);

@@ -65,11 +65,14 @@ float sky_seen_by(const Slope& slope) noexcept {
 }
 
 void find_shading(const Surface& surface, const Sun& sun, SurfaceLight& out) {
-    const std::vector<Slope> slopes = slopes_of(surface);
+    // Slopes need two cells around; the margin may be many times as large as the inner part.
+    constexpr int kAround = 2;
+    const Surface near = inner_cells(surface, std::min(surface.margin, kAround));
+    const std::vector<Slope> slopes = slopes_of(near);
     const Facing facing(sun);
-    each_inner(surface, 0, [&](int x, int z, std::size_t i) {
-        const std::size_t there = surface.index(x, z);
-        const Slope slope = shading_slope(slopes[there], surface.kind[there]);
+    each_inner(near, 0, [&](int x, int z, std::size_t i) {
+        const std::size_t there = near.index(x, z);
+        const Slope slope = shading_slope(slopes[there], near.kind[there]);
         out.facing[i] = facing_of(facing, slope);
         out.sky_seen[i] = sky_seen_by(slope);
     });

@@ -17,6 +17,18 @@ namespace fs = std::filesystem;
 
 constexpr double kMostOverRaw = 1.5;
 
+struct Case {
+    const char* name;
+    const char* what;
+    std::size_t squares;
+    double voxel_m;
+};
+/// With fine voxels most columns have no point, and shadows are many columns long.
+constexpr Case kCases[] = {
+    {"voxelize/photo", "nine squares of 256 m (8 pulses/m2), voxels of 1 m", 9, 1},
+    {"voxelize/photo/fine", "a square of 256 m (8 pulses/m2), voxels of 0.25 m", 1, 0.25},
+};
+
 /// Opening the world and making all of its boxes once.
 Cost all_boxes(const voxelize::LidarWorldOptions& options) {
     util::StageTimes times;
@@ -45,14 +57,17 @@ void forget_lights(const fs::path& folder) {
         fs::remove(file);
 }
 
-void measure(const Context& c, Readings& readings) {
+void measure(const Case& of, const Context& c, Readings& readings) {
     const PhotoMosaicSurvey survey = photo_mosaic_survey(c.scratch / "photo-mosaic", c.threads);
+    const auto squares = static_cast<std::ptrdiff_t>(of.squares);
     voxelize::LidarWorldOptions raw;
-    raw.files = survey.points;
-    raw.orthophotos = survey.photos;
+    raw.files.assign(survey.points.begin(), survey.points.begin() + squares);
+    raw.orthophotos.assign(survey.photos.begin(), survey.photos.begin() + squares);
+    raw.voxel_m = of.voxel_m;
     raw.photo = "raw";
     raw.threads = 1;
     raw.cache_dir = c.scratch / "voxelize-photo";
+    fs::remove_all(raw.cache_dir);  // of the other case
     fs::create_directories(raw.cache_dir);
     voxelize::LidarWorldOptions albedo = raw;
     albedo.photo = "albedo";
@@ -69,19 +84,25 @@ void measure(const Context& c, Readings& readings) {
     readings.add("finding the light over colours as taken", "x", (found_s - known_s) / raw_s);
 }
 
-const Registration kRegistered([] {
+Entry entry_of(const Case& of) {
     Entry out;
-    out.name = "voxelize/photo";
+    out.name = of.name;
     out.measures = "what it costs to take the light out of photographs, compared with leaving it";
-    out.work =
-        "all boxes of nine squares of 256 m (8 pulses/m2), each with a photograph of 0.5 m; "
-        "squares prepared on disk; one thread";
+    out.work = std::string("all boxes of ") + of.what +
+               ", each with a photograph of 0.5 m; squares prepared on disk; one thread";
     out.floor = "the same boxes with the photographs as they were taken";
     out.missing = [](const Context&) { return std::string(); };
-    out.prepare = [](const Context& c) -> Body {
-        return [&c](Readings& readings) { measure(c, readings); };
+    out.prepare = [of](const Context& c) -> Body {
+        return [of, &c](Readings& readings) { measure(of, c, readings); };
     };
-    return std::vector{out};
+    return out;
+}
+
+const Registration kRegistered([] {
+    std::vector<Entry> out;
+    for (const Case& of : kCases)
+        out.push_back(entry_of(of));
+    return out;
 });
 
 }  // namespace

@@ -13,7 +13,6 @@ namespace terravox::voxelize {
 namespace {
 
 using imagery::Raster;
-using sunlight::Kind;
 using sunlight::Light;
 using sunlight::Scene;
 
@@ -21,42 +20,8 @@ constexpr const char* kFindStep = "photo light search";
 constexpr const char* kRemoveStep = "photo light";
 /// For the light of an image and its entry in the cache.
 constexpr std::size_t kLightBytes = 1024;
-/// Tops of patches that are kept: of some 400, since each is needed for the nine or more around it.
-constexpr std::size_t kTopsBytes = std::size_t{8} << 20;
 /// Cells of the search are at least this wide.
 constexpr double kFinestCell_m = 0.75;
-
-/// What is highest in a column.
-struct Top {
-    float height = kNoHeight;  ///< voxels
-    Kind kind = Kind::kUnknown;
-    void raise(const Surface& surface, Kind what) {
-        if (surface.seen() && !(surface.height < height)) {
-            height = surface.height;
-            kind = what;
-        }
-    }
-};
-
-Top top_of(const PatchColumns& patch, std::size_t i, double voxel_m) {
-    const Column& c = patch.columns[i];
-    Top top;
-    top.raise(c.ground, Kind::kGround);
-    if (c.water.seen() && c.water_points > c.ground_points)
-        top.raise(c.water, Kind::kWater);
-    top.raise(c.deck, Kind::kGround);
-    if (c.built_upon())
-        top.raise(c.roof, Kind::kRoof);
-    if (patch.objects_begin[i + 1] == patch.objects_begin[i])
-        return top;
-    constexpr double kHides_m = 1.5;  // grass, crops and cars do not
-    const ObjectVoxel& object = patch.objects[patch.objects_begin[i + 1] - 1];
-    const float height =
-        static_cast<float>(object.y) + static_cast<float>(object.fraction) / 256.0F;
-    if (top.kind == Kind::kUnknown || (height - top.height) * voxel_m > kHides_m)
-        top = {height, Kind::kPlant};
-    return top;
-}
 
 Light linear_of(voxel::Rgb8 colour) noexcept {
     constexpr float kScale = 1.0F / util::kBrightest;
@@ -143,51 +108,10 @@ PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
       m_points(points),
       m_times(times),
       m_kept(kept),
-      m_voxel_m(points.sources().frame.voxel_m()),
-      m_around(shadow_patches(m_voxel_m)),
+      m_around(shadow_patches(points.sources().frame.voxel_m())),
       m_mosaic(m_inputs),
-      m_lights((images.count() + 1) * kLightBytes),
-      m_tops(kTopsBytes) {}
-
-/// nullptr where nothing was seen.
-std::shared_ptr<const PhotoLights::PatchTops> PhotoLights::tops_of(grid::PatchKey key) {
-    const auto make = [&]() -> std::shared_ptr<const PatchTops> {
-        const auto columns = m_points.columns(key);
-        if (!columns->any)
-            return nullptr;
-        auto out = std::make_shared<PatchTops>();
-        for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
-            const Top top = top_of(*columns, i, m_voxel_m);
-            out->top_m[i] = top.height * static_cast<float>(m_voxel_m);
-            out->kind[i] = top.kind;
-        }
-        return out;
-    };
-    return m_tops.get(key, make, [](const auto&) { return sizeof(PatchTops); });
-}
-
-sunlight::Surface PhotoLights::surface_of(const grid::PatchRect& patches, int around) {
-    const int across = patches.max.px - patches.min.px + 2 * around;
-    const int down = patches.max.pz - patches.min.pz + 2 * around;
-    sunlight::Surface surface(across * grid::kPatchSize, down * grid::kPatchSize,
-                              around * grid::kPatchSize, m_voxel_m);
-    for (int pz = 0; pz < down; ++pz)
-        for (int px = 0; px < across; ++px) {
-            const auto tops = tops_of({patches.min.px - around + px, patches.min.pz - around + pz});
-            if (!tops)
-                continue;
-            for (int z = 0; z < grid::kPatchSize; ++z) {
-                const auto from = z * grid::kPatchSize;
-                const auto to = static_cast<std::ptrdiff_t>(
-                    surface.index(px * grid::kPatchSize, pz * grid::kPatchSize + z));
-                std::copy_n(tops->top_m.begin() + from, grid::kPatchSize,
-                            surface.top_m.begin() + to);
-                std::copy_n(tops->kind.begin() + from, grid::kPatchSize, surface.kind.begin() + to);
-            }
-        }
-    sunlight::fill_gaps(surface);
-    return surface;
-}
+      m_surface(points),
+      m_lights((images.count() + 1) * kLightBytes) {}
 
 /// From an earlier world, else by a search, whose result is kept for later ones.
 PhotoLight PhotoLights::known_or_found(std::size_t image) {
@@ -211,7 +135,7 @@ PhotoLight PhotoLights::known_or_found(std::size_t image) {
 PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample) {
     std::vector<Scene> scenes;
     for (const grid::PatchRect& block : sample.blocks) {
-        Scene scene(surface_of(block, m_around));
+        Scene scene(m_surface.around(block, m_around));
         const int width = (block.max.px - block.min.px) * grid::kPatchSize;
         const int height = (block.max.pz - block.min.pz) * grid::kPatchSize;
         show(m_images.read_image(image, {block.min.x0(), block.min.z0(), width, height}),
@@ -313,7 +237,7 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
         const sunlight::LightField light = light_over(image, key);
         const util::StageTimes::Scope timed(m_times, kRemoveStep);
         if (!surface) {
-            surface = surface_of({key, {key.px + 1, key.pz + 1}}, m_around);
+            surface = m_surface.around({key, {key.px + 1, key.pz + 1}}, m_around);
             surface->margin -= kReach;  // which is photographed, too
         }
         Scene inner(inner_cells(*surface));

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "voxelserver/voxelize/steps/photo_light.hpp"
 #include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"
+#include "voxelserver/voxelize/steps/photo_surface.hpp"
 
 namespace terravox::voxelize {
 
@@ -54,13 +54,6 @@ public:
 
 private:
     [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
-    /// What is highest in each column of a patch.
-    struct PatchTops {
-        std::array<float, grid::kPatchColumns> top_m{};  ///< as in sunlight::Surface
-        std::array<sunlight::Kind, grid::kPatchColumns> kind{};
-    };
-    [[nodiscard]] std::shared_ptr<const PatchTops> tops_of(grid::PatchKey key);
-    [[nodiscard]] sunlight::Surface surface_of(const grid::PatchRect& patches, int around);
     [[nodiscard]] PhotoLight known_or_found(std::size_t image);
     [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
 
@@ -70,11 +63,10 @@ private:
     PointSet& m_points;
     util::StageTimes& m_times;
     KeptLights m_kept;
-    double m_voxel_m;
     int m_around;
     PhotoMosaic m_mosaic;
+    PhotoSurface m_surface;
     util::Cache<std::size_t, PhotoLight> m_lights;
-    util::Cache<grid::PatchKey, PatchTops, grid::PatchKeyHash> m_tops;
 };
 
 }  // namespace terravox::voxelize
