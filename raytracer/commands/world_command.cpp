@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/log.hpp"
+#include "common/util/printable.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
@@ -36,9 +37,15 @@ util::ExitCode describe(const WorldInfoArguments& args, const scene::Scene& scen
     return description.is_damaged ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
+/// In ASCII: the texts of a world are a stranger's, and the terminal shows them.
+std::string json_of(const voxel::WorldInfo& info) {
+    const auto facts = nlohmann::json::parse(voxel::world_to_json(info));
+    return facts.dump(2, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 void print(const char* name, const std::string& text) {
     if (!text.empty())
-        std::printf("%-14s %s\n", name, text.c_str());
+        std::printf("%-14s %s\n", name, util::printable(text).c_str());
 }
 
 util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene,
@@ -47,7 +54,7 @@ util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene
     const auto world = worlds::open_world(args.world.options(scene), times);
     const voxel::WorldInfo& info = world->info();
     if (args.json)
-        std::printf("%s\n", nlohmann::json::parse(voxel::world_to_json(info)).dump(2).c_str());
+        std::printf("%s\n", json_of(info).c_str());
     else {
         const auto& b = info.bounds;
         print("what", std::string(kind.noun));

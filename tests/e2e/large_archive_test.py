@@ -12,6 +12,9 @@ ENTRIES = 10_000_000
 ENTRIES_OF_LEAF = 1024
 LEAF_BYTES = 16_384
 SIDE = 4096  # boxes
+# A stranger's text: it would clear the terminal, and turn around what follows.
+TITLE = "made up \x1b[2J\x9b2J\u202e"
+HARMFUL = "[\x1b\x9b\u202e]"
 LEVELS = 13
 MAX_REQUESTS = 3
 MAX_BYTES = 1 << 20
@@ -65,7 +68,7 @@ def make_archive(file):
     facts = {
         "version": 2,
         "software": "test",
-        "title": "made up",
+        "title": TITLE,
         "bounds": {"min": [0, 0, 0], "max": [64 * SIDE, 256, 64 * SIDE]},
         "voxel_m": 1.0,
         "box": [64, 256, 64],
@@ -118,6 +121,17 @@ class LargeArchive(Case):
         self.assertDone(run)
         self.assertIn("made up", run.out)
         self.assertCheap()
+
+    def test_its_title_does_not_speak_to_the_terminal(self):
+        text = Run([binary("RAYTRACER"), "world", "info", self.file])
+        self.assertIn(r"made up \x1b[2J\u009b2J\u202e", text.out)
+        as_json = Run([binary("RAYTRACER"), "world", "info", self.file, "--json"])
+        self.assertEqual(json.loads(as_json.out)["title"], TITLE)
+        server = Server(self.file, "--cache", "none", "--no-ahead")
+        self.assertEqual(server.stop(), 0, server.err)
+        self.assertIn("made up", server.out)
+        for said in (text.out, as_json.out, server.out):
+            self.assertNotRegex(said, HARMFUL)
 
     def test_the_voxel_server_opens_it(self):
         server = Server(self.url, "--cache", "none", "--no-ahead")

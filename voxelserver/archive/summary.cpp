@@ -105,7 +105,7 @@ std::string json_of(const Summary& summary) {
         out["levels"].push_back(
             {{"boxes", level.boxes}, {"holes", level.holes}, {"bytes", level.bytes}});
     out["world"] = nlohmann::ordered_json::parse(summary.facts);
-    return out.dump(2);
+    return out.dump(2, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace terravox::archive_tools

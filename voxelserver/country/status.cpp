@@ -101,9 +101,12 @@ CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
     CountryStatus out;
     out.patched = patched_archive(folder, plan);
     if (out.patched) {
-        for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number)
-            out.tasks.push_back(
-                {.number = number, .state = TaskState::kDone, .share = 1, .error = {}});
+        for (int number = 1; number <= static_cast<int>(plan.shards.size()); ++number) {
+            TaskStatus& task = out.tasks.emplace_back();
+            task.number = number;
+            task.state = TaskState::kDone;
+            task.share = 1;
+        }
         out.patched_holes = report_of(folder, plan).holes;
         out.share = 1;
         return out;
@@ -190,7 +193,7 @@ std::string json_of(const CountryStatus& status, const Plan& plan) {
                                 {"host", task.host},
                                 {"error", task.error}});
     }
-    return out.dump(2, ' ', false, Json::error_handler_t::replace);
+    return out.dump(2, ' ', true, Json::error_handler_t::replace);
 }
 
 }  // namespace terravox::country

@@ -44,7 +44,7 @@ std::string info_json(const std::filesystem::path& path) {
         {"colour", info.has_colour()},
         {"near_infrared", info.has_near_infrared()},
     };
-    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 std::uint64_t check(const std::filesystem::path& path) {

@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "common/util/log.hpp"
+#include "common/util/printable.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 
 namespace terravox::serve {
@@ -42,7 +43,7 @@ void announce(const worlds::ServedWorld& world, const Options& options, const Pl
               const std::string& url) {
     const voxel::WorldInfo& info = world.info();
     const auto say = [](const char* what, const std::string& text) {
-        std::cout << fmt::format("  {:<7} {}\n", what, text);
+        std::cout << fmt::format("  {:<7} {}\n", what, util::printable(text));
     };
     say("world", info.title + ", " + area_text(info));
     say("data", fmt::format("{}; voxels of {} m, levels 0 to {}", world.summary(), info.voxel_m,

@@ -8,6 +8,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/log.hpp"
+#include "common/util/printable.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/merge/joined_raster.hpp"
@@ -52,11 +53,12 @@ void print_info(const std::filesystem::path& path) {
         holes += journal.at(cell).holes > 0 ? 1 : 0;
     std::printf("%s: %llu bytes\n", path.c_str(), static_cast<unsigned long long>(journal.end()));
     std::printf("  of       %s, %dx%d %s\n",
-                voxel::world_from_json(key.world, path.string()).title.c_str(), key.grid.width_px,
-                key.grid.height_px, what_is_made(key, scene).c_str());
-    std::printf("  made by  %s, build %s\n", key.software.c_str(), key.build.c_str());
+                util::printable(voxel::world_from_json(key.world, path.string()).title).c_str(),
+                key.grid.width_px, key.grid.height_px, what_is_made(key, scene).c_str());
+    std::printf("  made by  %s, build %s\n", util::printable(key.software).c_str(),
+                util::printable(key.build).c_str());
     for (const std::string& input : key.inputs)
-        std::printf("  from     %s\n", input.c_str());
+        std::printf("  from     %s\n", util::printable(input).c_str());
     std::printf("  done     %u of %u tiles of %d pixels (%.1f %%)", journal.count(),
                 key.grid.cells(), key.grid.tile_px, 100.0 * journal.count() / key.grid.cells());
     if (holes > 0)
@@ -69,9 +71,9 @@ void print_info(const std::filesystem::path& path) {
                         .c_str(),
                     key.grid.rows());
     for (const std::string& line : journal.damage())
-        std::printf("  damage   %s\n", line.c_str());
+        std::printf("  damage   %s\n", util::printable(line).c_str());
     if (const std::string damaged = journal.what_is_damaged(); !damaged.empty())
-        std::printf("  %s\n", damaged.c_str());
+        std::printf("  %s\n", util::printable(damaged).c_str());
 }
 
 void check(const MergeArguments& args) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/printable.hpp"
 #include "voxelserver/worlds/luanti/block_survey.hpp"
 #include "voxelserver/worlds/luanti/world_files.hpp"
 
@@ -37,7 +38,7 @@ struct WorldFacts {
 };
 
 std::string line(const std::string& label, const std::string& value) {
-    return value.empty() ? std::string{} : label + ": " + value + "\n";
+    return value.empty() ? std::string{} : label + ": " + util::printable(value) + "\n";
 }
 
 std::string text_of_extent(const WorldFacts& facts) {
@@ -105,7 +106,7 @@ std::string json_of(const WorldFacts& facts) {
     const Extent extent = facts.extent();
     out["extent"] =
         survey.bounds.empty() ? json(nullptr) : json{{"min", extent.min}, {"max", extent.max}};
-    return out.dump(2, ' ', false, json::error_handler_t::replace);
+    return out.dump(2, ' ', true, json::error_handler_t::replace);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/util/printable.hpp"
 #include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
 #include "voxelserver/worlds/minecraft/info.hpp"
 
@@ -32,7 +33,7 @@ bool is_number(const std::string& name) noexcept {
 }
 
 std::string block_line(const std::string& name, std::int64_t count, const BlockTable* blocks) {
-    std::string out = "    " + std::to_string(count) + " " + name;
+    std::string out = "    " + std::to_string(count) + " " + util::printable(name);
     if (blocks == nullptr)
         return out;
     BlockAppearance appearance;
@@ -51,10 +52,10 @@ std::string block_line(const std::string& name, std::int64_t count, const BlockT
 }
 
 std::string text_of(const DimensionFacts& d, const BlockTable* blocks) {
-    std::string out = "dimension " + d.name + "\n";
+    std::string out = "dimension " + util::printable(d.name) + "\n";
     const auto line = [&](const std::string& label, const std::string& value) {
         if (!value.empty())
-            out += "  " + label + ": " + value + "\n";
+            out += "  " + label + ": " + util::printable(value) + "\n";
     };
     line("files", counted(d.files));
     line("chunks", std::to_string(d.chunks) + ": " + std::to_string(d.finished) + " finished, " +
@@ -111,7 +112,7 @@ std::string to_text(const WorldFacts& facts, const BlockTable* blocks) {
     std::string out;
     const auto line = [&](const std::string& label, const std::string& value) {
         if (!value.empty())
-            out += label + ": " + value + "\n";
+            out += label + ": " + util::printable(value) + "\n";
     };
     line("path", facts.path);
     line("folder", facts.root);
@@ -157,7 +158,7 @@ std::string to_json(const WorldFacts& facts) {
     }
     for (const DimensionFacts& dimension : facts.dimensions)
         out["dimensions"].push_back(json_of(dimension));
-    return out.dump(2, ' ', false, json::error_handler_t::replace);
+    return out.dump(2, ' ', true, json::error_handler_t::replace);
 }
 
 }  // namespace terravox::minecraft

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/catch.hpp"
@@ -72,6 +73,23 @@ TEST_CASE("single chunks of many versions load, whole", "[raytracer][minecraft]"
         ++chunks;
     }
     CHECK(chunks == 17);
+}
+
+TEST_CASE("the names of a world do not speak to the terminal", "[raytracer][minecraft]") {
+    WorldFacts facts;
+    facts.level.emplace();
+    facts.level->name = "level \x1b[2J";
+    facts.level->version = "version \xe2\x80\xae";  // U+202E turns around what follows
+    DimensionFacts dimension;
+    dimension.name = "DIM\x1b";
+    dimension.blocks["mod:\x1b]0;title\x07"] = 2;
+    dimension.notes = {"note \xc2\x9b"};
+    facts.dimensions = {dimension};
+    const std::string text = to_text(facts, nullptr);
+    const auto is_plain = [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); };
+    CHECK(std::ranges::all_of(text, is_plain));
+    CHECK_THAT(text, test::contains("level \\x1b[2J") && test::contains("mod:\\x1b]0;title\\x07"));
+    CHECK(std::ranges::all_of(to_json(facts), is_plain));
 }
 
 }  // namespace
