@@ -10,8 +10,8 @@ namespace terravox::geo {
 /// Opens a raster from any source for reading: a file of one of kRasterFormats that passes the gate
 /// (raster_gate.hpp). `path` must name a plain file; GDAL's special names (/vsicurl/...,
 /// GTIFF_DIR:...) are not accepted. A TIFF file that was truncated before its last directory, e.g.
-/// that of an overview, is refused; this is not detected in sources of a .vrt. Thread-safe; the
-/// returned data set must be used by one thread at a time.
+/// that of an overview, is refused; as a source of a .vrt it is damage of what it would show.
+/// Thread-safe; the returned data set must be used by one thread at a time.
 /// @param attempt beginning of the error message: "read the orthophoto"
 /// @param overview index, from 0, of the GDAL overview to read instead of the raster; negative: the
 /// raster itself

@@ -37,7 +37,7 @@ util::ExitCode describe(const WorldInfoArguments& args, const scene::Scene& scen
     return description.is_damaged ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-/// In ASCII: the texts of a world are a stranger's, and the terminal shows them.
+/// The texts of a world are a stranger's, and the terminal shows them: so the JSON is ASCII.
 std::string json_of(const voxel::WorldInfo& info) {
     const auto facts = nlohmann::json::parse(voxel::world_to_json(info));
     return facts.dump(2, ' ', true, nlohmann::json::error_handler_t::replace);
