@@ -25,11 +25,11 @@ process.stdout.on('error', (error) =>
 );
 
 try {
-  const output = {
+  const streams = {
     out: (text: string) => void process.stdout.write(text),
     err: (text: string) => void process.stderr.write(text),
   };
-  process.exitCode = await run(process.argv.slice(2), output, stop.signal);
+  process.exitCode = await run(process.argv.slice(2), streams, stop.signal);
 } catch (error) {
   process.stderr.write(`error: ${describeError(error)}\n`);
   if (interruptedBy === undefined) process.exitCode = kExit.failed;

@@ -46,8 +46,8 @@ export function addConvertCommand(program: Command, context: CliContext): void {
         checkSourceOf(store, options.source);
         await removeStaleWork(store.root);
         const tally = await convertAll(store, options, tools, context);
-        context.output.out(
-          `${tally.converted} converted, ${tally.indexed} indexed, ${tally.failed} failed\n`,
+        context.output.outLine(
+          `${tally.converted} converted, ${tally.indexed} indexed, ${tally.failed} failed`,
         );
         context.exit(tally.failed > 0 ? kExit.failed : kExit.done);
       });
@@ -81,8 +81,8 @@ async function convertAll(
       const code = error instanceof GrabberError ? error.code : 'STORE_IO';
       store.squares.failed(record.key, code, describeError(error));
       ++tally.failed;
-      output.err(
-        `error: ${record.key.source}/${record.key.name} ${code}: ${describeError(error)}\n`,
+      output.errLine(
+        `error: ${record.key.source}/${record.key.name} ${code}: ${describeError(error)}`,
       );
     }
   }
@@ -102,16 +102,16 @@ async function convertOne(
   if (done !== undefined) {
     ++tally.converted;
     const before = record.file?.bytes ?? 0;
-    output.out(
+    output.outLine(
       `converted ${done.from} to ${done.file.path}  ${formatBytes(before)} to ` +
-        `${formatBytes(done.file.bytes)}\n`,
+        `${formatBytes(done.file.bytes)}`,
     );
-    for (const warning of done.warnings) output.err(`warning: ${warning}\n`);
+    for (const warning of done.warnings) output.errLine(`warning: ${warning}`);
   }
   const now = store.squares.get(record.key);
   if (!how.index || now === undefined) return;
   const lax = await indexRecord(now, store, tools, signal);
   if (lax === undefined) return;
   ++tally.indexed;
-  output.out(`indexed ${now.file?.path ?? ''}\n`);
+  output.outLine(`indexed ${now.file?.path ?? ''}`);
 }

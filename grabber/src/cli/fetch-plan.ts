@@ -44,13 +44,13 @@ export async function printPlan(
       options.json === true
         ? JSON.stringify(squareEvent(selection.source, square, size))
         : squareLine(square, size);
-    output.out(`${line}\n`);
+    output.outLine(line);
   }
   const free_bytes = freeBytes(nearestFolder(resolve(options.store ?? '.')));
   const plan = { event: 'plan', files: squares.length, ...totals, free_bytes };
   const line =
     options.json === true ? JSON.stringify(plan) : planLine(plan, options.sizes === true);
-  output.out(`${line}\n`);
+  output.outLine(line);
   return kExit.done;
 }
 

@@ -94,14 +94,14 @@ async function importCommand(options: ImportOptions, context: CliContext): Promi
     `${squares.length} squares of ${source.id}, ${blocks.size} blocks, ${open} without an ` +
     'address yet';
   if (options.dryRun === true || root === undefined) {
-    output.out(`${counted}; nothing written\n`);
+    output.outLine(`${counted}; nothing written`);
     return;
   }
   const { source: id, grid, gridCrs, terms } = recordsOf(source);
   const { added, changed } = await makeStore(root, signal, async (store) =>
     store.squares.learn(id, grid, gridCrs, terms, squares),
   );
-  output.out(`${counted}: ${added} added, ${changed} changed\n`);
+  output.outLine(`${counted}: ${added} added, ${changed} changed`);
 }
 
 async function fromFile(
@@ -175,7 +175,7 @@ async function listCommand(options: ListOptions, { output, signal }: CliContext)
     };
     const records = store.squares.list(filter);
     if (options.json === true) {
-      for (const record of records) output.out(`${JSON.stringify(record)}\n`);
+      for (const record of records) output.outLine(JSON.stringify(record));
       return;
     }
     const rows = records.map(({ key, state, block, urls }) => [

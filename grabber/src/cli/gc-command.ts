@@ -39,11 +39,11 @@ async function gcCommand(
     await removeLeftovers(store, files, signal);
   }
   for (const { path, bytes } of files) {
-    output.out(`${dryRun ? 'would remove' : 'removed'} ${path}  ${formatBytes(bytes)}\n`);
+    output.outLine(`${dryRun ? 'would remove' : 'removed'} ${path}  ${formatBytes(bytes)}`);
   }
   for (const path of leftAlone) {
-    output.err(
-      `warning: left alone ${path}: a link, not in the store, or no file of the grabber's\n`,
+    output.errLine(
+      `warning: left alone ${path}: a link, not in the store, or no file of the grabber's`,
     );
   }
   const total = files.reduce((sum, { bytes }) => sum + bytes, 0);
@@ -51,8 +51,8 @@ async function gcCommand(
     source === undefined
       ? ''
       : `, ${dropped} records of ${source}${dryRun ? ' would be' : ''} dropped`;
-  output.out(
-    `${files.length} files, ${formatBytes(total)}${dryRun ? ' would go' : ' removed'}${records}\n`,
+  output.outLine(
+    `${files.length} files, ${formatBytes(total)}${dryRun ? ' would go' : ' removed'}${records}`,
   );
 }
 

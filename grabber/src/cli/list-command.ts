@@ -58,8 +58,8 @@ async function listCommand(options: ListOptions, context: CliContext): Promise<v
     );
     http.permit(accessOf(profile));
     for await (const square of catalogue.find(region, signal)) {
-      if (options.json === true) output.out(`${JSON.stringify({ source, ...square })}\n`);
-      else output.out(`${square.name}\t${square.urls[0] ?? '?'}\n`);
+      if (options.json === true) output.outLine(JSON.stringify({ source, ...square }));
+      else output.outLine(`${square.name}\t${square.urls[0] ?? '?'}`);
     }
     context.exit(monitor.code());
   } finally {

@@ -28,27 +28,27 @@ export function orthoReporter(output: Output, json: boolean): OrthoReporter {
 
 function textReporter(output: Output): OrthoReporter {
   return {
-    would: (square) => output.out(`${square}\n`),
+    would: (square) => output.outLine(square),
     made(square, made) {
-      if (made.state === 'missing') return output.err(`hole: ${made.reason}\n`);
+      if (made.state === 'missing') return output.errLine(`hole: ${made.reason}`);
       const { file, image } = made;
-      output.out(
+      output.outLine(
         `made ${square}  ${formatBytes(file.bytes)}  ${image.width_px} x ` +
-          `${image.height_px} pixels  ${file.path}\n`,
+          `${image.height_px} pixels  ${file.path}`,
       );
-      for (const warning of made.warnings) output.err(`warning: ${square}: ${warning}\n`);
+      for (const warning of made.warnings) output.errLine(`warning: ${square}: ${warning}`);
     },
-    failed: (square, code, message) => output.err(`error: ${square} ${code}: ${message}\n`),
+    failed: (square, code, message) => output.errLine(`error: ${square} ${code}: ${message}`),
     retry: ({ error, retry, wait_ms }) =>
-      output.err(`retry ${retry} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`),
+      output.errLine(`retry ${retry} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`),
     summary: ({ made, kept, missing, failed }) =>
-      output.out(`${made} made, ${kept} already there, ${missing} missing, ${failed} failed\n`),
+      output.outLine(`${made} made, ${kept} already there, ${missing} missing, ${failed} failed`),
   };
 }
 
 function jsonReporter(output: Output): OrthoReporter {
   const line = (fields: Readonly<Record<string, unknown>>): void =>
-    output.out(`${JSON.stringify(fields)}\n`);
+    output.outLine(JSON.stringify(fields));
   return {
     would: (square) => line({ event: 'would', square }),
     made: (square, made) => line({ event: 'orthophoto', square, ...made }),

@@ -1,17 +1,43 @@
-/** Where a command writes; tests put their own in its place. */
-export type Output = {
+import { printable, printableLine } from '../util/printable.js';
+
+/** The streams of the process; tests put their own in their place. */
+export type Streams = {
   /** Writes to standard output. */
   readonly out: (text: string) => void;
   /** Writes to standard error. */
   readonly err: (text: string) => void;
 };
 
-/** Left-aligned columns, two blanks apart. */
+/**
+ * Where a command writes. Names, addresses and messages come from strangers: servers, files, other
+ * people's stores. So nothing but line breaks and tabs reaches a terminal as a control character,
+ * and a line stays one.
+ */
+export type Output = Streams & {
+  /** Writes one line to standard output. */
+  readonly outLine: (text: string) => void;
+  /** Writes one line to standard error. */
+  readonly errLine: (text: string) => void;
+  /** As they are, for colours and cursor movements; texts of strangers must be printable there. */
+  readonly drawn: Streams;
+};
+
+export function outputTo(streams: Streams): Output {
+  return {
+    out: (text) => streams.out(printable(text)),
+    err: (text) => streams.err(printable(text)),
+    outLine: (text) => streams.out(`${printableLine(text)}\n`),
+    errLine: (text) => streams.err(`${printableLine(text)}\n`),
+    drawn: streams,
+  };
+}
+
+/** Left-aligned columns, two blanks apart; a cell stays on its line. */
 export function formatTable(
   header: readonly string[],
   rows: readonly (readonly string[])[],
 ): string {
-  const lines = [header, ...rows];
+  const lines = [header, ...rows].map((line) => line.map(printableLine));
   const widths = header.map((_title, column) =>
     Math.max(...lines.map((line) => (line[column] ?? '').length)),
   );

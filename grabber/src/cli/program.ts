@@ -4,7 +4,7 @@ import { GrabberError, describeError, type ErrorCode } from '../util/errors.js';
 import { readPackageInfo, shippedConfig } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
-import type { Output } from './output.js';
+import { outputTo, type Output, type Streams } from './output.js';
 
 /** Codes of errors that the user corrects: in the command line, or in a configuration file. */
 const kUsageCodes: readonly ErrorCode[] = ['USAGE', 'CONFIG'];
@@ -37,9 +37,10 @@ const kCommands: Readonly<Record<string, () => Promise<AddCommand>>> = {
  */
 export async function run(
   args: readonly string[],
-  output: Output,
+  streams: Streams,
   signal: AbortSignal,
 ): Promise<number> {
+  const output = outputTo(streams);
   const state = { exitCode: kExit.done as number };
   try {
     const program = await buildProgram(args, state, output, signal);
@@ -55,7 +56,7 @@ export async function run(
     // Commander has printed its own message by now; help and version come this way too, with exit
     // code 0.
     if (error instanceof CommanderError) return error.exitCode === 0 ? kExit.done : kExit.usage;
-    output.err(`error: ${describeError(error)}\n`);
+    output.errLine(`error: ${describeError(error)}`);
     return error instanceof GrabberError && kUsageCodes.includes(error.code)
       ? kExit.usage
       : kExit.failed;

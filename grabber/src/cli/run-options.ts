@@ -81,12 +81,12 @@ export type CatalogueMonitor = Pick<CatalogueOptions, 'policy' | 'onRetry' | 'on
 export function monitorCatalogue(options: RequestOptions, output: Output): CatalogueMonitor {
   let leftOut = 0;
   const onRetry = ({ error, retry, wait_ms }: RetryNotice): void =>
-    output.err(
-      `retry ${retry} of the catalogue in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`,
+    output.errLine(
+      `retry ${retry} of the catalogue in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`,
     );
   const onLeftOut = (error: GrabberError): void => {
     ++leftOut;
-    output.err(`warning: left out of the catalogue (${leftOut}): ${error.message}\n`);
+    output.errLine(`warning: left out of the catalogue (${leftOut}): ${error.message}`);
   };
   return {
     policy: policyOf(options),

@@ -30,6 +30,6 @@ function statusCommand(options: StatusOptions, { output, signal }: CliContext): 
       columns: Math.max(10, (isTTY && columns > 0 ? columns : kColumns) - 1),
       rows: kMaxPictureRows,
     };
-    output.out(statusText(status, store.squares.places(), size, { colour }));
+    output.drawn.out(statusText(status, store.squares.places(), size, { colour }));
   });
 }

@@ -58,11 +58,11 @@ async function verifyCommand(
     output.out(`${JSON.stringify(result, undefined, 2)}\n`);
   } else {
     for (const { key, file, reason } of bad) {
-      output.out(`bad ${key.source}/${key.name}  ${file.path}: ${reason}\n`);
+      output.outLine(`bad ${key.source}/${key.name}  ${file.path}: ${reason}`);
     }
     const repaired = options.repair === true ? ', wanted again' : '; --repair wants them again';
     const then = bad.length === 0 ? '' : repaired;
-    output.out(`${files.length} files checked, ${bad.length} bad${then}\n`);
+    output.outLine(`${files.length} files checked, ${bad.length} bad${then}`);
   }
   return bad.length === 0 ? kExit.done : kExit.failed;
 }
@@ -88,6 +88,7 @@ function progressTo(output: Output, terminal: boolean): VerifyProgress {
     if (!terminal && tenth === reported) return;
     reported = tenth;
     const text = `verify ${done}/${total} files, ${formatBytes(bytes)}`;
-    output.err(terminal ? `\r${text}${done === total ? '\n' : ''}` : `${text}\n`);
+    if (terminal) output.drawn.err(`\r${text}${done === total ? '\n' : ''}`);
+    else output.errLine(text);
   };
 }

@@ -1,6 +1,7 @@
 import cliProgress, { type MultiBar, type SingleBar } from 'cli-progress';
 import { formatBytes, type Output } from '../cli/output.js';
 import type { RecordKey } from '../model/square.js';
+import { printableLine } from '../util/printable.js';
 import { Rate } from './rate.js';
 import type { Reporter } from './reporter.js';
 import {
@@ -38,7 +39,12 @@ export function barReporter(
     const left = timeLeft(leftSeconds(rate, received, expected, done, wanted));
     total.update(done, totalFields(formatBytes(rate.perSecond()), received, left));
   };
-  const line = (text: string): void => bars.log(`${text}\n`);
+  const line = (text: string): void => bars.log(`${printableLine(text)}\n`);
+  const stop = (): void => {
+    // Lines are written with the next picture of the bars, which stop() does not make.
+    if (bars.isActive) bars.update();
+    bars.stop();
+  };
   return {
     plan(plan) {
       wanted = plan.files;
@@ -67,13 +73,12 @@ export function barReporter(
       line(`retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`),
     ignored: (path, source) => line(ignoredLine(path, source)),
     skipped: (source, count, why) => line(skippedLine(source, count, why)),
-    orthophotosLeft: (source, grid, count) =>
-      output.err(`${orthophotosLine(source, grid, count)}\n`),
+    orthophotosLeft: (source, grid, count) => output.errLine(orthophotosLine(source, grid, count)),
     summary(sum) {
-      bars.stop();
-      output.out(`${summaryLine(sum)}\n`);
+      stop();
+      output.outLine(summaryLine(sum));
     },
-    close: () => bars.stop(),
+    close: stop,
   };
 }
 
@@ -90,7 +95,7 @@ class FileBars {
   of(key: RecordKey, total_bytes: number | undefined): SingleBar {
     const known = this.#byKey.get(shown(key));
     if (known !== undefined) return known;
-    const fields = { name: key.name.padEnd(kNameWidth), bytes: '', size: '' };
+    const fields = { name: printableLine(key.name).padEnd(kNameWidth), bytes: '', size: '' };
     const bar = this.#bars.create(total_bytes ?? 0, 0, fields);
     this.#byKey.set(shown(key), bar);
     return bar;

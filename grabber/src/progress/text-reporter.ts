@@ -10,20 +10,19 @@ export function textReporter(output: Output): Reporter {
     bytes: () => undefined,
     outcome(outcome) {
       const { text, good } = outcomeLine(outcome);
-      if (good) output.out(`${text}\n`);
-      else output.err(`${text}\n`);
-      for (const line of warningLines(outcome)) output.err(`${line}\n`);
+      if (good) output.outLine(text);
+      else output.errLine(text);
+      for (const line of warningLines(outcome)) output.errLine(line);
     },
     retry(key, { error, retry, wait_ms }) {
-      output.err(
-        `retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`,
+      output.errLine(
+        `retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`,
       );
     },
-    ignored: (path, source) => output.err(`${ignoredLine(path, source)}\n`),
-    skipped: (source, files, why) => output.err(`${skippedLine(source, files, why)}\n`),
-    orthophotosLeft: (source, grid, count) =>
-      output.err(`${orthophotosLine(source, grid, count)}\n`),
-    summary: (sum) => output.out(`${summaryLine(sum)}\n`),
+    ignored: (path, source) => output.errLine(ignoredLine(path, source)),
+    skipped: (source, files, why) => output.errLine(skippedLine(source, files, why)),
+    orthophotosLeft: (source, grid, count) => output.errLine(orthophotosLine(source, grid, count)),
+    summary: (sum) => output.outLine(summaryLine(sum)),
     close: () => undefined,
   };
 }

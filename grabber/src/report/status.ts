@@ -1,6 +1,7 @@
 import { formatBytes, formatTable } from '../cli/output.js';
 import type { State } from '../model/square.js';
 import type { Place, RecordTable, Store } from '../model/store.js';
+import { printableLine } from '../util/printable.js';
 import { drawSquares, type PictureSize } from './square-picture.js';
 import type { PictureStyle } from './state-symbols.js';
 
@@ -43,7 +44,10 @@ function tableStatus(table: RecordTable): TableStatus {
   return { tally: table.tally(), errors };
 }
 
-/** As text: tables, the latest errors, and a picture of the squares of each source. */
+/**
+ * As text: tables, the latest errors, and a picture of the squares of each source. Only the picture
+ * has control characters, its colours; the store's texts are printable.
+ */
 export function statusText(
   status: Status,
   places: readonly Place[],
@@ -59,8 +63,10 @@ export function statusText(
   if (errors.length > 0) {
     const lines = errors.map(
       (error) =>
-        `${error.at}  ${error.source}/${error.name}  ${error.state}  ${error.code}: ` +
-        `${error.message}\n`,
+        printableLine(
+          `${error.at}  ${error.source}/${error.name}  ${error.state}  ${error.code}: ` +
+            error.message,
+        ) + '\n',
     );
     parts.push(`last errors\n${lines.join('')}`);
   }
@@ -87,6 +93,6 @@ function pictures(places: readonly Place[], size: PictureSize, style: PictureSty
     else others.push(place);
   }
   return [...bySource].map(
-    ([source, squares]) => `${source}\n${drawSquares(squares, size, style)}`,
+    ([source, squares]) => `${printableLine(source)}\n${drawSquares(squares, size, style)}`,
   );
 }

@@ -1,3 +1,5 @@
+import { kHarmful } from './printable.js';
+
 /** What went wrong, for programs; the message is for people. */
 export type ErrorCode =
   | 'USAGE'
@@ -66,13 +68,15 @@ export class GrabberError extends Error {
 /** In characters; what was read may be as long as a file, and readers of files quote it. */
 const kMaxLineLength = 4000;
 
+const kFolded = new RegExp(`[${kHarmful}]+`, 'gu');
+
 /**
- * Folds line breaks and control characters, so that text from a server cannot forge log lines, and
- * cuts what is longer than a line.
+ * Folds line breaks, control characters and what reorders text, so that text from a server cannot
+ * forge log lines, and cuts what is longer than a line.
  */
 export function oneLine(text: string): string {
   const part = text.length <= kMaxLineLength ? text : `${text.slice(0, kMaxLineLength)}…`;
-  return part.replace(/[\p{Cc}\u2028\u2029]+/gu, ' ').trim();
+  return part.replace(kFolded, ' ').trim();
 }
 
 /**

@@ -1,0 +1,28 @@
+/**
+ * Characters by which a text could speak to the terminal or reorder what is next to it, for a class
+ * of a regular expression: control characters (C0, DEL, C1), line and paragraph separators,
+ * bidirectional marks, embeddings, overrides and isolates. The same as in
+ * common/util/printable.hpp.
+ */
+export const kHarmful = '\\p{Cc}\\u2028\\u2029\\u061c\\u200e\\u200f\\u202a-\\u202e\\u2066-\\u2069';
+
+const kInLines = new RegExp(`(?![\\n\\t])[${kHarmful}]`, 'gu');
+const kInALine = new RegExp(`(?!\\t)[${kHarmful}]`, 'gu');
+
+/**
+ * Makes text of unknown origin safe for a terminal: harmful characters become visible escapes.
+ * All have the form \u001b, which means the same in JSON, so that JSON stays valid. Line breaks and
+ * tabs are left.
+ */
+export function printable(text: string): string {
+  return text.replace(kInLines, escapeOf);
+}
+
+/** The same for one line: line breaks become escapes, too. */
+export function printableLine(text: string): string {
+  return text.replace(kInALine, escapeOf);
+}
+
+function escapeOf(character: string): string {
+  return `\\u${character.charCodeAt(0).toString(16).padStart(4, '0')}`;
+}
