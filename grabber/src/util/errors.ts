@@ -86,10 +86,10 @@ export function describeError(error: unknown): string {
   if (!(error instanceof Error)) return oneLine(String(error));
   const cause = error.cause;
   const own = error.message === '' ? error.name : error.message;
-  if (cause instanceof Error && cause.message !== '' && !own.includes(cause.message)) {
-    return oneLine(`${own}: ${cause.message}`);
-  }
-  return oneLine(own);
+  if (!(cause instanceof Error)) return oneLine(own);
+  const reason = oneLine(cause.message);
+  // Messages that quote their cause have it folded.
+  return oneLine(own).includes(reason) ? oneLine(own) : oneLine(`${own}: ${reason}`);
 }
 
 /** The `code` of a Node.js system error such as ENOENT, or undefined. */

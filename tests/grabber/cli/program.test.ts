@@ -65,6 +65,11 @@ test('wrong usage ends with exit code 2 and one line that states what is allowed
   }
 });
 
+/** The message quotes the line and its number, once. */
+function notTomlIn(line: number): RegExp {
+  return new RegExp(`not TOML: Invalid TOML document: [^:]* ${line}: [^:]*$`);
+}
+
 test('an invalid configuration file ends with exit code 2 and one line', async (t) => {
   const folder = await configFolder(t, templateAccess('http://127.0.0.1:1'));
   for (const name of ['areas', 'sources/ortho']) {
@@ -80,21 +85,26 @@ test('an invalid configuration file ends with exit code 2 and one line', async (
       args: ['sources'],
       message: /field title is missing; allowed: text/,
     },
-    { file: 'sources/worse.toml', text: 'id = [', args: ['sources'], message: /not TOML/ },
+    { file: 'sources/worse.toml', text: '\n\nid = [', args: ['sources'], message: notTomlIn(3) },
     {
       file: 'sources/ortho/worse.toml',
-      text: 'id = [',
+      text: '\n\nid = [',
       args: ['ortho', '--source', 'worse', '--store', store.root],
-      message: /not TOML/,
+      message: notTomlIn(3),
     },
-    { file: 'areas/worse.toml', text: 'id = "', args: ['areas'], message: /not TOML/ },
+    { file: 'areas/worse.toml', text: '\nid = "', args: ['areas'], message: notTomlIn(2) },
     {
       file: 'converters.toml',
       text: '= 1',
       args: ['convert', '--store', store.root],
-      message: /not TOML/,
+      message: notTomlIn(1),
     },
-    { file: 'licences.toml', text: '[[licence', args: attribution, message: /read licences/ },
+    {
+      file: 'licences.toml',
+      text: '\n= 1',
+      args: attribution,
+      message: /read licences [^:]*: Invalid TOML document: [^:]* 2: [^:]*allowed: [^:]*$/,
+    },
     { file: 'licences.toml', text: 'licence = 1', args: attribution, message: /read licences/ },
   ];
   for (const { file, text, args, message } of cases) {
