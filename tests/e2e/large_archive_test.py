@@ -5,6 +5,7 @@ import json
 import struct
 import unittest
 
+from raw_archive import made_up_facts, write_archive
 from static_host import StaticHost
 from support import Case, Run, Server, binary, temporary_folder
 
@@ -18,43 +19,6 @@ HARMFUL = "[\x1b\x9b\u202e]"
 LEVELS = 13
 MAX_REQUESTS = 3
 MAX_BYTES = 1 << 20
-WORD = (1 << 64) - 1
-PRIMES = (
-    0x9E3779B185EBCA87,
-    0xC2B2AE3D27D4EB4F,
-    0x165667B19E3779F9,
-    0x85EBCA77C2B2AE63,
-    0x27D4EB2F165667C5,
-)
-
-
-def rotated(x, bits):
-    return (x << bits | x >> (64 - bits)) & WORD
-
-
-def turn(lane, word):
-    return rotated((lane + word * PRIMES[1]) & WORD, 31) * PRIMES[0] & WORD
-
-
-def xxh64(data):
-    """Of a multiple of 8 bytes. Ref: Collet, xxHash specification 0.1.1."""
-    at = 0
-    value = PRIMES[4]
-    if len(data) >= 32:
-        lanes = [(PRIMES[0] + PRIMES[1]) & WORD, PRIMES[1], 0, -PRIMES[0] & WORD]
-        for at in range(0, len(data) - 31, 32):
-            words = struct.unpack_from("<4Q", data, at)
-            lanes = [turn(lane, word) for lane, word in zip(lanes, words)]
-        at += 32
-        value = sum(rotated(lane, bits) for lane, bits in zip(lanes, (1, 7, 12, 18))) & WORD
-        for lane in lanes:
-            value = ((value ^ turn(0, lane)) * PRIMES[0] + PRIMES[3]) & WORD
-    value = (value + len(data)) & WORD
-    for (word,) in struct.iter_unpack("<Q", data[at:]):
-        value = (rotated(value ^ turn(0, word), 27) * PRIMES[0] + PRIMES[3]) & WORD
-    value = (value ^ value >> 33) * PRIMES[1] & WORD
-    value = (value ^ value >> 29) * PRIMES[2] & WORD
-    return value ^ value >> 32
 
 
 def place_on_curve(number):
@@ -63,39 +27,22 @@ def place_on_curve(number):
     return [sum((number >> (2 * n + axis) & 1) << n for n in bits) for axis in (0, 1)]
 
 
-def make_archive(file):
-    """Header, facts and root are whole; leaves and records are holes of the file."""
-    facts = {
-        "version": 2,
-        "software": "test",
-        "title": TITLE,
-        "bounds": {"min": [0, 0, 0], "max": [64 * SIDE, 256, 64 * SIDE]},
-        "voxel_m": 1.0,
-        "box": [64, 256, 64],
-        "levels": LEVELS,
-        "crs": "EPSG:3794",
-        "crs_wkt": "",
-        "crs_units_per_voxel": 1.0,
-        "materials": ["air", "rock"],
-        "licence": "CC0",
-        "attribution": "nobody",
-    }
-    info = json.dumps(facts).encode()
-    info += b" " * (-len(info) % 8)
-    leaves = 64 + len(info) + 48 * ENTRIES
+def root_of_the_index(begin):
+    """@param begin where the records would begin @return the entries, and where they lie"""
+    leaves = begin + 48 * ENTRIES
     root = bytearray()
     for first in range(0, ENTRIES, ENTRIES_OF_LEAF):
         bx, bz = place_on_curve(first)
         offset = leaves + first // ENTRIES_OF_LEAF * LEAF_BYTES
         count = min(ENTRIES_OF_LEAF, ENTRIES - first)
         root += struct.pack("<4iQ2IQ", 0, bx, 0, bz, offset, LEAF_BYTES, count, 0)
-    at = leaves + len(root) // 40 * LEAF_BYTES
-    size = at + len(root) + 8
-    header = b"TVXARC\r\n" + struct.pack("<2I5Q", 1, 0, 64, len(info), at, len(root) + 8, size)
-    with file.open("wb") as out:
-        out.write(header + struct.pack("<Q", xxh64(header)) + info)
-        out.seek(at)
-        out.write(root + struct.pack("<Q", xxh64(bytes(root))))
+    return bytes(root), leaves + len(root) // 40 * LEAF_BYTES
+
+
+def make_archive(file):
+    """Header, facts and root are whole; leaves and records are holes of the file."""
+    bounds = [0, 0, 0], [64 * SIDE, 256, 64 * SIDE]
+    write_archive(file, made_up_facts(bounds, LEVELS, title=TITLE), root_of_the_index)
 
 
 class LargeArchive(Case):
