@@ -2,8 +2,11 @@
 
 #include <atomic>
 #include <csignal>
+#include <new>
+#include <string>
 
 #include "common/util/end_of_program.hpp"
+#include "common/util/printable.hpp"
 
 namespace terravox::geo {
 namespace {
@@ -35,7 +38,11 @@ void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
 void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
                                     const char* message) noexcept {
     end_program_if_fatal(severity, number, message);
-    CPLDefaultErrorHandler(severity, number, message);
+    try {
+        const std::string text = util::printable(message != nullptr ? message : "no reason given");
+        CPLDefaultErrorHandler(severity, number, text.c_str());
+    } catch (const std::bad_alloc&) {  // The function that failed tells so by what it returns.
+    }
 }
 
 void end_program_if_fatal(CPLErr severity, CPLErrorNum number, const char* message) noexcept {

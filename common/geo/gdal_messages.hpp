@@ -12,7 +12,9 @@ namespace terravox::geo {
 void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
                                    const char* message) noexcept;
 
-/// Like drop_gdal_message(), but prints messages that do not end the program as GDAL prints them.
+/// Like drop_gdal_message(), but prints messages that do not end the program as GDAL prints them,
+/// each on one line: since they quote files, special characters are escaped
+/// (common/util/printable.hpp).
 void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
                                     const char* message) noexcept;
 
