@@ -51,7 +51,8 @@ void print_info(const std::filesystem::path& path) {
     std::uint32_t holes = 0;
     for (std::uint32_t cell = 0; cell < key.grid.cells(); ++cell)
         holes += journal.at(cell).holes > 0 ? 1 : 0;
-    std::printf("%s: %llu bytes\n", path.c_str(), static_cast<unsigned long long>(journal.end()));
+    std::printf("%s: %llu bytes\n", util::printable(path.string()).c_str(),
+                static_cast<unsigned long long>(journal.end()));
     std::printf("  of       %s, %dx%d %s\n",
                 util::printable(voxel::world_from_json(key.world, path.string()).title).c_str(),
                 key.grid.width_px, key.grid.height_px, what_is_made(key, scene).c_str());

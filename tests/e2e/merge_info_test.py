@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Texts of a checkpoint do not speak to the terminal: titles, names of files, notes on damage."""
+
+import struct
+import unittest
+
+from raw_archive import made_up_facts, write_archive
+from support import Case, Run, binary, render, temporary_folder
+
+# They would clear the screen, colour what follows, and turn it around.
+HOSTILE = "x\x1b[2J\x9b31m\u202e"
+SHOWN = r"x\x1b[2J\u009b31m\u202e"
+HARMFUL = "[\x1b\x9b\u202e]"
+PART = ["--size", "32x32", "--tile", "16", "--samples", "1", "--part", "1/2", "--quiet"]
+NOTE = 3  # kind of a record: damage of the world's data
+WORD = (1 << 64) - 1
+# The beginning of XXH3's secret, as 64-bit numbers.
+SECRET = struct.unpack(
+    "<7Q",
+    bytes.fromhex(
+        "b8fe6c3923a44bbe7c01812cf721ad1cded46de9839097db7240a4a4b7b3671f"
+        "cb79e64eccc0e578825ad07dccff7221b8084674f743248e"
+    ),
+)
+
+
+def folded(a, b):
+    """Both halves of the product together."""
+    return (a * b ^ a * b >> 64) & WORD
+
+
+def xxh3(data):
+    """Of 9 to 16, or of 24 bytes. Ref: Collet, xxHash specification, XXH3 of short inputs."""
+    low, high = struct.unpack("<Q", data[:8])[0], struct.unpack("<Q", data[-8:])[0]
+    if len(data) == 24:
+        (middle,) = struct.unpack("<Q", data[8:16])
+        value = 24 * 0x9E3779B185EBCA87 + folded(low ^ SECRET[0], middle ^ SECRET[1])
+        value += folded(middle ^ SECRET[2], high ^ SECRET[3])
+    else:
+        low ^= SECRET[3] ^ SECRET[4]
+        high ^= SECRET[5] ^ SECRET[6]
+        value = len(data) + int.from_bytes(low.to_bytes(8, "little"), "big") + high
+        value += folded(low, high)
+    value &= WORD
+    value = (value ^ value >> 37) * 0x165667919E3779F9 & WORD
+    return value ^ value >> 32
+
+
+def note_on_damage(text):
+    """@return a record (docs/formats/checkpoints.md)"""
+    payload = text.encode()
+    head = struct.pack("<4I", 0x9E01C57A, NOTE, 0, len(payload)) + struct.pack("<Q", xxh3(payload))
+    return head + struct.pack("<Q", xxh3(head)) + payload
+
+
+def merge(*arguments):
+    return Run([binary("RAYTRACER"), "merge", *arguments])
+
+
+class MergeInfo(Case):
+    def setUp(self):
+        self.folder = temporary_folder()
+
+    def part(self, world):
+        """@return the checkpoint of one of two parts of a picture, which has a usual name"""
+        run = render(world, *PART, "-o", self.folder / "a.exr")
+        self.assertDone(run)
+        self.assertNotRegex(run.out + run.err, HARMFUL)
+        return self.folder / "a.exr.part-1-of-2.tiles"
+
+    def info(self, part):
+        run = merge("--info", part)
+        self.assertDone(run)
+        self.assertNotRegex(run.out + run.err, HARMFUL)
+        return run.out
+
+    def archive(self, name, **facts):
+        file = self.folder / name
+        write_archive(file, made_up_facts(([0, 0, 0], [64, 256, 64]), 1, **facts))
+        return file
+
+    def test_the_title_of_the_world(self):
+        part = self.part(self.archive("a.tvx", title=HOSTILE))
+        self.assertIn(f"of       {SHOWN}, 32x32 pixels", self.info(part))
+
+    def test_the_names_of_the_inputs(self):
+        part = self.part(self.archive(HOSTILE + ".tvx"))
+        self.assertIn(f"from     {SHOWN}.tvx: 1 file", self.info(part))
+
+    def test_notes_on_damage(self):
+        part = self.part(self.archive("a.tvx"))
+        with part.open("ab") as file:
+            file.write(note_on_damage(HOSTILE))
+        self.assertIn(f"damage   {SHOWN}\n", self.info(part))
+
+    def test_the_name_of_the_checkpoint(self):
+        part = self.part(self.archive("a.tvx"))
+        renamed = part.rename(self.folder / (HOSTILE + ".tiles"))
+        self.assertIn(f"{SHOWN}.tiles: ", self.info(renamed))
+
+    def test_errors(self):
+        one = self.part(self.archive("a.tvx", title=HOSTILE))
+        one = one.rename(self.folder / "one.tiles")
+        other = self.part(self.archive("b.tvx", title="another"))
+        run = merge(one, other, "-o", self.folder / "joined.exr")
+        self.assertRefused(run, 1, "one.tiles")
+        self.assertNotRegex(run.err, HARMFUL)
+        self.assertIn("202e", run.err)
+
+
+if __name__ == "__main__":
+    unittest.main()
