@@ -16,6 +16,9 @@ namespace {
 
 using nlohmann::json;
 
+/// Lists and objects in each other: geometries need 8, and properties little more.
+constexpr int kMaxDepth = 64;
+
 /// @return the number that a text is, with or without its unit "m"; NaN for others
 double number_in(const std::string& text) {
     double number = 0;
@@ -48,7 +51,14 @@ public:
             fail(std::to_string(bytes) + " bytes; allowed: up to " +
                  std::to_string(kMaxGeoJson_bytes));
         std::ifstream in(file, std::ios::binary);
-        m_root = json::parse(in, nullptr, false);
+        // Copies of a value take stack and memory for each of its brackets: a file may consist of
+        // them.
+        const auto check_depth = [this](int depth, json::parse_event_t, const json&) {
+            if (depth > kMaxDepth)
+                fail("more than " + std::to_string(kMaxDepth) + " lists in lists");
+            return true;
+        };
+        m_root = json::parse(in, check_depth, false);
         if (!m_root.is_object())
             fail("it is no JSON object");
     }

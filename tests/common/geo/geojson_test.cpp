@@ -73,6 +73,18 @@ TEST_CASE("a GeoJSON file without a CRS is in longitude and latitude", "[common]
     CHECK(std::abs(shapes.at(0).parts[0][0][1] - 94'000) < 3000);
 }
 
+TEST_CASE("a GeoJSON file of many brackets is refused", "[common][geo]") {
+    const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+    for (const std::string& text :
+         {R"({"type":"Point","coordinates":)" + deep + "}",
+          R"({"type":"MultiPolygon","coordinates":)" + deep + "}",
+          feature(R"({"type":"Point","coordinates":[15,46]})", R"({"height":)" + deep + "}"),
+          std::string(200'000, '[')}) {
+        INFO(text.substr(0, 60));
+        CHECK_THROWS_WITH(read(text), contains("lists in lists"));
+    }
+}
+
 TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
     struct Case {
         const char* text;
