@@ -40,7 +40,13 @@ Fields fields_of_scene(const std::string& toml) {
 
 Fields fields_of_world(const std::string& text) {
     Fields out;
-    const json world = json::parse(text, nullptr, false);
+    // A world has lists in objects. What is deeper is left out: writing it takes stack for each of
+    // its brackets, and a checkpoint may be a stranger's.
+    constexpr int kMaxDepth = 8;
+    const auto is_shallow = [](int depth, json::parse_event_t, const json&) {
+        return depth <= kMaxDepth;
+    };
+    const json world = json::parse(text, is_shallow, false);
     if (!world.is_object())
         return {{"world", text}};
     for (const auto& [name, value] : world.items())

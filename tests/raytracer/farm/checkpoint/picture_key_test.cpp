@@ -89,6 +89,17 @@ TEST_CASE("keys are equal for equal pixels, and describe what makes others",
     }
 }
 
+TEST_CASE("a world of many brackets is another one", "[raytracer][checkpoint][key]") {
+    const farm::PictureKey key = key_with([](scene::Scene&) {});
+    farm::PictureKey there = key;
+    const std::string title = R"("title":)";
+    const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+    there.world.insert(there.world.find(title) + title.size(), deep + ',' + R"("was":)");
+    const std::string said = farm::difference(there, key);
+    CHECK_THAT(said, contains("world.title = [[["));
+    CHECK(said.size() < 300);
+}
+
 TEST_CASE("text that is no key is refused", "[raytracer][checkpoint][key]") {
     const auto good = nlohmann::json::parse(key_with([](scene::Scene&) {}).to_json());
     const auto with = [&](const char* name, nlohmann::json value) {
