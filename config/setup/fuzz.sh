@@ -15,8 +15,10 @@ FUZZ_TARGETS=(
     "checkpoint 65536 -"
     "crs 8192 wkt"
     "frames 32768 -"
+    "geojson 65536 geojson"
     "handshake 256 -"
     "http 2048 http"
+    "jobs 4096 jobs"
     "las 65536 las"
     "lax 8192 las"
     "map_block 65536 -"
@@ -86,6 +88,7 @@ fuzz_data() {
     local patterns=()
     case $1 in
         crs) patterns=(-iname '*.wkt' -o -iname '*.prj') ;;
+        geojson) patterns=(-iname '*.geojson') ;;
         las) patterns=(-iname '*.las' -o -iname '*.laz') ;;
         lax) patterns=(-iname '*.lax') ;;
         ply) patterns=(-iname '*.ply') ;;

@@ -230,6 +230,54 @@ void requests(const fs::path& folder) {
         corpus.add(std::to_string(number++), text);
 }
 
+void geojson(const fs::path& folder) {
+    const Corpus corpus(folder, "geojson");
+    const std::string crs =
+        R"(,"crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::3794"}}})";
+    const auto feature = [](const std::string& type, const std::string& coordinates,
+                            const std::string& properties) {
+        return R"({"type":"Feature","properties":)" + properties + R"(,"geometry":{"type":")" +
+               type + R"(","coordinates":)" + coordinates + "}}";
+    };
+    const std::string square = "[[8,8],[40,8],[40,40],[8,40],[8,8]]";
+    const std::string hole = "[[16,16],[16,24],[24,24],[24,16],[16,16]]";
+    const std::pair<const char*, std::string> files[] = {
+        {"house", feature("Polygon", "[" + square + "," + hole + "]", R"({"height":"7.5 m"})")},
+        {"houses", feature("MultiPolygon", "[[[[1,1],[5,1],[5,5],[1,1]]],[" + square + "]]",
+                           R"({"top":12,"name":"a house"})")},
+        {"lamps", feature("MultiPoint", "[[3,4],[50.5,60.5,2]]", R"({"height":6})") + "," +
+                      feature("Point", "[9,9]", "null")},
+        {"path", feature("LineString", "[[1,2,3],[30,40,5]]", "{}") + "," +
+                     feature("MultiLineString", "[[[1,2],[3,4]],[[5,6],[7,8]]]", "{}")},
+        {"bow", feature("Polygon", "[[[1,1],[9,9],[9,1],[1,9],[1,1]]]", R"({"top":5})")},
+        {"open", feature("Polygon", "[[[1,1],[9,1],[9,9]]]", R"({"top":5})")},
+        {"nowhere", R"({"type":"Feature","properties":null,"geometry":null})"},
+    };
+    for (const auto& [name, features] : files)
+        corpus.add(name, R"({"type":"FeatureCollection","features":[)" + features + "]" + crs);
+    corpus.add("degrees", feature("Polygon", "[[[15,46],[15.001,46],[15,46.001],[15,46]]]",
+                                  R"({"height":3})"));
+    corpus.add("geometry", R"({"type":"Point","coordinates":[20,30])" + crs);
+    const std::size_t depth = 30'000;
+    corpus.add("deep", R"({"type":"Point","coordinates":)" + std::string(depth, '[') +
+                           std::string(depth, ']') + "}");
+}
+
+void jobs(const fs::path& folder) {
+    const Corpus corpus(folder, "jobs");
+    int number = 0;
+    for (const char* text :
+         {R"({"kind":"terrain","area":[10,20.5,30,1e2],"resolution_m":2})",
+          R"({"kind":"sky","area":[0,0,9,9],"directions":64,"range_m":50.5,"thin_blocks":true})",
+          R"({"kind":"sun","area":[-1,0,1,1],"date":"2026-06-21","at":"12:00","step_min":30,)"
+          R"("zone":"Europe/Ljubljana","surface":"ground"})",
+          R"({"kind":"sun","area":[0,0,1,1],"from":"2026-01-01","to":"2026-12-31","monthly":true})",
+          R"({"kind":"energy","area":[0,0,1,1],"directions":16,"linke":3.5,"surface":"top"})",
+          R"({"kind":"sight","area":[0,0,1,1],"observers":[[0.5,0.25,1.6],[1,2,3]],"target_m":2})",
+          R"({"kind":"sky","area":[0,0,1e9,1e9]})", R"({"kind":"noise"})", "[[[[]]]]"})
+        corpus.add(std::to_string(number++), text);
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -248,6 +296,8 @@ int main(int count, char** arguments) {
         handshake(folder);
         texts(folder);
         requests(folder);
+        geojson(folder);
+        jobs(folder);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "write the corpora: %s\n", e.what());
         return 1;
