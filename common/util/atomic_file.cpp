@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "common/util/error.hpp"
 
@@ -95,6 +96,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& target)
 }
 
 AtomicFile::~AtomicFile() {
+    if (m_fd >= 0)
+        ::close(m_fd);
     std::error_code ignored;
     if (!m_committed)
         std::filesystem::remove(m_temporary, ignored);
@@ -108,7 +111,28 @@ void rename_durably(const std::filesystem::path& from, const std::filesystem::pa
         flush_to_disk(folder);
 }
 
+void AtomicFile::append(std::span<const std::byte> bytes) {
+    if (m_fd < 0)
+        m_fd = ::open(m_temporary.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (m_fd < 0)
+        throw Error("write " + m_target.string() + ": " + reason(errno));
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(m_fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            throw Error("write " + m_target.string() + ": " + reason(errno));
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+}
+
+void AtomicFile::close() {
+    if (m_fd >= 0 && ::close(std::exchange(m_fd, -1)) != 0)
+        throw Error("write " + m_target.string() + ": " + reason(errno));
+}
+
 void AtomicFile::commit(Flush flush) {
+    close();
     if (flush == Flush::kYes)
         flush_to_disk(m_temporary);
     rename_file(m_temporary, m_target);
@@ -117,23 +141,7 @@ void AtomicFile::commit(Flush flush) {
 
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes) {
     AtomicFile file(target);
-    const int fd =
-        ::open(file.temporary_path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (fd < 0)
-        throw Error("write " + target.string() + ": " + reason(errno));
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0) {
-            const int code = errno;
-            ::close(fd);
-            throw Error("write " + target.string() + ": " + reason(code));
-        }
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-    if (::close(fd) != 0)
-        throw Error("write " + target.string() + ": " + reason(errno));
+    file.append(bytes);
     file.commit();
 }
 

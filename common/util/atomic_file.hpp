@@ -9,11 +9,11 @@ namespace terravox::util {
 
 /// A file that appears under its name only when it is complete.
 ///
-/// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the
-/// file is renamed over the target. Without commit() the destructor removes the temporary file. The
-/// temporary name keeps the extension, for libraries that choose a format by it. Where the target
-/// is a symbolic link, the file that it leads to is written. Not thread-safe; two processes may
-/// write the same target: the last commit replaces the file as a whole.
+/// Write to temporary_path() by any means, or with append(), then commit(): the data are flushed to
+/// the disk and the file is renamed over the target. Without commit() the destructor removes the
+/// temporary file. The temporary name keeps the extension, for libraries that choose a format by
+/// it. Where the target is a symbolic link, the file that it leads to is written. Not thread-safe;
+/// two processes may write the same target: the last commit replaces the file as a whole.
 class AtomicFile {
 public:
     /// @throws Error as check_writable()
@@ -28,6 +28,13 @@ public:
         return m_temporary;
     }
 
+    /// Writes `bytes` to the end of the temporary file, without a buffer.
+    /// @throws Error with the system's reason (disk full, file too large)
+    void append(std::span<const std::byte> bytes);
+    /// Gives the descriptor of append() back, for those who hold many files; commit() does it, too.
+    /// @throws Error as append(): some file systems report it only now
+    void close();
+
     enum class Flush : bool { kNo, kYes };
     /// @param flush  kNo: a power failure may leave a damaged file under the name; for caches that
     /// verify what they read
@@ -37,6 +44,7 @@ public:
 private:
     std::filesystem::path m_target;
     std::filesystem::path m_temporary;
+    int m_fd = -1;  ///< of append()
     bool m_committed = false;
 };
 

@@ -12,6 +12,7 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_format.hpp"
+#include "voxelserver/archive/split.hpp"
 #include "voxelserver/archive/verify.hpp"
 
 namespace terravox::archive_tools {
@@ -128,19 +129,7 @@ Verification join_parts(const std::vector<fs::path>& parts, const fs::path& out,
         throw util::Error("merge the parts of " + parts.front().string() + ": " +
                           found.first_problems.front());
     util::AtomicFile joined(out);
-    std::ofstream file(joined.temporary_path(), std::ios::binary);
-    std::vector<std::byte> room;
-    constexpr std::uint64_t kBlock = 4 << 20;
-    for (std::uint64_t at = 0; file && at < bytes;) {
-        const std::uint64_t size = std::min(kBlock, bytes - at);
-        const auto some = source->read(at, static_cast<std::size_t>(size), room);
-        file.write(reinterpret_cast<const char*>(some.data()),
-                   static_cast<std::streamsize>(some.size()));
-        at += size;
-    }
-    file.close();
-    if (!file)
-        throw util::Error("write " + out.string() + ": the disk may be full");
+    append_stretch(*source, 0, bytes, joined);
     joined.commit();
     return found;
 }

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <fstream>
 #include <memory>
 #include <string_view>
 #include <system_error>
 
-#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_index.hpp"
 
@@ -31,24 +29,6 @@ bool is_part(const std::string& name, const std::string& stem) {
     return std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Copies a stretch of an archive into a file.
-void write_part(voxel::archive::ByteSource& archive, std::uint64_t begin, std::uint64_t bytes,
-                const util::AtomicFile& to) {
-    constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
-    std::ofstream out(to.temporary_path(), std::ios::binary);
-    std::vector<std::byte> room;
-    for (std::uint64_t done = 0; out && done < bytes;) {
-        const std::uint64_t size = std::min(bytes - done, kBlock);
-        const auto block = archive.read(begin + done, static_cast<std::size_t>(size), room);
-        out.write(reinterpret_cast<const char*>(block.data()),
-                  static_cast<std::streamsize>(block.size()));
-        done += size;
-    }
-    out.close();
-    if (!out)
-        throw util::Error("write " + to.target().string() + ": the disk may be full");
-}
-
 /// Longer numbers are larger ones.
 bool is_before(const fs::path& a, const fs::path& b) {
     const std::string x = a.filename().string();
@@ -57,6 +37,17 @@ bool is_before(const fs::path& a, const fs::path& b) {
 }
 
 }  // namespace
+
+void append_stretch(voxel::archive::ByteSource& archive, std::uint64_t begin, std::uint64_t bytes,
+                    util::AtomicFile& to) {
+    constexpr std::uint64_t kBlock = std::uint64_t{4} << 20;
+    std::vector<std::byte> room;
+    for (std::uint64_t done = 0; done < bytes;) {
+        const std::uint64_t size = std::min(bytes - done, kBlock);
+        to.append(archive.read(begin + done, static_cast<std::size_t>(size), room));
+        done += size;
+    }
+}
 
 std::string part_name(const std::string& stem, std::size_t number, std::size_t of) {
     const std::size_t digits = std::max(kDigits, std::to_string(of).size());
@@ -75,7 +66,9 @@ std::vector<FilePart> write_parts(voxel::archive::ByteSource& archive, std::uint
         parts.push_back(
             {part_name(stem, parts.size() + 1, count), std::min(bytes - begin, max_bytes)});
         files.push_back(std::make_unique<util::AtomicFile>(folder / parts.back().name));
-        write_part(archive, begin, parts.back().bytes, *files.back());
+        append_stretch(archive, begin, parts.back().bytes, *files.back());
+        // There may be more parts than a process has descriptors.
+        files.back()->close();
     }
     for (const auto& file : files)
         file->commit();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/util/atomic_file.hpp"
 #include "common/voxel/archive/byte_source.hpp"
 
 namespace terravox::archive_tools {
@@ -22,6 +23,11 @@ struct FilePart {
 /// @param number from 1
 /// @param of how many there are
 [[nodiscard]] std::string part_name(const std::string& stem, std::size_t number, std::size_t of);
+
+/// Copies a stretch of an archive to the end of a file.
+/// @throws Error when it cannot be read or written
+void append_stretch(voxel::archive::ByteSource& archive, std::uint64_t begin, std::uint64_t bytes,
+                    util::AtomicFile& to);
 
 /// Cuts an archive into parts of at most so many bytes, NAME-0001.part and following, where NAME is
 /// its name without ending: for hosts that limit files. The file stays. The parts appear under

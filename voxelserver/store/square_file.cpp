@@ -51,17 +51,9 @@ void write(const std::filesystem::path& path, Header header, std::span<const std
            std::span<const std::byte> points) {
     header.checksum = checksum(header, tables);
     util::AtomicFile file(path);
-    std::ofstream out(file.temporary_path(), std::ios::binary);
-    const auto put = [&](const void* data, std::size_t size) {
-        out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
-    };
-    put(&header, sizeof header);
-    put(tables.data(), tables.size());
-    put(points.data(), points.size());
-    out.close();
-    if (!out)
-        throw util::Error("write the prepared square " + path.string() +
-                          ": the disk is full or not writable");
+    file.append(std::as_bytes(std::span(&header, 1)));
+    file.append(tables);
+    file.append(points);
     // Checksums detect a file that was truncated by a crash, so there is no need to wait for the
     // disk.
     file.commit(util::AtomicFile::Flush::kNo);

@@ -45,14 +45,21 @@ ArchiveWriter::ArchiveWriter(const std::filesystem::path& file, const WorldInfo&
                              std::uint64_t keep)
     : m_file(util::follow_links(file)), m_part(part_of(m_file)) {
     util::check_writable(file);
+    bool is_begun_anew = false;
     try {
         open();
-        if (keep == 0 && ::ftruncate(m_fd, 0) != 0)
-            fail(std::strerror(errno));
+        if (keep == 0) {
+            if (::ftruncate(m_fd, 0) != 0)
+                fail(std::strerror(errno));
+            is_begun_anew = true;
+        }
         begin(world_to_json(info));
         if (keep != 0)
             take_over(keep);
     } catch (...) {
+        // Without its head a file is of no use; it is removed while it is still locked.
+        if (is_begun_anew)
+            ::unlink(m_part.c_str());
         // No destructor runs, and the lock must end.
         if (m_fd >= 0)
             ::close(m_fd);

@@ -4,10 +4,11 @@
 #include <sys/file.h>
 
 #include <cerrno>
+#include <span>
 
+#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
@@ -20,6 +21,12 @@ OpenFile opened(const std::filesystem::path& path) {
         throw util::Error("join the checkpoint " + path.string() +
                           ": a coordinator is writing to it; merge when it has ended");
     return file;
+}
+
+void refuse_existing(const std::filesystem::path& file) {
+    if (std::filesystem::exists(file))
+        throw util::UsageError("write the checkpoint " + file.string() +
+                               ": it is there already; allowed: another name");
 }
 
 }  // namespace
@@ -83,12 +90,25 @@ void JoinedTiles::each(const std::function<void(tiles::TileResult&&)>& take) con
 }
 
 void JoinedTiles::write(const std::filesystem::path& file) const {
-    Checkpoint out(file, key(), Checkpoint::Existing::kRefuse);
-    out.note_damage(damage());
+    refuse_existing(file);
+    util::AtomicFile out(file);
+    out.append(file_head(key().to_json()));
+    const auto append = [&](RecordKind kind, std::uint32_t cell,
+                            std::span<const std::byte> payload) {
+        out.append(record_head(kind, cell, payload));
+        out.append(payload);
+    };
+    std::string lines;
+    for (const std::string& line : m_damage)
+        lines += line + "\n";
+    if (!lines.empty())
+        append(RecordKind::kDamage, 0, std::as_bytes(std::span(lines)));
     for (std::uint32_t cell = 0; cell < m_journal_of.size(); ++cell)
         if (m_journal_of[cell] != kNoJournal)
-            out.add_encoded(m_journals[m_journal_of[cell]].encoded(cell));
-    out.close();
+            append(RecordKind::kTile, cell, m_journals[m_journal_of[cell]].encoded(cell));
+    // A coordinator may have begun one meanwhile.
+    refuse_existing(file);
+    out.commit();
 }
 
 std::string rows_missing(const TileGrid& grid, const std::function<bool(std::uint32_t)>& is_there) {

@@ -49,6 +49,34 @@ TEST_CASE("a file appears under its name only when it is committed",
     CHECK(entries_in(folder.path()) == 1);
 }
 
+TEST_CASE("bytes are appended until the file is committed", "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const auto target = folder.path() / "archive.tvx";
+    AtomicFile file(target);
+    file.append(bytes_of("one "));
+    file.append({});
+    file.append(bytes_of("two "));
+    file.close();
+    file.close();
+    file.append(bytes_of("three"));
+    CHECK_FALSE(fs::exists(target));
+    file.commit();
+    CHECK(text_of(target) == "one two three");
+    CHECK(entries_in(folder.path()) == 1);
+}
+
+TEST_CASE("an append that fails names the target and the reason", "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const auto target = folder.path() / "archive.tvx";
+    {
+        AtomicFile file(target);
+        fs::create_symlink("/dev/full", file.temporary_path());
+        CHECK_THROWS_WITH(file.append(bytes_of("one")),
+                          contains(target.string()) && contains("No space left on device"));
+    }
+    CHECK(entries_in(folder.path()) == 0);
+}
+
 TEST_CASE("without a commit nothing stays behind, and an older file keeps its content",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;

@@ -7,7 +7,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <sstream>
+#include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "common/util/error.hpp"
 
@@ -35,31 +39,54 @@ Journal::Journal(std::filesystem::path file, const std::string& what)
             m_end_before = std::max(m_end_before, end);
         }
     }
-    open(goes_on);
+    begin(goes_on);
 }
 
 Journal::~Journal() {
-    if (m_lock >= 0)
-        ::close(m_lock);
+    if (m_fd >= 0)
+        ::close(m_fd);
+}
+
+void Journal::fail(const std::string& why) const {
+    throw util::Error("write the journal " + m_path.string() + ": " + why);
 }
 
 void Journal::lock() {
-    m_lock = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (m_lock < 0)
-        throw util::Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
-    if (::flock(m_lock, LOCK_EX | LOCK_NB) == 0)
+    m_fd = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+    if (m_fd < 0)
+        fail(std::strerror(errno));
+    if (::flock(m_fd, LOCK_EX | LOCK_NB) == 0)
         return;
-    ::close(m_lock);
-    throw util::Error("write the journal " + m_path.string() +
-                      ": another conversion is writing there");
+    ::close(std::exchange(m_fd, -1));
+    fail("another conversion is writing there");
 }
 
-void Journal::open(bool goes_on) {
-    m_out.open(m_path, goes_on ? std::ios::app : std::ios::trunc);
-    // A line break first: the last line may be incomplete.
-    m_out << (goes_on ? "" : m_what) << '\n' << std::flush;
-    if (!m_out)
-        throw util::Error("write the journal " + m_path.string() + ": cannot be written");
+void Journal::begin(bool goes_on) {
+    try {
+        if (!goes_on && ::ftruncate(m_fd, 0) != 0)
+            fail(std::strerror(errno));
+        // A line break first: the last line may be incomplete.
+        append((goes_on ? "" : m_what) + "\n");
+    } catch (const util::Error&) {
+        // Without its first line a journal is of no use.
+        if (!goes_on)
+            ::unlink(m_path.c_str());
+        // No destructor runs, where the constructor called.
+        ::close(std::exchange(m_fd, -1));
+        throw;
+    }
+}
+
+void Journal::append(const std::string& text) const {
+    std::string_view rest = text;
+    while (!rest.empty()) {
+        const ssize_t written = ::write(m_fd, rest.data(), rest.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            fail(std::strerror(errno));
+        rest.remove_prefix(static_cast<std::size_t>(written));
+    }
 }
 
 bool Journal::has(const std::string& name) const {
@@ -70,10 +97,7 @@ bool Journal::has(const std::string& name) const {
 void Journal::add(const std::string& name, std::uint64_t voxels, std::uint64_t end) {
     const std::lock_guard lock(m_mutex);
     m_names.insert(name);
-    m_out << voxels << ' ' << end << ' ' << name << " ;\n" << std::flush;
-    if (!m_out)
-        throw util::Error("write the journal " + m_path.string() +
-                          ": disk full, or cannot be written");
+    append(std::to_string(voxels) + ' ' + std::to_string(end) + ' ' + name + " ;\n");
 }
 
 std::size_t Journal::files_in(const std::filesystem::path& file, const std::string& what) {
@@ -92,13 +116,11 @@ void Journal::forget() {
     m_names.clear();
     m_voxels_before = m_end_before = 0;
     m_files_before = 0;
-    m_out.close();
-    open(false);
+    begin(false);
 }
 
 void Journal::remove() {
     const std::lock_guard lock(m_mutex);
-    m_out.close();
     std::error_code ignored;
     std::filesystem::remove(m_path, ignored);
 }

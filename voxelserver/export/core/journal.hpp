@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <set>
 #include <string>
@@ -39,7 +38,9 @@ public:
 
 private:
     void lock();
-    void open(bool goes_on);
+    void begin(bool goes_on);
+    void append(const std::string& text) const;
+    [[noreturn]] void fail(const std::string& why) const;
     const std::filesystem::path m_path;
     const std::string m_what;
     mutable std::mutex m_mutex;
@@ -47,9 +48,8 @@ private:
     std::uint64_t m_voxels_before = 0;
     std::uint64_t m_end_before = 0;
     std::size_t m_files_before = 0;
-    std::ofstream m_out;
-    /// The file again, locked: two conversions to one place would corrupt each other.
-    int m_lock = -1;
+    /// Locked: two conversions to one place would corrupt each other.
+    int m_fd = -1;
 };
 
 }  // namespace terravox::exports
