@@ -39,7 +39,8 @@ class Faults(Writers):
     def test_a_full_disk_is_reported_and_leaves_nothing_half_written(self):
         for name in WRITERS:
             whole = self.whole_bytes(name)
-            for size in (0, whole // 2, whole * 99 // 100):
+            # full_disk_test.py has more places, where a machine allows it.
+            for size in (0, whole // 2, whole * 99 // 100) if LONG else (whole // 2,):
                 with self.subTest(name, file_bytes=size):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "file size", size)
@@ -76,7 +77,7 @@ class Faults(Writers):
         for name in (
             WRITERS if LONG else ("render to EXR", "archive", "OpenVDB", "synthetic survey")
         ):
-            program = binary(WRITERS[name][0])
+            program = binary(WRITERS[name].program)
             if program not in least:
                 least[program] = least_address_space(program, range(100 * mib, 3000 * mib, 8 * mib))
             for more in range(0, 400, 4) if LONG else (0, 12, 16, 40, 80, 140):

@@ -38,7 +38,7 @@ class FullDisk(Writers):
                     self.assertIn(str(disk.folder), run.last)
                     self.assert_nothing_half_written(name, run, disk.seen)
                     # A writer that leaves nothing begins anew, wherever it failed: once is enough.
-                    if not WRITERS[name][3] and free != pages // 2:
+                    if not WRITERS[name].left and free != pages // 2:
                         continue
                     disk.leave(GIB_PAGES)
                     again = Ended(arguments, within=disk.within)
