@@ -24,10 +24,10 @@ _made = {}
 
 
 def survey():
-    """A folder with 3 x 3 squares of 256 m; made once."""
+    """A folder with 3 x 3 squares of 128 m; made once."""
     if "survey" not in _made:
         folder = temporary_folder() / "survey"
-        words = ["--seed", "7", "--squares", "3x3", "--square-m", "256", "--density", "2"]
+        words = ["--seed", "7", "--squares", "3x3", "--square-m", "128", "--density", "2"]
         run = Run([binary("SURVEY"), *words, "-o", folder])
         assert run.code == 0, run
         _made["survey"] = folder
@@ -320,8 +320,9 @@ class Country(Case):
         unreadable, broken = sorted(data.glob("*.laz"))[3:5]
         unreadable.write_bytes(b"LASF, but nothing else")
         whole_file = broken.read_bytes()
-        middle = len(whole_file) // 2
-        broken.write_bytes(whole_file[:middle] + bytes(2000) + whole_file[middle + 2000 :])
+        # A later layer of its chunk fails at its end: only who reads all points meets it.
+        at = len(whole_file) * 7 // 10
+        broken.write_bytes(whole_file[:at] + bytes(2000) + whole_file[at + 2000 :])
         words = [data, "-o", self.plan, "--shards", "4", "--sample", "9"]
         run = country("plan", *words, "--quiet", "--json")
         self.assertEqual(run.code, 3, str(run))
@@ -339,6 +340,27 @@ class Country(Case):
         status = country("status", self.plan)
         self.assertEqual(status.code, 3, str(status))
         self.assertIn(unreadable.stem, status.out)
+
+    def test_a_square_damaged_in_its_first_points_is_missing_by_name(self):
+        data = pathlib.Path(shutil.copytree(survey(), self.folder / "data"))
+        broken = sorted(data.glob("*.laz"))[4]
+        whole_file = broken.read_bytes()
+        middle = len(whole_file) // 2
+        broken.write_bytes(whole_file[:middle] + bytes(2000) + whole_file[middle + 2000 :])
+        run = country("plan", data, "-o", self.plan, "--shards", "2", "--quiet")
+        self.assertEqual(run.code, 3, str(run))
+        run = country("run", self.plan, "-o", self.out, "--quiet")
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn(f"missing: {broken.stem}: read the point cloud", run.err)
+        self.assertEqual(Run([binary("ARCHIVE"), "verify", self.out]).code, 0)
+
+    def test_data_of_which_nothing_can_be_opened_are_no_wrong_usage(self):
+        data = self.folder / "data"
+        data.mkdir()
+        (data / "TM_462_101.laz").write_bytes(b"no points here\n" * 50)
+        run = country("plan", data, "-o", self.plan)
+        self.assertRefused(run, 1, "no file can be opened", "TM_462_101.laz")
+        self.assertFalse(self.plan.exists())
 
     def test_an_archive_that_is_there_is_left_alone(self):
         self.make_plan(2)

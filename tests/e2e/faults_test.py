@@ -84,6 +84,8 @@ class Faults(Writers):
                 with self.subTest(name, more_mib=more):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "address space", least[program] + more * mib)
+                    if run.code == 127:
+                        continue  # the loader of a program that this one went on as had too little
                     self.assert_told(run, name)
                     self.assert_nothing_half_written(name, run, out)
 

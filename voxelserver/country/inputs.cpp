@@ -13,6 +13,7 @@
 #include "voxelserver/pointcloud/formats/open.hpp"
 #include "voxelserver/store/grabber_store.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
+#include "voxelserver/voxelize/points/square_sample.hpp"
 #include "voxelserver/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
@@ -99,8 +100,8 @@ std::vector<FileChange> compare(const std::vector<PlannedFile>& then,
 std::string look_at(PlannedFile& file) {
     try {
         const auto source = pointcloud::open_point_source(file.file);
-        constexpr std::size_t kFew = 16;
-        (void)source->sample(kFew);
+        // The same points that are read when the world is opened: damage among them would end that.
+        (void)source->sample(voxelize::kSampledPoints);
         file.points = source->info().point_count;
         file.bytes = size_of(file.file);
         file.identity = identity_of(file.file);
@@ -130,8 +131,8 @@ Inputs look_at_inputs(const worlds::WorldOptions& world) {
     }
     out.squares = std::move(whole);
     if (out.squares.empty())
-        throw util::UsageError("plan the country: no file can be opened: " +
-                               out.missing.front().reason);
+        throw util::Error("plan the country: no file can be opened: " +
+                          out.missing.front().reason);
     for (const std::string& input : world.inputs)
         if (worlds::is_store(input))
             add_missing_of_store(input, out.missing);

@@ -18,7 +18,7 @@ struct Inputs {
 
 /// Opens each point file that the options name, or that a store has, and reads a few points of it.
 /// @param world whose inputs are LiDAR data or a store
-/// @throws UsageError for any other input, or when no file can be opened
+/// @throws UsageError for any other input; Error when no file can be opened
 [[nodiscard]] Inputs look_at_inputs(const worlds::WorldOptions& world);
 
 /// What has changed since the plan was made, a line each: files that are gone, changed, or new. No

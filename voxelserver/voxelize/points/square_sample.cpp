@@ -5,8 +5,6 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr std::size_t kAbout = 4096;  ///< points
-
 void keep_wanted(std::vector<pointcloud::Point>& sample, const ClassTable& classes,
                  const Settings::Points& filters) {
     std::erase_if(sample, [&](const pointcloud::Point& p) {
@@ -39,7 +37,7 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
     const KeepsPoint keeps = [&](const pointcloud::Point& p) {
         return filter_result_of(p, filters, classes) == FilterResult::kKept;
     };
-    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
+    std::vector<pointcloud::Point> sample = source.points->sample(kSampledPoints);
     SquareSample out;
     std::uint16_t brightest = 0;
     for (const pointcloud::Point& p : sample) {
@@ -69,7 +67,7 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
 
 std::vector<GroundEcho> sampled_echoes(const SquareSource& source, const ClassTable& classes,
                                        const Settings::Points& filters) {
-    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
+    std::vector<pointcloud::Point> sample = source.points->sample(kSampledPoints);
     keep_wanted(sample, classes, filters);
     return echoes_of(source, sample, classes);
 }

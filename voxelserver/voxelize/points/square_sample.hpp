@@ -1,11 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "voxelserver/voxelize/points/known_squares.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"
 
 namespace terravox::voxelize {
+
+/// How many points of a file are looked at before it is decoded, about.
+inline constexpr std::size_t kSampledPoints = 4096;
 
 /// What a few thousand points reveal about a file before it is decoded.
 struct SquareSample {
