@@ -243,7 +243,8 @@ Plan read_plan(const PlanFolder& folder) {
         throw damaged("it is no JSON object");
     try {
         if (const Json& format = json.at("format"); format != kPlanVersion)
-            throw damaged("format " + format.dump() + "; allowed: " + std::to_string(kPlanVersion) +
+            throw damaged("format " + (format.is_number() ? format.dump() : "unknown") +
+                          "; allowed: " + std::to_string(kPlanVersion) +
                           "; plan again with this program");
         Plan plan = plan_of(json, Paths(folder));
         if (const std::string wrong = wrong_in(plan); !wrong.empty())
