@@ -22,7 +22,8 @@ void run(Input input) {
         return;
     geo::start_gdal();
     const auto file = as_file(input.subspan(1), kNames[input[0] % kNames.size()]);
-    heightmap::Reading reading{.path = file};
+    heightmap::Reading reading;
+    reading.path = file;
     reading.crs = geo::Crs::from_text("EPSG:3794");
     heightmap::HeightFile heights(reading);
     for (const double side : {1.0, 64.0}) {

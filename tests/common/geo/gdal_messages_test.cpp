@@ -127,14 +127,12 @@ TEST_CASE("errors of GDAL that do not end the program are dropped or printed", "
     CHECK(printed.find("a file is damaged") != std::string::npos);
 }
 
-TEST_CASE("what a file says in a message of GDAL does not speak to the terminal",
-          "[common][geo]") {
+TEST_CASE("what a file says in a message of GDAL does not speak to the terminal", "[common][geo]") {
     const std::string printed =
         test::run_in_child([] {
             geo::start_gdal();
             CPLError(CE_Warning, CPLE_AppDefined, "%s",
                      "field 'a\x1b[2J\r\xe2\x80\xae\nERROR 1: forged' is too long");
         }).error_output;
-    CHECK(printed ==
-          "Warning 1: field 'a\\x1b[2J\\r\\u202e\\nERROR 1: forged' is too long\n");
+    CHECK(printed == "Warning 1: field 'a\\x1b[2J\\r\\u202e\\nERROR 1: forged' is too long\n");
 }

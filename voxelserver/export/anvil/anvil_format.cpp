@@ -11,6 +11,8 @@ namespace {
 
 // A Minecraft world is never overwritten: it may have been edited by players.
 void check_target(const std::filesystem::path& out, const WriteOptions& options) {
+    // First what a user has written: a table that is wrong makes no folder, and reads no data.
+    (void)blocks_of({});
     util::check_writable(out / "level.dat");
     if (options.overwrite) {
         throw util::UsageError(

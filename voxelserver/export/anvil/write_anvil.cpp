@@ -28,8 +28,7 @@ class Export {
 public:
     Export(Job& job, const AnvilOptions& options)
         : m_job(job),
-          m_folder(options.blocks.empty() ? util::config_dir() / "blocks" : options.blocks),
-          m_blocks(ExportBlocks::load(m_folder, minecraft::BlockTable::load(m_folder))),
+          m_blocks(blocks_of(options)),
           m_place(place_of(without_sky(job))),
           m_title(!options.title.empty()       ? options.title
                   : !job.world().title.empty() ? job.world().title
@@ -256,13 +255,17 @@ private:
     }
 
     Job& m_job;
-    const fs::path m_folder;
     const ExportBlocks m_blocks;
     const Place m_place;
     const std::string m_title;
 };
 
 }  // namespace
+
+ExportBlocks blocks_of(const AnvilOptions& options) {
+    const fs::path folder = options.blocks.empty() ? util::config_dir() / "blocks" : options.blocks;
+    return ExportBlocks::load(folder, minecraft::BlockTable::load(folder));
+}
 
 void write_anvil(Job& job, const AnvilOptions& options) {
     Export(job, options).write();

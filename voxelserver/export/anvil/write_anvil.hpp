@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "voxelserver/export/anvil/export_blocks.hpp"
 #include "voxelserver/export/core/job.hpp"
 
 namespace terravox::exports::anvil {
@@ -12,6 +13,9 @@ struct AnvilOptions {
     std::filesystem::path blocks;
     std::string title;  ///< name of the world in the game's list; empty: the world's
 };
+
+/// @throws UsageError for a table that cannot be read or is wrong
+[[nodiscard]] ExportBlocks blocks_of(const AnvilOptions& options);
 
 /// Writes a part of a world as a world of Minecraft, Java edition 1.21.1: the folder job.out with
 /// level.dat, region/, a data pack when it is higher than 384 blocks, and terravox.json
