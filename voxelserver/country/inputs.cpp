@@ -131,8 +131,7 @@ Inputs look_at_inputs(const worlds::WorldOptions& world) {
     }
     out.squares = std::move(whole);
     if (out.squares.empty())
-        throw util::Error("plan the country: no file can be opened: " +
-                          out.missing.front().reason);
+        throw util::Error("plan the country: no file can be opened: " + out.missing.front().reason);
     for (const std::string& input : world.inputs)
         if (worlds::is_store(input))
             add_missing_of_store(input, out.missing);
