@@ -20,9 +20,7 @@ GOOD_REQUESTS = 20
 MOST_WAIT_S = 60
 # Far more than the half second for which a client may take a thread from others, and less than a
 # good request may wait.
-OWN_LIMIT_S = 8
-# A machine may be so busy that this passes before the server has looked around once.
-ATTEMPTS = 4
+OWN_LIMIT_S = 30
 HALF_HEADER = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
 HALF_REQUESTS = {
     "nothing": b"",
@@ -242,11 +240,7 @@ class HalfOpen(Case):
                 first_bytes = HALF_REQUESTS[name]
                 server = Server(survey(), *self.FLAGS, "--header-timeout-s", limit)
                 try:
-                    answers = (
-                        self.answers_before_a_limit_ends(server, first_bytes)
-                        for _ in range(ATTEMPTS)
-                    )
-                    self.assertTrue(any(answers), f"waits for {limit} s or longer")
+                    self.assertTrue(self.answers_before_a_limit_ends(server, first_bytes))
                 finally:
                     code = server.stop()
                 self.assertEqual(code, 0, server.err)
