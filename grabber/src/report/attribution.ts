@@ -1,4 +1,5 @@
 import type { StoreRecord } from '../model/square.js';
+import { printableLine } from '../util/printable.js';
 
 export type AttributionNames = {
   /** By source id; sources of the user's own have none. */
@@ -49,15 +50,16 @@ function groupText(
   const { key, licence, attribution } = first;
   const title = titles.get(key.source);
   const address = licence === null ? undefined : addresses.get(licence);
-  return [
+  const lines = [
     title === undefined ? key.source : `${title} (${key.source})`,
     `  data:        ${count} ${what}`,
     `  years:       ${yearsText(years)}`,
     `  licence:     ${licence ?? 'not recorded'}`,
     ...(address === undefined ? [] : [`               ${address}`]),
     `  attribution: ${attribution ?? 'not recorded'}`,
-    '',
-  ].join('\n');
+  ];
+  // Each of them is the text of a source or of a store, which must not look like further ones.
+  return `${lines.map(printableLine).join('\n')}\n`;
 }
 
 function yearsText(years: ReadonlySet<number>): string {
