@@ -3,6 +3,7 @@
 It makes them where the kernel has no tc netem.
 """
 
+import hashlib
 import http.client
 import json
 import os
@@ -19,10 +20,17 @@ from support import hold_port
 _PACKAGE = "github.com/Shopify/toxiproxy/v2/cmd/server"
 _HERE = pathlib.Path(__file__).resolve()
 _MODULE = _HERE.parent / "toxiproxy"  # its version, and the hashes of all of its sources
-_BUILT = _HERE.parents[3] / "build" / "deps" / "toxiproxy" / "toxiproxy-server"
+_HASH = hashlib.sha256((_MODULE / "go.sum").read_bytes()).hexdigest()[:16]
+_BUILT = _HERE.parents[3] / "build" / "deps" / f"toxiproxy-{_HASH}" / "toxiproxy-server"
 # Of the user's settings none may leave out the comparison with go.sum, or have Go fetch another Go,
 # which go.sum has no hash of. The checksum database is not needed: go.sum is complete.
-_BUILDING = {"GOFLAGS": "", "GOSUMDB": "off", "GOTOOLCHAIN": "local", "GOWORK": "off"}
+_BUILDING = {
+    "GOENV": "off",
+    "GOFLAGS": "",
+    "GOSUMDB": "off",
+    "GOTOOLCHAIN": "local",
+    "GOWORK": "off",
+}
 
 
 def _program():
