@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <random>
 #include <string>
@@ -112,10 +113,14 @@ void rename_durably(const std::filesystem::path& from, const std::filesystem::pa
 }
 
 void AtomicFile::append(std::span<const std::byte> bytes) {
-    if (m_fd < 0)
-        m_fd = ::open(m_temporary.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-    if (m_fd < 0)
-        throw Error("write " + m_target.string() + ": " + reason(errno));
+    if (m_fd < 0) {
+        // A killed process may have left a file of this name.
+        const int begin = m_is_begun ? 0 : O_TRUNC;
+        m_fd = ::open(m_temporary.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | begin, 0666);
+        if (m_fd < 0)
+            throw Error("write " + m_target.string() + ": " + reason(errno));
+        m_is_begun = true;
+    }
     while (!bytes.empty()) {
         const ssize_t written = ::write(m_fd, bytes.data(), bytes.size());
         if (written < 0 && errno == EINTR)
@@ -136,6 +141,25 @@ void AtomicFile::commit(Flush flush) {
     if (flush == Flush::kYes)
         flush_to_disk(m_temporary);
     rename_file(m_temporary, m_target);
+    m_committed = true;
+}
+
+void AtomicFile::commit_as_new() {
+    close();
+    flush_to_disk(m_temporary);
+    bool is_renamed = ::renameat2(AT_FDCWD, m_temporary.c_str(), AT_FDCWD, m_target.c_str(),
+                                  RENAME_NOREPLACE) == 0;
+    // Some file systems (NFS) know only links that do not replace.
+    if (!is_renamed && (errno == EINVAL || errno == ENOSYS)) {
+        is_renamed = ::link(m_temporary.c_str(), m_target.c_str()) == 0;
+        if (is_renamed)
+            ::unlink(m_temporary.c_str());
+    }
+    if (!is_renamed && errno == EEXIST)
+        throw UsageError("write " + m_target.string() +
+                         ": it is there already; allowed: another name");
+    if (!is_renamed)
+        throw Error("write " + m_target.string() + ": " + reason(errno));
     m_committed = true;
 }
 

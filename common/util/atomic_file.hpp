@@ -28,7 +28,8 @@ public:
         return m_temporary;
     }
 
-    /// Writes `bytes` to the end of the temporary file, without a buffer.
+    /// Writes `bytes` to the end of the temporary file, which the first call begins, without a
+    /// buffer.
     /// @throws Error with the system's reason (disk full, file too large)
     void append(std::span<const std::byte> bytes);
     /// Gives the descriptor of append() back, for those who hold many files; commit() does it, too.
@@ -41,10 +42,15 @@ public:
     /// @throws Error when flushing or renaming fails (disk full, permission)
     void commit(Flush flush = Flush::kYes);
 
+    /// As commit(), but another file of that name stays.
+    /// @throws UsageError when there is one; Error as commit()
+    void commit_as_new();
+
 private:
     std::filesystem::path m_target;
     std::filesystem::path m_temporary;
-    int m_fd = -1;  ///< of append()
+    int m_fd = -1;            ///< of append()
+    bool m_is_begun = false;  ///< by append()
     bool m_committed = false;
 };
 

@@ -92,4 +92,11 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
     return out;
 }
 
+bool is_named(int fd, const fs::path& name) noexcept {
+    struct stat open{};
+    struct stat named{};
+    return ::fstat(fd, &open) == 0 && ::stat(name.c_str(), &named) == 0 &&
+           open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
 }  // namespace terravox::util

@@ -25,6 +25,11 @@ namespace terravox::util {
     const std::vector<std::filesystem::path>& paths, std::span<const std::string_view> endings,
     std::string_view what, const std::function<bool(const std::filesystem::path&)>& belongs);
 
+/// Whether an open file still has this name. A file that is locked by its name has to be opened
+/// again where it has not: in between, another process may have removed or replaced it.
+/// @param fd of the open file
+[[nodiscard]] bool is_named(int fd, const std::filesystem::path& name) noexcept;
+
 /// Whether a folder holds a regular file for which `is` is true; false for a folder that cannot be
 /// read. Not recursive.
 template <class Is>

@@ -320,7 +320,7 @@ class Country(Case):
         unreadable, broken = sorted(data.glob("*.laz"))[3:5]
         unreadable.write_bytes(b"LASF, but nothing else")
         whole_file = broken.read_bytes()
-        # A later layer of its chunk fails at its end: only who reads all points meets it.
+        # A later layer of its chunk fails at its end: only decoding all points finds it.
         at = len(whole_file) * 7 // 10
         broken.write_bytes(whole_file[:at] + bytes(2000) + whole_file[at + 2000 :])
         words = [data, "-o", self.plan, "--shards", "4", "--sample", "9"]

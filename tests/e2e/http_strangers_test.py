@@ -223,12 +223,15 @@ class HalfOpen(Case):
         A request that the limit ends has an error as its reply; one that is closed for others has
         none.
         """
+        begin = time.monotonic()
         with contextlib.ExitStack() as stack:
             connections = [
                 stack.enter_context(connect(server.port, MOST_WAIT_S)) for _ in range(HALF_OPEN)
             ]
             for connection in connections:
                 connection.sendall(first_bytes)
+            if time.monotonic() - begin > OWN_LIMIT_S / 2:
+                self.skipTest(f"to open {HALF_OPEN} connections took half of the server's limit")
             self.assertEqual(self.plain(server)(), (200, b"ok\n"))
             ended = select.select(connections, [], [], 0)[0]
             return not any(map(has_reply, ended))

@@ -120,6 +120,7 @@ class FilesOfFiles(Case):
                 flags = [option.split()[0], naming, *SMALL, "-o", folder / "a.png"]
                 run = Run([binary("RAYTRACER"), "render", square(), *flags])
                 self.assertRefused(run, 2, str(bad), LINE)
+                self.assertNotIn(str(naming), run.err)
                 self.assertFalse((folder / "a.png").exists())
 
 

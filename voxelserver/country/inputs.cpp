@@ -100,7 +100,7 @@ std::vector<FileChange> compare(const std::vector<PlannedFile>& then,
 std::string look_at(PlannedFile& file) {
     try {
         const auto source = pointcloud::open_point_source(file.file);
-        // The same points that are read when the world is opened: damage among them would end that.
+        // Opening the world reads the same points, and fails where they are damaged.
         (void)source->sample(voxelize::kSampledPoints);
         file.points = source->info().point_count;
         file.bytes = size_of(file.file);

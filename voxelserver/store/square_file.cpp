@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
 #include <vector>
 
 #include "common/util/atomic_file.hpp"

@@ -1,7 +1,6 @@
 #include "common/voxel/archive/archive_writer.hpp"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 #include <zstd.h>
@@ -12,6 +11,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/voxel/world_json.hpp"
 
 namespace terravox::voxel {
@@ -24,14 +24,6 @@ constexpr std::size_t kWaiting_bytes = 1 << 20;
 template <class T>
 std::span<const std::byte> bytes_of(const T& value) {
     return std::as_bytes(std::span(&value, 1));
-}
-
-/// Whether a descriptor is still that of the file with this name.
-bool is_named(int fd, const std::filesystem::path& name) {
-    struct stat opened{};
-    struct stat named{};
-    return ::fstat(fd, &opened) == 0 && ::stat(name.c_str(), &named) == 0 &&
-           opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 std::filesystem::path part_of(std::filesystem::path file) {
@@ -91,7 +83,7 @@ void ArchiveWriter::open() {
         if (::fcntl(m_fd, F_OFD_SETLK, &lock) != 0 && (errno == EAGAIN || errno == EACCES))
             fail("another process writes it");
         // File systems without locks: the journal of a conversion has one of its own.
-    } while (!is_named(m_fd, m_part));
+    } while (!util::is_named(m_fd, m_part));
 }
 
 // Must give the same bytes as those in the file when an archive is continued.

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
@@ -26,14 +26,6 @@ const std::string kAttempt = "write the checkpoint";
     throw util::Error(kAttempt + " " + path.string() + ": " + why);
 }
 
-/// Whether the name still refers to the open file: another coordinator may have finished, and
-/// removed it, in between.
-bool is_named(const OpenFile& file) {
-    struct stat open{}, named{};
-    return ::fstat(file.fd(), &open) == 0 && ::stat(file.path().c_str(), &named) == 0 &&
-           open.st_dev == named.st_dev && open.st_ino == named.st_ino;
-}
-
 /// Opens and locks.
 OpenFile locked(const std::filesystem::path& path) {
     while (true) {
@@ -46,7 +38,7 @@ OpenFile locked(const std::filesystem::path& path) {
                 "it",
                 kAttempt, path.string(), std::strerror(errno));
         }
-        if (is_named(file))
+        if (util::is_named(file.fd(), file.path()))
             return file;
     }
 }

@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <span>
+#include <system_error>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -21,12 +22,6 @@ OpenFile opened(const std::filesystem::path& path) {
         throw util::Error("join the checkpoint " + path.string() +
                           ": a coordinator is writing to it; merge when it has ended");
     return file;
-}
-
-void refuse_existing(const std::filesystem::path& file) {
-    if (std::filesystem::exists(file))
-        throw util::UsageError("write the checkpoint " + file.string() +
-                               ": it is there already; allowed: another name");
 }
 
 }  // namespace
@@ -90,7 +85,11 @@ void JoinedTiles::each(const std::function<void(tiles::TileResult&&)>& take) con
 }
 
 void JoinedTiles::write(const std::filesystem::path& file) const {
-    refuse_existing(file);
+    // Before any work is done; commit_as_new() asks again.
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored))
+        throw util::UsageError("write " + file.string() +
+                               ": it is there already; allowed: another name");
     util::AtomicFile out(file);
     out.append(file_head(key().to_json()));
     const auto append = [&](RecordKind kind, std::uint32_t cell,
@@ -106,9 +105,7 @@ void JoinedTiles::write(const std::filesystem::path& file) const {
     for (std::uint32_t cell = 0; cell < m_journal_of.size(); ++cell)
         if (m_journal_of[cell] != kNoJournal)
             append(RecordKind::kTile, cell, m_journals[m_journal_of[cell]].encoded(cell));
-    // A coordinator may have begun one meanwhile.
-    refuse_existing(file);
-    out.commit();
+    out.commit_as_new();
 }
 
 std::string rows_missing(const TileGrid& grid, const std::function<bool(std::uint32_t)>& is_there) {

@@ -34,8 +34,8 @@ public:
     /// Visits the tiles row by row from the upper left, with one in memory at a time.
     /// @throws Error
     void each(const std::function<void(tiles::TileResult&&)>& take) const;
-    /// Writes all tiles to a checkpoint of its own.
-    /// @throws Error; UsageError if the file exists
+    /// Writes all tiles to a checkpoint of its own, which appears under its name once it is whole.
+    /// @throws Error; UsageError if a file of that name exists, even an empty one
     void write(const std::filesystem::path& file) const;
 
 private:

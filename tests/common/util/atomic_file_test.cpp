@@ -65,6 +65,34 @@ TEST_CASE("bytes are appended until the file is committed", "[common][util][atom
     CHECK(entries_in(folder.path()) == 1);
 }
 
+TEST_CASE("a file that is committed as new replaces none", "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const auto target = folder.path() / "parts.tiles";
+    {
+        AtomicFile file(target);
+        file.append(bytes_of("first"));
+        file.commit_as_new();
+    }
+    CHECK(text_of(target) == "first");
+    {
+        AtomicFile file(target);
+        file.append(bytes_of("second"));
+        CHECK_THROWS_AS(file.commit_as_new(), UsageError);
+    }
+    CHECK(text_of(target) == "first");
+    CHECK(entries_in(folder.path()) == 1);
+}
+
+TEST_CASE("what a killed process has left is no part of a file", "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const auto target = folder.path() / "picture.png";
+    AtomicFile file(target);
+    std::ofstream(file.temporary_path()) << "left";
+    file.append(bytes_of("whole"));
+    file.commit();
+    CHECK(text_of(target) == "whole");
+}
+
 TEST_CASE("an append that fails names the target and the reason", "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "archive.tvx";

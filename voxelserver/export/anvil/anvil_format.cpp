@@ -9,10 +9,12 @@
 namespace terravox::exports::anvil {
 namespace {
 
+const AnvilOptions kOptions;
+
 // A Minecraft world is never overwritten: it may have been edited by players.
 void check_target(const std::filesystem::path& out, const WriteOptions& options) {
     // First what a user has written: a table that is wrong makes no folder, and reads no data.
-    (void)blocks_of({});
+    (void)load_export_blocks(kOptions);
     util::check_writable(out / "level.dat");
     if (options.overwrite) {
         throw util::UsageError(
@@ -29,7 +31,7 @@ const Format kAnvilFormat{
     .folder = "a Minecraft world",
     .check_target = check_target,
     .steps = column_steps,
-    .write = [](Job& job, const WriteOptions& /*options*/) { write_anvil(job, {}); },
+    .write = [](Job& job, const WriteOptions& /*options*/) { write_anvil(job, kOptions); },
 };
 
 }  // namespace terravox::exports::anvil

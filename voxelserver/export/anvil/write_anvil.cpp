@@ -28,7 +28,7 @@ class Export {
 public:
     Export(Job& job, const AnvilOptions& options)
         : m_job(job),
-          m_blocks(blocks_of(options)),
+          m_blocks(load_export_blocks(options)),
           m_place(place_of(without_sky(job))),
           m_title(!options.title.empty()       ? options.title
                   : !job.world().title.empty() ? job.world().title
@@ -262,7 +262,7 @@ private:
 
 }  // namespace
 
-ExportBlocks blocks_of(const AnvilOptions& options) {
+ExportBlocks load_export_blocks(const AnvilOptions& options) {
     const fs::path folder = options.blocks.empty() ? util::config_dir() / "blocks" : options.blocks;
     return ExportBlocks::load(folder, minecraft::BlockTable::load(folder));
 }

@@ -14,8 +14,9 @@ struct AnvilOptions {
     std::string title;  ///< name of the world in the game's list; empty: the world's
 };
 
+/// The tables by which voxels become blocks: of options.blocks, or of the configuration.
 /// @throws UsageError for a table that cannot be read or is wrong
-[[nodiscard]] ExportBlocks blocks_of(const AnvilOptions& options);
+[[nodiscard]] ExportBlocks load_export_blocks(const AnvilOptions& options);
 
 /// Writes a part of a world as a world of Minecraft, Java edition 1.21.1: the folder job.out with
 /// level.dat, region/, a data pack when it is higher than 384 blocks, and terravox.json

@@ -14,65 +14,80 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::exports {
 
 Journal::Journal(std::filesystem::path file, const std::string& what)
     : m_path(std::move(file)), m_what(what) {
-    lock();
-    bool goes_on = false;
-    if (std::ifstream in(m_path); in) {
-        std::string line;
-        goes_on = std::getline(in, line) && line == what;
-        while (goes_on && std::getline(in, line)) {
-            // "VOXELS END NAME ;": an incomplete line lacks the last.
-            std::istringstream words(line);
-            std::uint64_t voxels = 0;
-            std::uint64_t end = 0;
-            std::string name;
-            std::string last;
-            if (!(words >> voxels >> end >> name >> last) || last != ";" ||
-                !m_names.insert(name).second)
-                continue;
-            m_voxels_before += voxels;
-            ++m_files_before;
-            m_end_before = std::max(m_end_before, end);
-        }
+    try {
+        open();
+        begin(read());
+    } catch (...) {
+        // No destructor runs, and the lock must end.
+        close();
+        throw;
     }
-    begin(goes_on);
 }
 
 Journal::~Journal() {
+    close();
+}
+
+void Journal::close() noexcept {
     if (m_fd >= 0)
-        ::close(m_fd);
+        ::close(std::exchange(m_fd, -1));
 }
 
 void Journal::fail(const std::string& why) const {
     throw util::Error("write the journal " + m_path.string() + ": " + why);
 }
 
-void Journal::lock() {
-    m_fd = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-    if (m_fd < 0)
-        fail(std::strerror(errno));
-    if (::flock(m_fd, LOCK_EX | LOCK_NB) == 0)
-        return;
-    ::close(std::exchange(m_fd, -1));
-    fail("another conversion is writing there");
+// One that ends while another opens the file removes it: the other one then has a lock on a file
+// without a name, and opens again.
+void Journal::open() {
+    do {
+        close();
+        m_fd = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+        if (m_fd < 0)
+            fail(std::strerror(errno));
+        if (::flock(m_fd, LOCK_EX | LOCK_NB) != 0)
+            fail("another conversion is writing there");
+    } while (!util::is_named(m_fd, m_path));
+}
+
+bool Journal::read() {
+    std::ifstream in(m_path);
+    std::string line;
+    if (!std::getline(in, line) || line != m_what)
+        return false;
+    while (std::getline(in, line)) {
+        // "VOXELS END NAME ;": an incomplete line lacks the last.
+        std::istringstream words(line);
+        std::uint64_t voxels = 0;
+        std::uint64_t end = 0;
+        std::string name;
+        std::string last;
+        if (!(words >> voxels >> end >> name >> last) || last != ";" ||
+            !m_names.insert(name).second)
+            continue;
+        m_voxels_before += voxels;
+        ++m_files_before;
+        m_end_before = std::max(m_end_before, end);
+    }
+    return true;
 }
 
 void Journal::begin(bool goes_on) {
+    if (!goes_on && ::ftruncate(m_fd, 0) != 0)
+        fail(std::strerror(errno));
     try {
-        if (!goes_on && ::ftruncate(m_fd, 0) != 0)
-            fail(std::strerror(errno));
         // A line break first: the last line may be incomplete.
         append((goes_on ? "" : m_what) + "\n");
-    } catch (const util::Error&) {
+    } catch (...) {
         // Without its first line a journal is of no use.
         if (!goes_on)
             ::unlink(m_path.c_str());
-        // No destructor runs, where the constructor called.
-        ::close(std::exchange(m_fd, -1));
         throw;
     }
 }

@@ -37,9 +37,12 @@ public:
     void remove();  ///< the conversion is complete: deletes the file
 
 private:
-    void lock();
+    void open();
+    /// @return whether it is of this conversion
+    [[nodiscard]] bool read();
     void begin(bool goes_on);
     void append(const std::string& text) const;
+    void close() noexcept;
     [[noreturn]] void fail(const std::string& why) const;
     const std::filesystem::path m_path;
     const std::string m_what;
