@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/write_all.hpp"
 
 namespace terravox::util {
 namespace {
@@ -121,14 +122,8 @@ void AtomicFile::append(std::span<const std::byte> bytes) {
             throw Error("write " + m_target.string() + ": " + reason(errno));
         m_is_begun = true;
     }
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(m_fd, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0)
-            throw Error("write " + m_target.string() + ": " + reason(errno));
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
+    if (const int failed = write_all(m_fd, bytes); failed != 0)
+        throw Error("write " + m_target.string() + ": " + reason(failed));
 }
 
 void AtomicFile::close() {

@@ -32,7 +32,8 @@ public:
     /// buffer.
     /// @throws Error with the system's reason (disk full, file too large)
     void append(std::span<const std::byte> bytes);
-    /// Gives the descriptor of append() back, for those who hold many files; commit() does it, too.
+    /// Closes the descriptor of append(), of which a process with many such files may have too few;
+    /// commit() closes it, too.
     /// @throws Error as append(): some file systems report it only now
     void close();
 

@@ -8,9 +8,11 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <span>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/write_all.hpp"
 
 namespace terravox::animate {
 namespace {
@@ -39,13 +41,9 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
         if (errno != EINTR)
             fail("locked");
     }
-    for (std::size_t done = 0; done < text.size();) {
-        const ssize_t n = ::write(out.fd, text.data() + done, text.size() - done);
-        if (n < 0 && errno != EINTR)
-            fail("written");
-        if (n > 0)
-            done += static_cast<std::size_t>(n);
-    }
+    errno = util::write_all(out.fd, std::as_bytes(std::span(text)));
+    if (errno != 0)
+        fail("written");
     if (::fsync(out.fd) != 0 && errno != EINVAL && errno != ENOTSUP)
         fail("written");
 }

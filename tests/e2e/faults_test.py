@@ -87,7 +87,7 @@ class Faults(Writers):
                     run = Ended(arguments, "address space", least[program] + more * mib)
                     if run.code == 127:
                         # It went on as another program (exec), whose libraries did not fit.
-                        self.assertLess(more, 100, str(run))
+                        self.assertLess(more, 300, str(run))
                         continue
                     self.assert_told(run, name)
                     # Where no code can catch an error, nothing clears up.

@@ -8,13 +8,14 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <span>
 #include <sstream>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/write_all.hpp"
 
 namespace terravox::exports {
 
@@ -93,15 +94,8 @@ void Journal::begin(bool goes_on) {
 }
 
 void Journal::append(const std::string& text) const {
-    std::string_view rest = text;
-    while (!rest.empty()) {
-        const ssize_t written = ::write(m_fd, rest.data(), rest.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0)
-            fail(std::strerror(errno));
-        rest.remove_prefix(static_cast<std::size_t>(written));
-    }
+    if (const int failed = util::write_all(m_fd, std::as_bytes(std::span(text))); failed != 0)
+        fail(std::strerror(failed));
 }
 
 bool Journal::has(const std::string& name) const {
