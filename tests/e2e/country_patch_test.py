@@ -2,6 +2,7 @@
 """The archive of a country kept up to date with its squares: terravox country patch."""
 
 import contextlib
+import hashlib
 import json
 import os
 import pathlib
@@ -18,8 +19,8 @@ from support import ROOT, Case, Run, binary, entries, temporary_folder
 OPTIONS = ["--voxel", "1", "--quiet"]
 
 
-def country(*arguments):
-    return Run([binary("RAYTRACER"), "country", *arguments])
+def country(*arguments, **options):
+    return Run([binary("RAYTRACER"), "country", *arguments], **options)
 
 
 class CountryPatch(Case):
@@ -33,15 +34,28 @@ class CountryPatch(Case):
             run = Run([binary("SURVEY"), *words, "-o", cls.flights[density]])
             assert run.code == 0, run
         cls.names = sorted(file.stem for file in cls.flights[2].glob("*.laz"))
+        cls.sharded = {}
+        cls.anew = {}
+
+    def with_shards(self, without, options):
+        """A folder with data, a plan and its shards, made once: plans can be copied with data."""
+        key = (*without, *options)
+        if key not in self.sharded:
+            folder = temporary_folder() / "place"
+            shutil.copytree(self.flights[2], folder / "data")
+            for name in without:
+                (folder / "data" / f"{name}.laz").unlink()
+            words = ["data", "-o", "plan", "--shards", "2", *OPTIONS, *options]
+            self.assertDone(country("plan", *words, cwd=folder))
+            for task in (1, 2):
+                self.assertDone(country("run", "plan", "--task", task, "--quiet", cwd=folder))
+            self.sharded[key] = folder
+        return self.sharded[key]
 
     def planned(self, *without, options=()):
         """A folder with data, a plan and its archive; some squares are not there."""
-        folder = temporary_folder()
-        shutil.copytree(self.flights[2], folder / "data")
-        for name in without:
-            (folder / "data" / f"{name}.laz").unlink()
-        words = [folder / "data", "-o", folder / "plan", "--shards", "2", *OPTIONS, *options]
-        self.assertDone(country("plan", *words))
+        folder = temporary_folder() / "place"
+        shutil.copytree(self.with_shards(without, options), folder)
         self.assertDone(country("run", folder / "plan", "-o", folder / "place.tvx", "--quiet"))
         return folder
 
@@ -49,10 +63,16 @@ class CountryPatch(Case):
         shutil.copy(self.flights[3] / f"{name}.laz", folder / "data")
 
     def assertIsAnew(self, folder, *options):
-        out = temporary_folder() / "anew.tvx"
-        words = [folder / "data", out, *OPTIONS, "--cache", "none", *options]
-        self.assertDone(Run([binary("CONVERT"), *words]))
-        self.assertEqual((folder / "place.tvx").read_bytes(), out.read_bytes())
+        """The bytes of a conversion, made once of the same bytes: many tests change one square."""
+        squares = sorted((folder / "data").glob("*.laz"))
+        prints = [(file.name, hashlib.sha256(file.read_bytes()).digest()) for file in squares]
+        key = (*options, *prints)
+        if key not in self.anew:
+            out = temporary_folder() / "anew.tvx"
+            words = [folder / "data", out, *OPTIONS, "--cache", "none", *options]
+            self.assertDone(Run([binary("CONVERT"), *words]))
+            self.anew[key] = out.read_bytes()
+        self.assertEqual((folder / "place.tvx").read_bytes(), self.anew[key])
 
     def assertPatched(self, folder, *said):
         run = country("patch", folder / "plan", "--quiet")

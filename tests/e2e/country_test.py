@@ -20,6 +20,8 @@ from support import ROOT, Case, Run, binary, temporary_folder, wait_until
 NO_SMALL_DISK = why_not()
 # Seeds of kills; more with --long.
 KILLED_RUNS = 20 if "--long" in sys.argv else 4
+# Of the archive. Voxels of a metre suffice: 36 columns of boxes to be divided into shards.
+VOXEL = ["--voxel", "1"]
 _made = {}
 
 
@@ -38,7 +40,7 @@ def whole():
     """The archive that a single run writes."""
     if "whole" not in _made:
         out = temporary_folder() / "whole.tvx"
-        run = Run([binary("CONVERT"), survey(), out, "--voxel", "0.5", "--cache", "none"])
+        run = Run([binary("CONVERT"), survey(), out, *VOXEL, "--cache", "none"])
         assert run.code == 0, run
         _made["whole"] = out.read_bytes()
     return _made["whole"]
@@ -102,10 +104,19 @@ class Country(Case):
         self.out = self.folder / "country.tvx"
 
     def make_plan(self, shards, *options, data=None):
-        words = [data or survey(), "-o", self.plan, "--shards", shards, "--sample", "2"]
-        run = country("plan", *words, "--voxel", "0.5", "--quiet", *options)
-        self.assertDone(run)
-        return run
+        """A plan of the survey, if nothing else is said: then it is made once, and copied."""
+        if options or data:
+            self.write_plan(self.plan, data or survey(), shards, *options)
+            return
+        name = f"plan of {shards}"
+        if name not in _made:
+            _made[name] = temporary_folder() / "plan"
+            self.write_plan(_made[name], survey(), shards)
+        shutil.copytree(_made[name], self.plan)
+
+    def write_plan(self, plan, data, shards, *options):
+        words = [data, "-o", plan, "--shards", shards, "--sample", "2", *VOXEL, "--quiet"]
+        self.assertDone(country("plan", *words, *options))
 
     def assertRefused(self, run, code, *said):
         self.assertEqual(run.code, code, str(run))
@@ -141,7 +152,7 @@ class Country(Case):
         self.make_plan(3, *words)
         self.assertDone(country("run", self.plan, "-o", self.out, "--quiet"))
         single = self.folder / "single.tvx"
-        options = ["--voxel", "0.5", "--cache", "none", "--quiet"]
+        options = [*VOXEL, "--cache", "none", "--quiet"]
         self.assertDone(Run([binary("CONVERT"), survey(), single, *options, *words]))
         self.assertEqual(self.out.read_bytes(), single.read_bytes())
         self.setUp()
@@ -389,7 +400,7 @@ class Country(Case):
         place = self.folder / "place"
         place.mkdir()
         shutil.copytree(survey(), place / "survey")
-        words = ["survey", "-o", "plan", "--shards", "2", "--sample", "1", "--voxel", "0.5"]
+        words = ["survey", "-o", "plan", "--shards", "2", "--sample", "1", *VOXEL]
         self.assertDone(country("plan", *words, "--quiet", cwd=place))
         moved = self.folder / "elsewhere"
         place.rename(moved)
@@ -431,7 +442,7 @@ class Country(Case):
     @unittest.skipIf(NO_SMALL_DISK, NO_SMALL_DISK)
     def test_a_full_disk_in_a_task_is_a_line_and_loses_nothing(self):
         with SmallDisk(40_000) as disk:
-            words = ["-o", disk.folder / "plan", "--shards", "4", "--sample", "1", "--voxel", "0.5"]
+            words = ["-o", disk.folder / "plan", "--shards", "4", "--sample", "1", *VOXEL]
             program = [*disk.within, binary("RAYTRACER"), "country"]
             self.assertDone(Run([*program, "plan", survey(), *words, "--quiet"]))
             run = [*program, "run", disk.folder / "plan", "-o", disk.folder / "country.tvx"]
@@ -474,7 +485,7 @@ class Scripts(Case):
     def setUp(self):
         self.folder = temporary_folder() / "a country, by 'n\"x' $(false)"
         self.folder.mkdir()
-        words = [survey(), "-o", "plan", "--shards", "3", "--sample", "1", "--voxel", "0.5"]
+        words = [survey(), "-o", "plan", "--shards", "3", "--sample", "1", *VOXEL]
         self.write = lambda *options: Run(
             [binary("RAYTRACER"), "country", "plan", *words, "--overwrite", "--quiet", *options],
             cwd=self.folder,
