@@ -9,6 +9,8 @@ import sys
 
 WIDTH_PX, SAMPLES, TIME_S = 64, 2, 0.1
 SQUARE_M, DENSITY = 256, 2
+# Of an analysis: its cells and voxels, rays to the sky, bins of the sun's way.
+CELL_M, VOXEL_M, DIRECTIONS, BIN_DEG = 2, 0.5, 16, 15
 
 
 def change(arguments, flag, smaller, otherwise=None):
@@ -23,6 +25,10 @@ def at_most(limit):
     return lambda number: str(min(int(number), limit))
 
 
+def at_least(limit):
+    return lambda number: str(max(float(number), limit))
+
+
 def small_size(size):
     width, height = (int(number) for number in size.split("x"))
     return f"{WIDTH_PX}x{max(1, WIDTH_PX * height // width)}"
@@ -34,9 +40,24 @@ def small_picture(arguments):
     return change(arguments, "--time", lambda s: str(min(float(s), TIME_S)))
 
 
+def small_analysis(arguments):
+    arguments = change(arguments, "--resolution", at_least(CELL_M), str(CELL_M))
+    arguments = change(arguments, "--voxel", at_least(VOXEL_M))
+    if arguments[1] in ("sky", "energy"):
+        arguments = change(arguments, "--directions", at_most(DIRECTIONS), str(DIRECTIONS))
+    if arguments[1] in ("sun", "energy"):
+        arguments = change(arguments, "--bin-deg", at_least(BIN_DEG), str(BIN_DEG))
+    return arguments
+
+
 def small(name, arguments):
     if name == "terravox-raytracer" and arguments[:1] in (["render"], ["animate"]):
         return small_picture(arguments)
+    if name == "terravox-raytracer" and arguments[:1] == ["analyse"]:
+        return small_analysis(arguments)
+    if name == "terravox-publish":
+        # A picture of 1200 x 630 pixels, which publish_test.py looks at.
+        return [*arguments, "--no-preview"]
     if name == "terravox-survey":
         for flag, most in (("--square-m", SQUARE_M), ("--density", DENSITY)):
             arguments = change(arguments, flag, at_most(most), str(most))
