@@ -1,13 +1,6 @@
 #include "raytracer/processors/green_processor.hpp"
 
 namespace terravox::processors {
-namespace {
-
-// A wave of the usual size takes up to 8 ms, one of these up to 3 ms, without slowing the picture
-// down.
-constexpr std::size_t kWaveRays = trace::TileJob::kWaveRays / 4;
-
-}  // namespace
 
 GreenProcessor::GreenProcessor(const shade::View& view, blocks::BlockManager& blocks)
     : m_blocks(blocks), m_tools(view, blocks, blocks.limit_bytes() / 8) {}
@@ -99,7 +92,7 @@ bool GreenProcessor::work_until(thread::StopCondition::Clock::time_point end) {
 void GreenProcessor::trace(std::unique_lock<std::mutex>& lock,
                            thread::StopCondition::Clock::time_point end) {
     try {
-        resume(lock, m_jobs.next(kWaveRays), end);
+        resume(lock, m_jobs.next(), end);
     } catch (...) {
         if (!lock.owns_lock())
             lock.lock();

@@ -127,7 +127,7 @@ void ThreadProcessor::trace_tiles(trace::TracerTools& tools) {
         });
         if (m_stop.stop_requested() || !m_jobs.has_next())
             return;
-        const TileJobs::Turn turn = m_jobs.next(trace::TileJob::kWaveRays);
+        const TileJobs::Turn turn = m_jobs.next();
         m_room.notify_one();
         lock.unlock();
         resume(tools, turn);

@@ -5,7 +5,7 @@
 
 namespace terravox::processors {
 
-TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
+TileJobs::Turn TileJobs::next() {
     std::uint64_t ticket = 0;
     Job* job = nullptr;
     if (!m_ready.empty()) {
@@ -20,7 +20,7 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
         m_idle.pop_back();
         job->tile = m_waiting.front();
         m_waiting.pop_front();
-        job->job.start(job->tile, wave_rays);
+        job->job.start(job->tile);
         if (job->dropped.stop_requested())
             job->dropped = std::stop_source();
     }

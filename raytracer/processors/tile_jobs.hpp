@@ -45,8 +45,7 @@ public:
     }
     [[nodiscard]] bool idle() const noexcept { return m_waiting.empty() && m_jobs.empty(); }
     /// The job to trace now: one that is ready, else one for a new tile.
-    /// @param wave_rays for a new tile
-    [[nodiscard]] Turn next(std::size_t wave_rays);
+    [[nodiscard]] Turn next();
     /// Puts aside a job that has run and is not finished.
     /// @param waits whether it waits for boxes; else it was interrupted, and continues next
     /// @return false: it was dropped meanwhile, and has ended

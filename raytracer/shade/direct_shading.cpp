@@ -57,13 +57,12 @@ void DirectShading::send_ambient(const Interaction& m, voxel::Colour light) cons
         const auto branch = static_cast<std::uint32_t>(kAmbientRays + i);
         const core::Vec3 direction = cosine_direction(
             m.surface.normal, m.sum.numbers.part(i, count).pair(number_of(m.ray, kAmbientRays)));
-        walk::TracedRay out = sent(m, direction, walk::RayKind::kAmbient,
-                                   light * (strength / static_cast<float>(count)), branch);
+        walk::TracedRay& out = send(m, direction, walk::RayKind::kAmbient,
+                                    light * (strength / static_cast<float>(count)), branch);
         out.direct = m.ray.direct;
         out.t_max = q.ao_range_m / m_view.voxel_m;
         if (m.ray.medium != voxel::Material::kAir)
             out.stop = {m.ray.medium, false};
-        m.next.push_back(out);
     }
 }
 

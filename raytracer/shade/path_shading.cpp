@@ -82,9 +82,7 @@ void PathShading::send_even_sky(const Interaction& m, voxel::Colour weight) cons
     const voxel::Colour light = weight * m_view.sky.radiance(direction);
     if (!(voxel::luminance(light) > 0))
         return;
-    walk::TracedRay out = sent(m, direction, walk::RayKind::kSky, light, kSkyPoint);
-    out.direct = m.ray.depth == 0;
-    m.next.push_back(out);
+    send(m, direction, walk::RayKind::kSky, light, kSkyPoint).direct = m.ray.depth == 0;
 }
 
 void PathShading::send_sky(const Interaction& m, voxel::Colour weight) const {
@@ -97,9 +95,7 @@ void PathShading::send_sky(const Interaction& m, voxel::Colour weight) const {
         static_cast<int>(m.ray.depth) < m_view.scene.quality.bounces ? facing * kInversePi : 0;
     const voxel::Colour light = weight * m_view.sky.radiance(to.direction) *
                                 static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
-    walk::TracedRay out = sent(m, to.direction, walk::RayKind::kSky, light, kSkyPoint);
-    out.direct = m.ray.depth == 0;
-    m.next.push_back(out);
+    send(m, to.direction, walk::RayKind::kSky, light, kSkyPoint).direct = m.ray.depth == 0;
 }
 
 void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
@@ -114,12 +110,11 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     }
     const core::Vec3 direction =
         cosine_direction(m.surface.normal, direction_numbers(m, kDirection));
-    walk::TracedRay out = sent(m, direction, walk::RayKind::kBounce, weight, kDirection);
+    walk::TracedRay& out = send(m, direction, walk::RayKind::kBounce, weight, kDirection);
     out.sun_counted = m.ray.medium != voxel::Material::kAir;
     if (m.ray.lamp.looked)
         out.lamps_reach = static_cast<float>(walk::LampQuery::reach_of(m.ray.hit.level));
     out.density = static_cast<float>(core::dot(direction, m.surface.normal) * kInversePi);
-    m.next.push_back(out);
 }
 
 }  // namespace terravox::shade

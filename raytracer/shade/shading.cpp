@@ -172,9 +172,9 @@ void Shading::shade_hit(const walk::TracedRay& ray, SampleSum& sum,
         shade_opaque(m);
 }
 
-walk::TracedRay Shading::sent(const Interaction& m, core::Vec3 direction, walk::RayKind kind,
-                              voxel::Colour weight, std::uint32_t branch) const noexcept {
-    walk::TracedRay out;
+walk::TracedRay& Shading::send(const Interaction& m, core::Vec3 direction, walk::RayKind kind,
+                               voxel::Colour weight, std::uint32_t branch) const {
+    walk::TracedRay& out = m.next.emplace_back();
     out.ray = {m.surface.point, direction};
     out.state = core::RayState(out.ray);
     out.state.start_in(walk::neighbour(m.ray.hit.voxel, m.ray.hit.face), m.ray.hit.level);
@@ -221,17 +221,17 @@ void Shading::send_sun(const Interaction& m, voxel::Colour weight) const {
                           sky.cloud_shadow(m.surface.point * m_view.voxel_m);
     if (m.ray.medium != voxel::Material::kAir)
         light = light * through_medium(m, direction);
-    walk::TracedRay out = sent(m, direction, walk::RayKind::kShadow, light, kSunPoint);
-    out.direct = m.ray.depth == 0;
+    const bool direct = m.ray.depth == 0;
     if (!m_view.scene.quality.shadows) {
-        add(out, light, m.sum);
-        if (out.direct)
+        add(direct, light, m.sum);
+        if (direct)
             m.sum.sun = 1;
         return;
     }
+    walk::TracedRay& out = send(m, direction, walk::RayKind::kShadow, light, kSunPoint);
+    out.direct = direct;
     if (m.ray.medium != voxel::Material::kAir)
         out.stop = {m.ray.medium, false};
-    m.next.push_back(out);
 }
 
 bool Shading::needs_lamp(const walk::TracedRay& ray) const noexcept {
@@ -257,10 +257,9 @@ void Shading::send_lamp(const Interaction& m, voxel::Colour weight) const {
     const voxel::Colour light =
         weight * lamp_light(m_view, chosen.lamp.attr) *
         static_cast<float>(found.share / static_cast<double>(chosen.probability));
-    walk::TracedRay out = sent(m, found.direction, walk::RayKind::kLamp, light, kLampPoint);
+    walk::TracedRay& out = send(m, found.direction, walk::RayKind::kLamp, light, kLampPoint);
     out.direct = m.ray.depth == 0;
     out.t_max = found.distance * kInFront;
-    m.next.push_back(out);
 }
 
 void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
@@ -273,7 +272,7 @@ void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
     // A tilted facet might reflect into the face; such light leaves the face again.
     if (const double into = core::dot(direction, s.normal); into < 1e-4)
         direction = core::normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
-    m.next.push_back(sent(m, direction, walk::RayKind::kMirror, weight, kFacet));
+    send(m, direction, walk::RayKind::kMirror, weight, kFacet);
 }
 
 void Shading::shade_transparent(const Interaction& m) const {
@@ -307,35 +306,32 @@ void Shading::shade_transparent(const Interaction& m) const {
         shade_opaque({m.ray, s, rest, m.sum, m.next});
         return;
     }
-    walk::TracedRay out = sent(m, *through, walk::RayKind::kRefracted, rest, kChoice);
+    walk::TracedRay& out = send(m, *through, walk::RayKind::kRefracted, rest, kChoice);
     out.state = core::RayState(out.ray);
     out.state.start_in(m.ray.hit.voxel, m.ray.hit.level);
     out.medium = beyond;
     out.sun_counted = m.ray.sun_counted;
     out.stop =
         beyond == voxel::Material::kAir ? walk::StopAt::kSolid : walk::StopAt::end_of(beyond);
-    m.next.push_back(out);
 }
 
 void Shading::continue_through(const walk::TracedRay& ray,
                                std::vector<walk::TracedRay>& next) const {
-    walk::TracedRay out = ray;
+    walk::TracedRay& out = next.emplace_back(ray);
     out.state = behind(ray);
     out.state.leap(0);
     out.stream = static_cast<std::uint32_t>(core::hash64(ray.stream, 0x10000));
     out.end = walk::WalkEnd::kWaits;
     out.around = {};
     out.lamp = {};
-    next.push_back(out);
 }
 
 void Shading::enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedRay>& next) const {
-    walk::TracedRay out = ray;
+    walk::TracedRay& out = next.emplace_back(ray);
     out.state = behind(ray);
     out.medium = ray.hit.attr.material;
     out.stop = walk::StopAt::end_of(out.medium);
     out.end = walk::WalkEnd::kWaits;
-    next.push_back(out);
 }
 
 std::unique_ptr<const Shading> make_shading(const View& view) {

@@ -114,11 +114,12 @@ protected:
     void send_lamp(const Interaction& m, voxel::Colour weight) const;
     /// Sends the ray that a smooth coat reflects.
     void send_mirror(const Interaction& m, voxel::Colour weight) const;
-    /// A ray from the surface, back into the medium that the ray came through.
+    /// Adds a ray from the surface to the next wave, back into the medium that the ray came
+    /// through. It is made where it stays, as a copy of it costs as much as making it.
     /// @param branch separates the random streams of one vertex
-    [[nodiscard]] walk::TracedRay sent(const Interaction& m, core::Vec3 direction,
-                                       walk::RayKind kind, voxel::Colour weight,
-                                       std::uint32_t branch) const noexcept;
+    /// @return the ray, valid until the next one is added
+    walk::TracedRay& send(const Interaction& m, core::Vec3 direction, walk::RayKind kind,
+                          voxel::Colour weight, std::uint32_t branch) const;
     /// Share of the light of the sky, or of the sun, that reaches a bed through the medium above
     /// it.
     /// @param direction to the light

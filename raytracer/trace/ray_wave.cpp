@@ -55,7 +55,7 @@ void RayWave::clear() {
 }
 
 std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
-    m_rays.assign(count, {});
+    m_rays.resize(count);
     m_fans.clear();
     return m_rays;
 }

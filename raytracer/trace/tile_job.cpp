@@ -11,15 +11,21 @@ constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockS
 
 // Cells of an analysis that looks at sun or sky. More of them are not faster, and each may have up
 // to some forty rays in a wave: to its neighbours, or those of a fan that walk alone.
-constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 8;
+constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 2;
+
+// A line of sight sends its rays one after the other, and those of a wave end at different times:
+// one that begins with more of them stays large for longer.
+constexpr std::size_t kSightWaveFactor = 4;
 
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
     const auto& quality = view.scene.quality;
     const core::AnalysisKind kind = view.scene.analysis.kind;
-    if (kind == core::AnalysisKind::kSight)
-        return std::max<std::size_t>(
-            wave_rays / kBlockPixels / (1 + view.scene.analysis.observers.points.size()), 1);
+    if (kind == core::AnalysisKind::kSight) {
+        const std::size_t observers = view.scene.analysis.observers.points.size();
+        const std::size_t cells = kSightWaveFactor * wave_rays / (1 + observers);
+        return std::max<std::size_t>(cells / kBlockPixels, 1);
+    }
     if (kind != core::AnalysisKind::kNone && kind != core::AnalysisKind::kTerrain)
         return std::max<std::size_t>(std::min(wave_rays, kAnalysisWaveCells) / kBlockPixels, 1);
     const bool has_ambient_rays =

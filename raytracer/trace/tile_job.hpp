@@ -20,10 +20,12 @@ namespace terravox::trace {
 /// thread at a time.
 class TileJob {
 public:
-    static constexpr std::size_t kWaveRays = 4096;  ///< about a megabyte
+    /// About 300 kB, and as much again for their samples and the rays that they send: more do not
+    /// fit a core's own cache.
+    static constexpr std::size_t kWaveRays = 1024;
     /// Begins a tile; memory that the previous one allocated is reused.
     /// @param wave_rays approximate rays in a wave: small waves finish sooner, large ones are
-    /// faster per ray
+    /// faster per ray as long as they fit the cache
     void start(const tiles::RenderTile& tile, std::size_t wave_rays = kWaveRays);
 
     /// Continues as far as the boxes in memory allow, or until `stop` requests an end; the next
