@@ -6,6 +6,7 @@ import type { AddressInfo } from 'node:net';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
+import type { StageStats } from '../../voxelserver/page/src/viewer/stage.js';
 import { noBrowser, openBrowser, openPage } from './support/browser.js';
 import { fullBoxFrame } from './support/full-box.js';
 import { makeArchive, type Key, type TestBox } from './support/make-archive.js';
@@ -138,14 +139,17 @@ describe('a stage', { skip: noBrowser }, () => {
   });
   after(() => browser?.close());
 
-  async function start(host: StageHost, poolBytes: number, from: object = kView): Promise<Page> {
+  async function start(
+    host: StageHost,
+    poolBytes: number,
+    from: object = kView,
+    more: object = {},
+  ): Promise<Page> {
     const { page } = await openPage(browser, host.url, {}, 1);
+    const place = { url: `${host.url}place.tvx` };
     await page.evaluate(
-      ([place, view, bytes]) =>
-        window.startStage({ place, view, poolBytes: bytes } as Parameters<
-          typeof window.startStage
-        >[0]),
-      [{ url: `${host.url}place.tvx` }, from, poolBytes] as const,
+      (job) => window.startStage(job as Parameters<typeof window.startStage>[0]),
+      { place, view: from, poolBytes, ...more },
     );
     return page;
   }
@@ -187,6 +191,37 @@ describe('a stage', { skip: noBrowser }, () => {
       assert.ok(here.length > 0 && there.length === here.length);
       for (const page of [large, small])
         assert.deepEqual(await page.evaluate(() => window.stage.ended), []);
+    } finally {
+      for (const context of browser.contexts()) await context.close();
+      host.close();
+    }
+  });
+
+  test('a still picture rests when it has samples enough, until the view changes', async () => {
+    const host = await new StageHost(script, archiveOf(floor(), 0)).open();
+    const [kEnough, kRestMs] = [256, 1000];
+    const stats = (page: Page): Promise<StageStats> => page.evaluate(() => window.stage.stats());
+    try {
+      const page = await start(host, kManyPools, kView, { side: 16 });
+      await untilComplete(page);
+      await page.waitForFunction((n) => window.stage.stats().samples >= n, kEnough, {
+        polling: 100,
+      });
+      await page.waitForTimeout(kRestMs); // the last frame counts when it is drawn
+      const resting = await stats(page);
+      await page.waitForTimeout(kRestMs);
+      const later = await stats(page);
+      assert.deepEqual([later.samples, later.frames], [kEnough, resting.frames]);
+      assert.ok((await levelsOf(page)).length > 0);
+      const turned = { ...kView, headingDeg: 30 };
+      const left = await page.evaluate((view) => {
+        window.stage.setView(view);
+        return window.stage.stats().samples;
+      }, turned);
+      assert.equal(left, 0);
+      await page.waitForFunction((n) => window.stage.stats().frames > n, resting.frames, {
+        polling: 100,
+      });
     } finally {
       for (const context of browser.contexts()) await context.close();
       host.close();

@@ -12,6 +12,8 @@ export type StageJob = {
   readonly place: Place;
   readonly view: Viewpoint;
   readonly poolBytes: number;
+  /** Of the canvas, pixels. */
+  readonly side?: number;
 };
 
 declare global {
@@ -22,6 +24,7 @@ declare global {
       readonly ended: string[];
       readonly isReady: () => boolean;
       readonly stats: () => StageStats;
+      readonly setView: (view: Viewpoint) => void;
       readonly hits: () => Int32Array;
       /** Of the middle of the canvas. */
       readonly colour: () => readonly number[];
@@ -30,7 +33,7 @@ declare global {
 }
 
 const kHalfOne = 0x3c00;
-const kSize = 120;
+const kSide = 120;
 
 function plainAppearance(): Appearance {
   const one: Rgb = [1, 1, 1];
@@ -84,10 +87,10 @@ function plainAppearance(): Appearance {
   };
 }
 
-window.startStage = ({ place, view, poolBytes }) => {
+window.startStage = ({ place, view, poolBytes, side = kSide }) => {
   const canvas = document.querySelector('canvas')!;
-  canvas.width = kSize;
-  canvas.height = kSize;
+  canvas.width = side;
+  canvas.height = side;
   const failures: string[] = [];
   const ended: string[] = [];
   let isReady = false;
@@ -114,11 +117,12 @@ window.startStage = ({ place, view, poolBytes }) => {
     ended,
     isReady: () => isReady,
     stats: () => stage.stats(),
+    setView: (wanted) => stage.setCamera(cameraOf(wanted)),
     hits: () => stage.firstHits()!.voxels,
     colour: () => {
-      const copy = new OffscreenCanvas(kSize, kSize).getContext('2d')!;
+      const copy = new OffscreenCanvas(side, side).getContext('2d')!;
       copy.drawImage(canvas, 0, 0);
-      return [...copy.getImageData(kSize / 2, kSize / 2, 1, 1).data];
+      return [...copy.getImageData(side / 2, side / 2, 1, 1).data];
     },
   };
 };

@@ -80,6 +80,9 @@ const kRetryMs = 5000; // a column that failed is not asked for again before
 const kMaxFailures = 2;
 const kNoWorker = 'start viewer/worker.js: it cannot be loaded; is the site complete?';
 const kAdaptation = 0.75;
+// Of a still picture. More of them change nothing that is seen, and would keep the processor, and a
+// battery, at work for as long as the page is open.
+const kEnoughSamples = 256;
 // Pools that are too small: steps of coarseness, each of which saves about half of the boxes, and
 // how full they may be for a step back.
 const kCoarser = 1.4;
@@ -260,6 +263,8 @@ export class Stage {
     const isMoving = nowMs - this.#movedMs < kSettledMs;
     // After each change a coarse picture first, so that something stands at once.
     const isCoarse = isMoving || !this.#hasCoarse;
+    const isWhole = !isCoarse && this.#isSharp && this.#bandY === 0;
+    if (isWhole && renderer.samples >= kEnoughSamples && this.#isComplete) return;
     const size = isCoarse ? this.#pace.movingSize(full) : full;
     if (this.#bandY === 0 || isCoarse) {
       renderer.resize(size);
@@ -339,12 +344,17 @@ export class Stage {
       size: [this.#canvas.width, this.#canvas.height],
       passMs: this.#passMs,
       frames: this.#frames,
-      // Not where the plan is that of the detail before.
-      isComplete:
-        this.#plan?.isComplete === true && !this.#isPlanDue && this.#stage === kDetails.length - 1,
+      isComplete: this.#isComplete,
       detail: kDetails[this.#stage]! * this.#coarser,
       first: this.#first,
     };
+  }
+
+  // Not where the plan is that of the detail before.
+  get #isComplete(): boolean {
+    return (
+      this.#plan?.isComplete === true && !this.#isPlanDue && this.#stage === kDetails.length - 1
+    );
   }
 
   #canRead(): boolean {
