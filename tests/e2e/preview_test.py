@@ -5,6 +5,7 @@ Fly, drag the sun, pick, save, render; and what fails meanwhile.
 """
 
 import json
+import math
 import os
 import pathlib
 import re
@@ -378,12 +379,10 @@ class Window(Case):
         desktop = self.desktop
 
         def target():
-            return [
-                float(v)
-                for v in re.search(
-                    r"target = \[ *(\S+), *(\S+), *(\S+) *\]", self.saved(program)
-                ).groups()
-            ]
+            """Nowhere as long as the scene has none, since it frames the world."""
+            scene = self.saved(program)
+            found = re.search(r"target = \[ *(\S+), *(\S+), *(\S+) *\]", scene)
+            return [float(v) for v in found.groups()] if found else [math.inf] * 3
 
         def at(easting, northing, within):
             wait_until(
