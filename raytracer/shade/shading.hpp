@@ -115,7 +115,7 @@ protected:
     /// Sends the ray that a smooth coat reflects.
     void send_mirror(const Interaction& m, voxel::Colour weight) const;
     /// Adds a ray from the surface to the next wave, back into the medium that the ray came
-    /// through. It is made where it stays, as a copy of it costs as much as making it.
+    /// through. It is made where it stays, since rays are large.
     /// @param branch separates the random streams of one vertex
     /// @return the ray, valid until the next one is added
     walk::TracedRay& send(const Interaction& m, core::Vec3 direction, walk::RayKind kind,

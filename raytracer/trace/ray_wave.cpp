@@ -55,6 +55,7 @@ void RayWave::clear() {
 }
 
 std::span<walk::TracedRay> RayWave::begin(std::size_t count) {
+    m_rays.clear();
     m_rays.resize(count);
     m_fans.clear();
     return m_rays;

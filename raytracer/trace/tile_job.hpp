@@ -20,8 +20,8 @@ namespace terravox::trace {
 /// thread at a time.
 class TileJob {
 public:
-    /// About 300 kB, and as much again for their samples and the rays that they send: more do not
-    /// fit a core's own cache.
+    /// About 300 kB, and up to a megabyte with their samples and the rays that they send, which is
+    /// what a core's own cache holds on common machines.
     static constexpr std::size_t kWaveRays = 1024;
     /// Begins a tile; memory that the previous one allocated is reused.
     /// @param wave_rays approximate rays in a wave: small waves finish sooner, large ones are

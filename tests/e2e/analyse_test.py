@@ -35,10 +35,11 @@ from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temp
 
 
 def scarce(kind):
-    """@return flags with which boxes are loaded again and again, up to 3000 times
+    """@return flags with which some to some thousand boxes are loaded again, as the statistics of a
+    run without --quiet say
 
-    All that they need takes 2 to 4 MiB. With a MiB less an analysis of the sky takes ten times as
-    long, and its boxes are made no more differently.
+    All boxes take 2 to 4 MiB. With a MiB less than here they are loaded so often that the sky takes
+    ten times as long, for nothing that would be found by it.
     """
     memory_mib = {"terrain": "1", "sight": "1", "sun": "2"}.get(kind, "3")
     return ["--memory-mib", memory_mib, "--tile", "112"]

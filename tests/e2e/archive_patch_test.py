@@ -3,7 +3,6 @@
 terravox-archive patch."""
 
 import contextlib
-import hashlib
 import os
 import pathlib
 import random
@@ -15,7 +14,7 @@ import time
 import unittest
 
 from static_host import StaticHost
-from support import Case, Run, binary, entries, temporary_folder
+from support import Case, Run, binary, entries, prints_of, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--cache", "none", "--quiet"]
 # Where materials are guessed from intensities, squares up to 500 m away change, too.
@@ -36,9 +35,7 @@ def convert(data, out, *options):
     @return the archive, which no test changes
     """
     options = options or PLAIN
-    squares = sorted(data.glob("*.laz"))
-    prints = [(file.name, hashlib.sha256(file.read_bytes()).digest()) for file in squares]
-    key = (data.name, *options, *prints)
+    key = (data.name, *options, *prints_of(data))
     if key not in _converted:
         run = Run([binary("CONVERT"), data, out, *options])
         assert run.code == 0, run

@@ -2,7 +2,6 @@
 """The archive of a country kept up to date with its squares: terravox country patch."""
 
 import contextlib
-import hashlib
 import json
 import os
 import pathlib
@@ -14,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from support import ROOT, Case, Run, binary, entries, temporary_folder
+from support import ROOT, Case, Run, binary, entries, prints_of, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--quiet"]
 
@@ -64,9 +63,7 @@ class CountryPatch(Case):
 
     def assertIsAnew(self, folder, *options):
         """The bytes of a conversion, made once of the same bytes: many tests change one square."""
-        squares = sorted((folder / "data").glob("*.laz"))
-        prints = [(file.name, hashlib.sha256(file.read_bytes()).digest()) for file in squares]
-        key = (*options, *prints)
+        key = (*options, *prints_of(folder / "data"))
         if key not in self.anew:
             out = temporary_folder() / "anew.tvx"
             words = [folder / "data", out, *OPTIONS, "--cache", "none", *options]

@@ -1,6 +1,7 @@
 """Shared parts of the end-to-end tests: binaries, a small synthetic survey, results of runs."""
 
 import atexit
+import hashlib
 import http.client
 import json
 import os
@@ -155,6 +156,13 @@ def survey():
             raise AssertionError(f"terravox-survey: {run}")
         _survey = folder
     return _survey
+
+
+def prints_of(folder):
+    """@return the names of a folder's squares and checksums of their bytes, which tell whether what
+    was made of them before can be taken again"""
+    squares = sorted(folder.glob("*.laz"))
+    return [(file.name, hashlib.sha256(file.read_bytes()).digest()) for file in squares]
 
 
 def square():
