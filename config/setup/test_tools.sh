@@ -4,22 +4,24 @@
 TEST_PACKAGE_LIST=$ROOT/config/setup/debian-test-packages.txt
 SERVICE_PACKAGE_LIST=$ROOT/config/setup/debian-service-packages.txt
 NGINX_DIR=$ROOT/build/deps/nginx
+NGINX_PLACES=(nginx /usr/sbin/nginx "$NGINX_DIR/usr/sbin/nginx")
 
 # nginx is unpacked, not installed: its package would start a web server on this machine. Without it
-# its tests are skipped, with a message.
+# its tests are skipped, with a message. Of Debian's packages the plain one has the program since
+# Debian 12; nginx-light has documents alone.
 fetch_nginx() {
-    if command -v nginx >/dev/null ||
-        [[ -x /usr/sbin/nginx || -x $NGINX_DIR/usr/sbin/nginx ]]; then
-        return
-    fi
+    local program part
+    for program in "${NGINX_PLACES[@]}"; do
+        ! "$program" -v >/dev/null 2>&1 || return 0
+    done
     [[ ${TERRAVOX_SKIP_PACKAGES:-0} == 1 ]] && return
-    local part
     part=$(mktemp -d "$ROOT/build/deps/nginx.XXXXXX")
     say "Fetching nginx (for tests)"
     if (
         cd "$part" &&
-            quietly "$LOGS/nginx.log" apt-get download nginx-light &&
-            dpkg-deb --extract nginx-light_*.deb .
+            quietly "$LOGS/nginx.log" apt-get download nginx &&
+            dpkg-deb --extract nginx_*.deb . &&
+            quietly "$LOGS/nginx.log" usr/sbin/nginx -v
     ); then
         rm -rf "$NGINX_DIR"
         mv "$part" "$NGINX_DIR"

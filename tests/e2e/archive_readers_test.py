@@ -72,12 +72,12 @@ class ArchiveReaders(Case):
         with self.served() as server:
             self.assertReadWell(server.port, "/v2/archive.tvx")
 
-    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx)")
     def test_readers_behind_the_front_see_whole_archives(self):
         with self.served() as server, Front(server.port) as front:
             self.assertReadWell(front.port, "/v2/archive.tvx")
 
-    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+    @unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx)")
     def test_readers_of_static_files_see_whole_archives(self):
         with Static(self.folder) as host:
             self.assertReadWell(host.port, "/place.tvx")

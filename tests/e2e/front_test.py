@@ -26,7 +26,7 @@ GOOD_REQUESTS = 200
 MEDIAN_LIMIT_S = 5
 
 
-@unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+@unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx)")
 class FrontTest(Case):
     @classmethod
     def setUpClass(cls):

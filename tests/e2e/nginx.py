@@ -9,7 +9,9 @@ import time
 from support import HANGS_S, ROOT, hold_port, temporary_folder
 from wire import connect
 
-NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
+# The last is where ./terravox test unpacks it.
+FOLDERS = ("/usr/sbin", "/usr/local/sbin", f"{ROOT}/build/deps/nginx/usr/sbin")
+NGINX = shutil.which("nginx", path=":".join([os.environ.get("PATH", ""), *FOLDERS]))
 STATIC = """
 pid nginx.pid; error_log error.log; worker_processes 1; worker_rlimit_nofile 4096;
 events {{ worker_connections 2048; }}
