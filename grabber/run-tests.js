@@ -5,6 +5,8 @@ import { readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
+import { kReporters } from '../tests/skips.mjs';
+
 const kFolder = fileURLToPath(new URL('dist-test/tests', import.meta.url));
 /** Files of tests that run at a time: each starts programs of its own. */
 const kConcurrency = 2;
@@ -24,7 +26,7 @@ if (files.length === 0) {
 }
 const run = spawnSync(
   process.execPath,
-  ['--test', `--test-concurrency=${kConcurrency}`, ...options, ...files],
+  ['--test', ...kReporters, `--test-concurrency=${kConcurrency}`, ...options, ...files],
   { stdio: 'inherit' },
 );
 if (run.error !== undefined) throw run.error;

@@ -44,3 +44,25 @@ set_up_tests() {
     install_linters
     PATH=$PATH:/usr/sbin:$NGINX_DIR/usr/sbin
 }
+
+# Tests write down what they leave out: lines of FILE TAB TEST TAB REASON, by tests/run_unittest.py,
+# tests/catch_main.cpp and tests/skips.mjs.
+count_skips() {
+    export TERRAVOX_SKIPS=$LOGS/skipped.txt
+    mkdir -p "$LOGS"
+    rm -f "$TERRAVOX_SKIPS"
+    trap report_skips EXIT
+}
+
+# Reasons, each with its tests.
+report_skips() {
+    local reason='' file test why lines
+    [[ -s $TERRAVOX_SKIPS ]] || return 0
+    lines=$(LC_ALL=C sort --unique --field-separator=$'\t' --key=3 --key=1,2 "$TERRAVOX_SKIPS")
+    say "Skipped tests: $(wc -l <<<"$lines")"
+    while IFS=$'\t' read -r file test why; do
+        [[ $why == "$reason" ]] || say "  $why"
+        reason=$why
+        say "    $file: $test"
+    done <<<"$lines"
+}

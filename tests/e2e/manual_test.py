@@ -6,7 +6,6 @@ import pathlib
 import re
 import shlex
 import shutil
-import sys
 import unittest
 
 from installed import hidden, moved_prefix
@@ -94,10 +93,10 @@ class Manual(Case):
     def test_the_tools_for_pages_have_no_warnings(self):
         tools = {"mandoc": ["-Tlint", "-W", "warning"], "man": ["--warnings", "-l", "-Tutf8"]}
         for tool, words in tools.items():
-            if shutil.which(tool) is None:
-                print(f"left out: {tool} is not installed", file=sys.stderr)
-                continue
-            for page, file in self.pages.items():
+            with self.subTest(tool):
+                if shutil.which(tool) is None:
+                    self.skipTest(f"{tool} is not installed")
+            for page, file in self.pages.items() if shutil.which(tool) else ():
                 with self.subTest(f"{tool} {page}"):
                     run = Run([tool, *words, file], environment={"MANWIDTH": "80"})
                     self.assertDone(run)
@@ -153,8 +152,7 @@ class Completion(Case):
 
     def test_fish_reads_its_completion(self):
         if shutil.which("fish") is None:
-            print("left out: fish is not installed", file=sys.stderr)
-            return
+            self.skipTest("fish is not installed")
         file = moved_prefix() / "share" / "fish" / "vendor_completions.d" / "terravox.fish"
         script = f"source {shlex.quote(str(file))}; complete --do-complete $argv"
         for line, wanted in (
@@ -171,8 +169,7 @@ class Completion(Case):
 
     def test_zsh_reads_its_completion(self):
         if shutil.which("zsh") is None:
-            print("left out: zsh is not installed", file=sys.stderr)
-            return
+            self.skipTest("zsh is not installed")
         folder = moved_prefix() / "share" / "zsh" / "vendor-completions"
         for line, wanted, other in (
             ("terravox ren", "render", "serve"),

@@ -44,8 +44,7 @@ LIBRARY = "libterravox" + version().rpartition(".")[0]
 class Services(Case):
     def test_they_are_confined(self):
         if shutil.which("systemd-analyze") is None:
-            print("left out: systemd-analyze is not installed", file=sys.stderr)
-            return
+            self.skipTest("systemd-analyze is not installed")
         self.assertEqual(
             [unit.name for unit in UNITS], ["terravox-serve.service", "terravox-worker.service"]
         )
@@ -121,8 +120,7 @@ class Packages(Case):
 
     def test_lintian_has_no_errors(self):
         if shutil.which("lintian") is None:
-            print("left out: lintian is not installed", file=sys.stderr)
-            return
+            self.skipTest("lintian is not installed")
         command = ["lintian", "--allow-root", "--fail-on", "error"]
         self.assertDone(Run([*command, *made_packages().values()], timeout_s=INSTALL_S))
 

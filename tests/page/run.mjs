@@ -6,6 +6,8 @@ import { existsSync, readdirSync, rmSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
+import { kReporters } from '../skips.mjs';
+
 const here = dirname(fileURLToPath(import.meta.url));
 const page = join(here, '../../voxelserver/page');
 const modules = join(page, 'node_modules');
@@ -56,5 +58,5 @@ await build({
   logLevel: 'warning',
 });
 const files = tests.map((name) => join(out, name.replace(/ts$/, 'mjs')));
-const tested = await run('--enable-source-maps', '--test', `--test-concurrency=${files.length}`, ...process.argv.slice(2), ...files);
+const tested = await run('--enable-source-maps', '--test', ...kReporters, `--test-concurrency=${files.length}`, ...process.argv.slice(2), ...files);
 process.exit(Math.max(tested, ...(await Promise.all(checks))));
