@@ -73,7 +73,7 @@ gallery_list() {
 # and renamed: a folder of that name is always complete. A part that is finished when a run is
 # interrupted is kept.
 gallery_place() {
-    local program=$ROOT/build/release/bin/terravox-survey key folder part
+    local program=$ROOT/build/release/bin/terravox-survey key folder
     key=$(
         {
             printf '%s\n' "${GALLERY_AROUND[@]}" "${GALLERY_MIDDLE[@]}" "${GALLERY_PHOTO[@]}"
@@ -81,22 +81,24 @@ gallery_place() {
         } | sha256sum | cut -c 1-12
     )
     folder=$ROOT/build/gallery/place-$key
-    mkdir -p "$ROOT/build/gallery"
-    (
-        flock 9
-        [[ ! -d $folder ]] || exit 0
-        say "Making the survey (49 squares; a few minutes, once)"
-        find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 \
-            -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
-        for part in AROUND MIDDLE PHOTO; do gallery_part "$program" "$folder" "$part"; done
-        # A run that was interrupted here may have moved it already.
-        if [[ -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]]; then
-            mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
-        fi
-        rm -rf "$folder-MIDDLE" "$folder-AROUND/truth"
-        mv "$folder-AROUND" "$folder"
-    ) 9>"$ROOT/build/gallery/.lock"
+    locked "$ROOT/build/gallery/.lock" make_gallery_place "$program" "$folder"
     printf '%s\n' "$folder"
+}
+
+# make_gallery_place PROGRAM FOLDER: unless it is there, in place of earlier ones
+make_gallery_place() {
+    local program=$1 folder=$2 part
+    [[ ! -d $folder ]] || return 0
+    say "Making the survey (49 squares; a few minutes, once)"
+    find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 \
+        -name 'place-*' ! -name "${folder##*/}*" -exec rm -rf {} +
+    for part in AROUND MIDDLE PHOTO; do gallery_part "$program" "$folder" "$part"; done
+    # A run that was interrupted here may have moved it already.
+    if [[ -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]]; then
+        mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
+    fi
+    rm -rf "$folder-MIDDLE" "$folder-AROUND/truth"
+    mv "$folder-AROUND" "$folder"
 }
 
 # gallery_part PROGRAM FOLDER AROUND|MIDDLE|PHOTO: the last one stays a folder of its own.

@@ -55,7 +55,7 @@ install_packages() {
     # The package lists may be absent or old. They are refreshed only then, since that takes a
     # while.
     if ! apt_install --simulate "${missing[@]}" >/dev/null 2>&1 ||
-        ! VERBOSE=0 quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" 2>/dev/null; then
+        ! watched "$LOGS/apt-install.log" apt_install "${missing[@]}"; then
         quietly "$LOGS/apt-update.log" as_root apt-get --quiet update ||
             die "install packages: apt-get update failed"
         quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" ||

@@ -14,8 +14,70 @@ usage_error() {
     exit 2
 }
 
-# quietly LOG COMMAND...: its output goes to a file, and is shown only when the command fails (or
-# with VERBOSE=1).
+# How often a command that takes long says how far it is, seconds: on a terminal in one line.
+PROGRESS_S=30
+[[ ! -t 2 ]] || PROGRESS_S=1
+
+# duration SECONDS
+duration() {
+    if (($1 < 100)); then
+        printf '%d s\n' "$1"
+    else
+        printf '%d min\n' "$((($1 + 30) / 60))"
+    fi
+}
+
+# progress LOG SECONDS: how far a command is. Ninja counts its steps, [12/345]; of others there is
+# what they have said last.
+progress() {
+    local tail step done_steps all
+    tail=$(tail -n 20 "$1" | tr -d '\000-\010\013-\037\177')
+    step=$(grep -oE '^\[[0-9]+/[0-9]+\]' <<<"$tail" | tail -n 1 || true)
+    if [[ $step =~ ([0-9]+)/([0-9]+) ]]; then
+        done_steps=$((10#${BASH_REMATCH[1]})) all=$((10#${BASH_REMATCH[2]}))
+        if ((done_steps > 0 && all > done_steps)); then
+            printf '%d of %d steps, %s, about %s left\n' "$done_steps" "$all" "$(duration "$2")" \
+                "$(duration "$(($2 * (all - done_steps) / done_steps))")"
+        else
+            printf '%d of %d steps, %s\n' "$done_steps" "$all" "$(duration "$2")"
+        fi
+    else
+        tail=$(grep -v '^[[:space:]]*$' <<<"$tail" | tail -n 1 || true)
+        printf '%s%s\n' "$(duration "$2")" "${tail:+: $tail}"
+    fi
+}
+
+# follow LOG: says how far a command is until standard input ends.
+follow() {
+    local begun=$SECONDS line columns=80
+    [[ ! -t 2 ]] || columns=$(tput cols 2>/dev/null || echo 80)
+    while read -r -t "$PROGRESS_S" || (($? > 128)); do
+        line="  $(progress "$1" "$((SECONDS - begun))")"
+        if [[ -t 2 ]]; then
+            printf '\r%.*s\033[K' "$((columns - 1))" "$line" >&2
+        else
+            say "$line"
+        fi
+    done
+    [[ ! -t 2 ]] || printf '\r\033[K' >&2
+}
+
+# watched LOG COMMAND...: its output goes to a file; while it runs it is said how far it is.
+watched() {
+    local log=$1 status=0 watch pid
+    shift
+    mkdir -p "$(dirname "$log")"
+    : >"$log"
+    exec {watch}> >(follow "$log")
+    pid=$!
+    "$@" >"$log" 2>&1 </dev/null {watch}>&- || status=$?
+    exec {watch}>&-
+    wait "$pid" || true
+    return "$status"
+}
+
+# quietly LOG COMMAND...: as watched, and the output is shown when the command fails (with VERBOSE=1
+# as it comes).
 quietly() {
     local log=$1 status=0
     shift
@@ -23,8 +85,7 @@ quietly() {
         "$@" >&2
         return
     fi
-    mkdir -p "$(dirname "$log")"
-    "$@" >"$log" 2>&1 </dev/null || status=$?
+    watched "$log" "$@" || status=$?
     ((status == 0)) && return
     tail -n 60 "$log" >&2
     say "terravox: failed with exit code $status: $*"

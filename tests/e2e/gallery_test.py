@@ -22,6 +22,7 @@ set -euo pipefail
 shopt -s inherit_errexit
 ROOT=$1 LOGS=$1/logs VERBOSE=0
 . "$ROOT/config/setup/say.sh"
+. "$ROOT/config/setup/build.sh"
 . "$ROOT/config/setup/gallery.sh"
 GALLERY_AROUND=(--seed 7 --squares 2x1 --square-m 256 --density 0.5)
 GALLERY_MIDDLE=(--seed 7 --squares 1x1 --square-m 256 --density 1)

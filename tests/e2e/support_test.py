@@ -3,12 +3,16 @@
 
 import contextlib
 import errno
+import os
+import select
+import signal
 import socket
 import struct
+import subprocess
 import sys
 import unittest
 
-from support import ROOT, Case, Run, Server, hold_port, survey, temporary_folder
+from support import HANGS_S, ROOT, Case, Run, Server, hold_port, survey, temporary_folder
 
 IP_LOCAL_PORT_RANGE = 51  # linux/in.h
 ALL_SKIPPED = 77
@@ -137,6 +141,145 @@ class Skips(Case):
         )
         self.list.write_text("")
         self.assertEqual(self.report().err, "")
+
+
+SETUP = "set -euo pipefail; shopt -s inherit_errexit; ROOT=$1 LOGS=$1/logs; "
+SETUP += f'for part in say build; do . "{ROOT}/config/setup/$part.sh"; done; PROGRESS_S=0.05; '
+# Stand for CMake: everything has been built, or 5 of 12 steps until the file `go` is there.
+NOTHING_TO_DO = "compile() { echo ninja: no work to do.; }; "
+SOME_STEPS = """
+compile() {
+    [[ $* != *-n* ]] || return 0
+    printf '[%d/12] Building CXX object\\n' 1 2 3 4 5
+    until [[ -e $ROOT/go ]]; do sleep 0.02; done
+}
+"""
+
+
+class Script:
+    """Functions of ./terravox at work, in a folder that stands for the checkout."""
+
+    def __init__(self, folder, script, terminal=False):
+        self.read, write = os.openpty() if terminal else os.pipe()
+        self.process = subprocess.Popen(
+            ["bash", "-c", SETUP + script, "script", folder], stderr=write, start_new_session=True
+        )
+        os.close(write)
+        self.said = ""
+
+    def saw(self, words):
+        """Waits until it has said them."""
+        while words not in self.said:
+            if not select.select([self.read], [], [], HANGS_S)[0] or not self._more():
+                raise AssertionError(f"no {words!r} in {self.said!r}")
+
+    def _more(self):
+        try:
+            data = os.read(self.read, 4096)
+        except OSError:  # a terminal that nobody holds any more
+            return False
+        self.said += data.decode()
+        return bool(data)
+
+    def end(self):
+        """@return its exit code, once it has closed its output"""
+        while self._more():
+            pass
+        os.close(self.read)
+        return self.process.wait(HANGS_S)
+
+
+class Builds(Case):
+    """What ./terravox says while it builds, and when it waits (config/setup/build.sh)."""
+
+    def setUp(self):
+        super().setUp()
+        self.folder = temporary_folder()
+        (self.folder / "build" / "release").mkdir(parents=True)
+        (self.folder / "build" / "release" / "build.ninja").touch()
+        (self.folder / "common").mkdir()
+        self.source = self.folder / "common" / "a.cpp"
+        self.source.touch()
+
+    def run_script(self, script):
+        started = Script(self.folder, script)
+        code = started.end()
+        return code, started.said
+
+    def test_progress_is_steps_or_the_last_line(self):
+        for log, seconds, said in (
+            ("", 3, "3 s"),
+            ("Get:1 package\n\n", 130, "2 min: Get:1 package"),
+            ("one\ntwo \x1b\tand more\r\n", 5, "5 s: two \tand more"),
+            ("[0/2] Re-checking globbed directories...\n", 1, "0 of 2 steps, 1 s"),
+            ("[1/9] A\n[3/12] B\nwarning: C\n", 30, "3 of 12 steps, 30 s, about 90 s left"),
+            ("[0009/1200] A\n", 60, "9 of 1200 steps, 60 s, about 132 min left"),
+            ("[12/12] Linking\n", 200, "12 of 12 steps, 3 min"),
+            ("see [3/12]\n", 1, "1 s: see [3/12]"),
+        ):
+            with self.subTest(log):
+                (self.folder / "log").write_text(log)
+                code, out = self.run_script(f'progress "$1/log" {seconds} >&2')
+                self.assertEqual((code, out), (0, said + "\n"))
+
+    def test_a_build_tells_how_far_it_is(self):
+        for terminal in (False, True):
+            with self.subTest(terminal=terminal):
+                started = Script(self.folder, SOME_STEPS + "build release", terminal)
+                started.saw("5 of 12 steps, ")
+                self.assertIn("Building (release)", started.said)
+                (self.folder / "go").touch()
+                self.assertEqual(started.end(), 0)
+                (self.folder / "go").unlink()
+                lines = started.said.split("\n")
+                # A terminal has one line, which is empty at the end.
+                self.assertEqual(len(lines) == 2, terminal, lines)
+                self.assertTrue(not terminal or lines[1].endswith("\r\x1b[K"), lines)
+
+    def test_a_command_that_fails_shows_its_output(self):
+        script = "work() { echo word; return 3; }; quietly $1/log work"
+        code, said = self.run_script(script)
+        self.assertEqual(code, 3)
+        self.assertIn("word\nterravox: failed with exit code 3: work\n", said)
+
+    def test_a_second_one_says_whom_it_waits_for(self):
+        holder = Script(self.folder, SOME_STEPS + "build release")
+        holder.saw("5 of 12")
+        other = Script(self.folder, SOME_STEPS + "build release; echo built >&2")
+        other.saw(f"Waiting for another ./terravox (process {holder.process.pid})\n")
+        (self.folder / "go").touch()
+        self.assertEqual(holder.end(), 0)
+        other.saw("built")
+        self.assertEqual(other.end(), 0)
+
+    def test_what_is_up_to_date_does_not_wait(self):
+        self.assertEqual(self.run_script(NOTHING_TO_DO + "build release terravox-laz"), (0, ""))
+        holder = Script(self.folder, SOME_STEPS + "build release")
+        holder.saw("5 of 12")
+        again = "build release terravox-laz; echo runs >&2"
+        self.assertEqual(self.run_script(again), (0, "runs\n"))
+        for words in ("build release terravox-view", "build release", "build asan terravox-laz"):
+            with self.subTest(words):
+                self.assert_waits(words)
+        newer = (self.folder / "build" / "release" / ".built-terravox-laz").stat().st_mtime + 1
+        os.utime(self.source, (newer, newer))
+        self.assert_waits(again)
+        (self.folder / "go").touch()
+        self.assertEqual(holder.end(), 0)
+
+    def assert_waits(self, script):
+        started = Script(self.folder, script)
+        started.saw("Waiting for another")
+        os.killpg(started.process.pid, signal.SIGKILL)
+        started.end()
+
+    def test_a_failed_build_is_not_up_to_date(self):
+        script = "compile() { [[ $* == *-n* ]]; }; "
+        for words in ("build release", "build release || exit 4"):
+            code, said = self.run_script(script + words)
+            self.assertNotEqual(code, 0, said)
+            self.assertIn("failed with exit code 1: compile", said)
+        self.assertFalse((self.folder / "build" / "release" / ".built-all").exists())
 
 
 if __name__ == "__main__":
