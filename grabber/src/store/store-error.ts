@@ -1,12 +1,11 @@
-import { GrabberError, describeError, oneLine } from '../util/errors.js';
+import { GrabberError, bothEnds, describeError, oneLine } from '../util/errors.js';
 
 /** Longest text of an error that a record keeps; servers may say more. */
 const kMaxMessageLength = 2000;
 
 /** A message from anywhere, as one line that fits a record. */
 export function recordedMessage(text: string): string {
-  const line = oneLine(text);
-  return line.length <= kMaxMessageLength ? line : `${line.slice(0, kMaxMessageLength - 1)}…`;
+  return bothEnds(oneLine(text), kMaxMessageLength);
 }
 
 /** SQLite's own errors carry codes such as SQLITE_FULL; everything else is passed on as it is. */

@@ -72,11 +72,20 @@ const kFolded = new RegExp(`[${kHarmful}]+`, 'gu');
 
 /**
  * Folds line breaks, control characters and what reorders text, so that text from a server cannot
- * forge log lines, and cuts what is longer than a line.
+ * forge log lines, and leaves out the middle of what is longer than a line.
  */
 export function oneLine(text: string): string {
-  const part = text.length <= kMaxLineLength ? text : `${text.slice(0, kMaxLineLength)}…`;
-  return part.replace(kFolded, ' ').trim();
+  return bothEnds(text, kMaxLineLength).replace(kFolded, ' ').trim();
+}
+
+/**
+ * A text, or the ends of one with more characters than `most`: what was attempted stands at the
+ * beginning of a message, and why it failed often at the end.
+ */
+export function bothEnds(text: string, most: number): string {
+  if (text.length <= most) return text;
+  const end = Math.floor(most / 2);
+  return `${text.slice(0, most - end - 1)}…${text.slice(-end)}`;
 }
 
 /**

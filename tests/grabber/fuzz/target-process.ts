@@ -4,6 +4,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
+import { bothEnds } from '../../../grabber/src/util/errors.js';
+
 /** What the process of a target reports: before each series of inputs, and at its end. */
 export type TargetMessage =
   | { readonly kind: 'series'; readonly runs: number; readonly seed: number }
@@ -80,7 +82,7 @@ function resultOf(child: ChildProcess, name: string, firstSeed: number): Promise
   };
   let timer = setTimeout(endChild, kSeriesTimeout_ms);
   child.stderr?.setEncoding('utf8').on('data', (text: string) => {
-    errorText = (errorText + text).slice(-kMaxErrorText);
+    errorText = bothEnds(errorText + text, kMaxErrorText);
   });
   child.on('message', (message: TargetMessage) => {
     clearTimeout(timer);

@@ -88,6 +88,11 @@ test('a square goes from known to verified, and every step is in its record', as
     message: 'first line second line',
     at: kStart,
   });
+  const long = `run the converter${' and so on'.repeat(1000)}: disk full`;
+  store.squares.failed(kKey, 'CONVERTER', long);
+  const kept = store.squares.get(kKey)?.lastError?.message ?? '';
+  assert.equal(kept.length, 2000);
+  assert.match(kept, /^run the converter and so on.*….*and so on: disk full$/);
   store.squares.begin(kKey, 'http://h/b');
   assert.equal(store.squares.get(kKey)?.attempts, 2);
   store.squares.fetched(kKey, storedFile('462_101'));
