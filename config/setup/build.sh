@@ -24,7 +24,8 @@ configure() { (cd "$ROOT" && cmake --preset "$1" "${@:2}"); }
 compile() { (cd "$ROOT" && cmake --build --preset "$1" "${@:2}"); }
 
 # build PRESET [TARGET...]: all targets unless some are named. What is up to date does not wait for
-# another build, which may take an hour.
+# another build, which may take an hour. CMake looks again for libraries after packages were
+# installed: those of the tests have some that the build can do without.
 build() {
     if is_locked "$ROOT/build/.lock" && was_built "$@"; then
         return 0
@@ -33,11 +34,11 @@ build() {
 }
 
 build_alone() {
-    local preset=$1 targets=() begun
+    local preset=$1 targets=() begun ninja=$ROOT/build/$1/build.ninja
     shift
     (($# == 0)) || targets=(--target "$@")
     mkdir -p "$LOGS"
-    if [[ ! -f $ROOT/build/$preset/build.ninja ]]; then
+    if [[ ! -f $ninja || $LOGS/apt-install.log -nt $ninja ]]; then
         say "Configuring ($preset)"
         quietly "$LOGS/configure-$preset.log" configure "$preset" || return
     fi

@@ -3,10 +3,27 @@
 
 PACKAGE_LIST=$ROOT/config/setup/debian-packages.txt
 
+# wanted_packages LIST: what it names. A name with a question mark is of a package that only some
+# releases or architectures have: it is wanted where apt offers it.
+wanted_packages() {
+    local names offered name
+    mapfile -t names < <(grep -Ev '^[[:space:]]*(#|$)' "$1")
+    mapfile -t offered < <(printf '%s\n' "${names[@]}" | sed -n 's/?$//p')
+    if ((${#offered[@]} > 0)); then
+        # Of the packages that are installed but no longer offered it prints nothing.
+        mapfile -t offered < <(apt-cache madison "${offered[@]}" 2>/dev/null |
+            awk '!seen[$1]++ { print $1 }')
+    fi
+    for name in "${names[@]}"; do
+        [[ $name == *\? ]] || printf '%s\n' "$name"
+    done
+    ((${#offered[@]} == 0)) || printf '%s\n' "${offered[@]}"
+}
+
 # missing_packages LIST
 missing_packages() {
     local wanted
-    mapfile -t wanted < <(grep -Ev '^[[:space:]]*(#|$)' "$1")
+    mapfile -t wanted < <(wanted_packages "$1")
     {
         dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' "${wanted[@]}" \
             2>/dev/null || true
@@ -58,7 +75,11 @@ install_packages() {
         ! watched "$LOGS/apt-install.log" apt_install "${missing[@]}"; then
         quietly "$LOGS/apt-update.log" as_root apt-get --quiet update ||
             die "install packages: apt-get update failed"
+        # Now apt may offer more.
+        mapfile -t missing < <(missing_packages "$list")
         quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" ||
             die "install packages: apt-get failed. Needed: ${missing[*]}"
     fi
+    # `build` compares its time.
+    touch "$LOGS/apt-install.log"
 }

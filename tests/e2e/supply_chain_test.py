@@ -29,6 +29,37 @@ ROOT=$1 LOGS=$2/logs VERBOSE=0
 fetch_from_pypi "${@:3}"
 """
 
+INSTALL = """
+set -euo pipefail
+shopt -s inherit_errexit
+ROOT=$1 LOGS=$2/logs VERBOSE=0
+. "$ROOT/config/setup/say.sh"
+. "$ROOT/config/setup/packages.sh"
+install_packages "$2/list.txt"
+"""
+
+# Stand-ins for the commands of Debian. Files in $APT, a name a line, say what is installed, what
+# the indices here have, and what the archive has.
+DEBIAN = {
+    "apt-get": """
+        command=$(printf '%s\\n' "$@" | grep -xE 'update|install')
+        for name; do [[ $name != --simulate ]] || exit 0; done
+        if [[ $command == update ]]; then cp "$APT/archive" "$APT/indices"; exit; fi
+        for name; do
+            [[ $name =~ ^(-.*|DPkg.*|install)$ ]] && continue
+            grep -xF "$name" "$APT/indices" >>"$APT/installed" || exit 100
+        done""",
+    "apt-cache": """
+        for name in "${@:2}"; do
+            if grep -qxF "$name" "$APT/indices"; then echo " $name | 1.0 | http://debian"; fi
+        done""",
+    "dpkg-query": """
+        for name; do
+            if grep -qxF "$name" "$APT/installed"; then echo "installed $name"; fi
+        done""",
+    "sudo": '[[ $1 == --validate ]] || exec "$@"',
+}
+
 # What a source archive may require: a backend that has to be fetched first, with dependencies that
 # no hash pins.
 PYPROJECT = """
@@ -176,6 +207,45 @@ class Nginx(Case):
                 self.assertIn("nginx cannot be fetched: its tests are skipped", run.err)
                 self.assertIsNone(program)
                 self.assertEqual(list((self.folder / "build" / "deps").iterdir()), [])
+
+
+class SystemPackages(Case):
+    """The list names tool, and extra of which not every release has a package."""
+
+    def install(self, installed, indices, archive):
+        """@return what is installed then"""
+        folder = temporary_folder()
+        (folder / "list.txt").write_text("# A comment.\ntool\n\nextra?\n", encoding="utf-8")
+        for name, lines in (("installed", installed), ("indices", indices), ("archive", archive)):
+            (folder / name).write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        (folder / "bin").mkdir()
+        for name, script in DEBIAN.items():
+            program = folder / "bin" / name
+            program.write_text(f"#!/bin/bash\n{script}\n", encoding="utf-8")
+            program.chmod(0o755)
+        run = Run(
+            ["bash", "-c", INSTALL, "install", ROOT, folder],
+            environment={
+                "APT": str(folder),
+                "PATH": f"{folder / 'bin'}:{os.environ['PATH']}",
+                "TERRAVOX_SKIP_PACKAGES": "0",
+            },
+        )
+        self.assertDone(run)
+        return (folder / "installed").read_text(encoding="utf-8").split()
+
+    def test_a_package_that_not_every_release_has_is_installed_where_apt_offers_it(self):
+        both, one = ["tool", "extra"], ["tool"]
+        for name, installed, indices, archive, then in (
+            ("offered", [], both, both, both),
+            ("not offered", [], one, one, one),
+            ("no index before apt-get update", [], [], both, both),
+            ("offered, and the others are there", one, both, both, both),
+            ("not offered, and the others are there", one, one, one, one),
+            ("all there", both, both, both, both),
+        ):
+            with self.subTest(name):
+                self.assertEqual(self.install(installed, indices, archive), then)
 
 
 class Pins(Case):

@@ -1,6 +1,10 @@
 #include "tests/bench/entries/embree_scene.hpp"
 
+#if TERRAVOX_EMBREE >= 4
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <atomic>
@@ -30,7 +34,7 @@ struct Vec3f {
     float y = 0;
     float z = 0;
     Vec3f() = default;
-    explicit Vec3f(Vec3 v) noexcept
+    explicit Vec3f(core::Vec3 v) noexcept
         : x(static_cast<float>(v.x)), y(static_cast<float>(v.y)), z(static_cast<float>(v.z)) {}
 };
 
@@ -38,12 +42,12 @@ struct Vec3f {
 /// can.
 struct FloatCamera {
     explicit FloatCamera(const NeutralView& view) noexcept : origin(view.position) {
-        const Vec3 ahead = normalized(view.target - view.position);
-        const Vec3 aside = normalized(cross(ahead, {0, 1, 0}));
+        const core::Vec3 ahead = core::normalized(view.target - view.position);
+        const core::Vec3 aside = core::normalized(core::cross(ahead, {0, 1, 0}));
         const double half = std::tan(view.fov_deg * std::numbers::pi / 360);
         forward = Vec3f(ahead);
         right = Vec3f(aside * (half * kW / kH));
-        up = Vec3f(cross(aside, ahead) * half);
+        up = Vec3f(core::cross(aside, ahead) * half);
     }
     /// Unit vector through the centre of a pixel.
     void direction(int px, int py, float& x, float& y, float& z) const noexcept {
@@ -67,6 +71,50 @@ extern "C" bool add_to_memory(void* total_bytes, ssize_t bytes, bool) noexcept {
     *static_cast<std::atomic<std::int64_t>*>(total_bytes) += bytes;
     return true;
 }
+
+// Embree 4 renamed what a call is told besides its rays, and made it the last argument.
+#if TERRAVOX_EMBREE >= 4
+RTCIntersectArguments coherent_rays() noexcept {
+    RTCIntersectArguments out;
+    rtcInitIntersectArguments(&out);
+    out.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    return out;
+}
+
+RTCOccludedArguments coherent_shadows() noexcept {
+    RTCOccludedArguments out;
+    rtcInitOccludedArguments(&out);
+    out.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    return out;
+}
+
+void intersect(const int* valid, RTCScene scene, RTCIntersectArguments& how, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &rays, &how);
+}
+
+void occlude(RTCScene scene, RTCOccludedArguments& how, RTCRay& ray) {
+    rtcOccluded1(scene, &ray, &how);
+}
+#else
+RTCIntersectContext coherent_rays() noexcept {
+    RTCIntersectContext out;
+    rtcInitIntersectContext(&out);
+    out.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    return out;
+}
+
+RTCIntersectContext coherent_shadows() noexcept {
+    return coherent_rays();
+}
+
+void intersect(const int* valid, RTCScene scene, RTCIntersectContext& how, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &how, &rays);
+}
+
+void occlude(RTCScene scene, RTCIntersectContext& how, RTCRay& ray) {
+    rtcOccluded1(scene, &how, &ray);
+}
+#endif
 
 struct Release {
     void operator()(RTCDevice device) const noexcept { rtcReleaseDevice(device); }
@@ -104,7 +152,7 @@ private:
 Embree::Embree(const NeutralScene& scene, int threads)
     : m_device(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
     if (!m_device)
-        throw Error("start Embree: error " + std::to_string(rtcGetDeviceError(nullptr)));
+        throw util::Error("start Embree: error " + std::to_string(rtcGetDeviceError(nullptr)));
     rtcSetDeviceMemoryMonitorFunction(m_device.get(), add_to_memory, &m_bytes);
     m_scene.reset(rtcNewScene(m_device.get()));
     const std::unique_ptr<RTCGeometryTy, Release> geometry(
@@ -119,7 +167,7 @@ Embree::Embree(const NeutralScene& scene, int threads)
     });
     const RTCError error = rtcGetDeviceError(m_device.get());
     if (error != RTC_ERROR_NONE)
-        throw Error("build in Embree: error " + std::to_string(error));
+        throw util::Error("build in Embree: error " + std::to_string(error));
     m_building.bvh_bytes = static_cast<std::size_t>(m_bytes) - m_building.mesh_bytes;
 }
 
@@ -134,8 +182,8 @@ void Embree::fill_buffers(RTCGeometry geometry, const std::vector<QuadMesh>& sla
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4,
                                 4 * sizeof(unsigned), m_building.quads));
     if (to == nullptr || quads == nullptr)
-        throw Error("put the mesh into Embree: error " +
-                    std::to_string(rtcGetDeviceError(m_device.get())));
+        throw util::Error("put the mesh into Embree: error " +
+                          std::to_string(rtcGetDeviceError(m_device.get())));
     for (const QuadMesh& slab : slabs)
         to = std::copy(slab.corners.begin(), slab.corners.end(), to);
     std::iota(quads, quads + corners, 0U);
@@ -148,9 +196,7 @@ void Embree::begin(const NeutralView& view) {
 }
 
 void Embree::trace_primary(int x0, int y0, int) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    auto how = coherent_rays();
     alignas(64) int valid[kPacket];
     std::fill(valid, valid + kPacket, -1);
     for (int y = y0; y < y0 + kTracedTilePx; y += kPacketPx)
@@ -166,7 +212,7 @@ void Embree::trace_primary(int x0, int y0, int) {
                 rays.ray.mask[i] = ~0U;
                 rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
             }
-            rtcIntersect16(valid, m_scene.get(), &context, &rays);
+            intersect(valid, m_scene.get(), how, rays);
             // What was not hit keeps its end: infinity.
             for (int i = 0; i < kPacket; ++i)
                 m_depths[NeutralScene::pixel_index(x + i % kPacketPx, y + i / kPacketPx)] =
@@ -175,9 +221,7 @@ void Embree::trace_primary(int x0, int y0, int) {
 }
 
 void Embree::trace_shadow(int x0, int y0, int) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    auto how = coherent_shadows();
     const Vec3f sun(neutral_sun());
     for (int y = y0; y < y0 + kTracedTilePx; ++y)
         for (int x = x0; x < x0 + kTracedTilePx; ++x) {
@@ -197,7 +241,7 @@ void Embree::trace_shadow(int x0, int y0, int) {
             ray.dir_z = sun.z;
             ray.tfar = kInfinity;
             ray.mask = ~0U;
-            rtcOccluded1(m_scene.get(), &context, &ray);
+            occlude(m_scene.get(), how, ray);
             m_shadowed[NeutralScene::pixel_index(x, y)] = ray.tfar < 0;
         }
 }

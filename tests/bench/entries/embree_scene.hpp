@@ -7,9 +7,9 @@
 
 namespace terravox::bench {
 
-/// The peer on the neutral scene: Embree 3 on a mesh of every face between solid and air, runs of
-/// faces along z as one quad. Primary rays go in packets of 16 (4 x 4 pixels), shadow rays one by
-/// one.
+/// The peer on the neutral scene: Embree 4 or 3 on a mesh of every face between solid and air, runs
+/// of faces along z as one quad. Primary rays go in packets of 16 (4 x 4 pixels), shadow rays one
+/// by one.
 class EmbreeScene : public TileTracer {
 public:
     /// What it took to make, and what it keeps.

@@ -115,8 +115,8 @@ Entry entry() {
     Entry out;
     out.name = "trace/neutral";
     out.measures =
-        "the bare tracer and Embree 3 (where it was built in) in turns: rays through pixels, rays "
-        "from their hits towards the sun; building, memory";
+        "the bare tracer and Embree 4 or 3 (where it was built in) in turns: rays through pixels, "
+        "rays from their hits towards the sun; building, memory";
     out.work =
         "1024 x 256 x 1024 voxels of bench/voxel_scene.py, seed 7; three cameras, 1280x720, one "
         "ray a pixel; rates of one thread; the fastest of three";
