@@ -21,7 +21,9 @@ const date::time_zone& find(const std::string& zone) {
         return *date::locate_zone(zone);
     } catch (const std::exception&) {
         throw util::UsageError("find the time zone: '" + zone +
-                               "' is not known; allowed: IANA names, such as Europe/Ljubljana");
+                               "' is not known; allowed: IANA names, such as Europe/Ljubljana; "
+                               "old ones, such as Europe/Kiev, may need the package "
+                               "tzdata-legacy");
     }
 }
 

@@ -20,7 +20,8 @@ ARM64_TESTS=(
 # Libraries, headers and data of the packages to build with. Compilers and generators are those of
 # this machine. Of Python there are the headers: python3-dev would bring the whole of it.
 arm64_packages() {
-    grep -E '^(lib.*|.*-dev|catch2|tzdata)$' "$PACKAGE_LIST" | grep -v '^python3-dev$'
+    wanted_packages "$PACKAGE_LIST" |
+        grep -E '^(lib.*|.*-dev|catch2|tzdata.*)$' | grep -v '^python3-dev$'
     printf '%s\n' libc6-dev libpython3-dev
 }
 

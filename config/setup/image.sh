@@ -21,7 +21,7 @@ image_sources() {
 
 # make_root FILE DEB...: a tar archive of the least Debian with these packages
 make_root() {
-    local file=$1 hooks=/usr/share/mmdebstrap/hooks sources options=() path packages
+    local file=$1 hooks=/usr/share/mmdebstrap/hooks sources options=() path packages old_zones
     shift
     mapfile -t sources < <(image_sources)
     ((${#sources[@]} > 0)) || die "package image: apt has no sources of Debian or Ubuntu here"
@@ -30,7 +30,8 @@ make_root() {
     done
     options+=('--dpkgopt=path-include=/usr/share/doc/*/copyright'
         '--dpkgopt=path-include=/usr/share/doc/terravox*/*')
-    packages=$(IFS=, && printf '%s' "$*")
+    mapfile -t old_zones < <(offered_packages tzdata-legacy)
+    packages=$(set -- "$@" "${old_zones[@]}" && IFS=, && printf '%s' "$*")
     # shellcheck source=/dev/null
     quietly "$LOGS/package-image.log" nice mmdebstrap --variant=essential \
         --aptopt='APT::Install-Recommends "false"' "${options[@]}" \

@@ -3,21 +3,17 @@
 
 PACKAGE_LIST=$ROOT/config/setup/debian-packages.txt
 
+# offered_packages NAME...: those that an archive has; what is merely installed does not count
+offered_packages() { apt-cache madison "$@" 2>/dev/null | awk '!seen[$1]++ { print $1 }'; }
+
 # wanted_packages LIST: what it names. A name with a question mark is of a package that only some
 # releases or architectures have: it is wanted where apt offers it.
 wanted_packages() {
-    local names offered name
+    local names offered
     mapfile -t names < <(grep -Ev '^[[:space:]]*(#|$)' "$1")
     mapfile -t offered < <(printf '%s\n' "${names[@]}" | sed -n 's/?$//p')
-    if ((${#offered[@]} > 0)); then
-        # Of the packages that are installed but no longer offered it prints nothing.
-        mapfile -t offered < <(apt-cache madison "${offered[@]}" 2>/dev/null |
-            awk '!seen[$1]++ { print $1 }')
-    fi
-    for name in "${names[@]}"; do
-        [[ $name == *\? ]] || printf '%s\n' "$name"
-    done
-    ((${#offered[@]} == 0)) || printf '%s\n' "${offered[@]}"
+    printf '%s\n' "${names[@]}" | sed '/?$/d'
+    ((${#offered[@]} == 0)) || offered_packages "${offered[@]}"
 }
 
 # missing_packages LIST
