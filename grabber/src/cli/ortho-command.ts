@@ -40,6 +40,8 @@ export type OrthoOptions = {
   all?: boolean;
   from?: string;
   as: string;
+  licence?: string;
+  attribution?: string;
   resolutionM?: number;
   marginM: number;
   time?: string;
@@ -77,6 +79,8 @@ export function addOrthoCommand(program: Command, context: CliContext): void {
       'pictures of this file or folder instead: GeoTIFF, or JPEG and PNG with world files',
     )
     .option('--as <id>', 'with --from: folder name in the store', parseSourceId, 'local')
+    .option('--licence <text>', 'with --from: licence to record')
+    .option('--attribution <text>', 'with --from: attribution to record')
     .option('--grid <id>', "LiDAR source whose squares to take (default: the store's only one)")
     .option('--squares <names>', 'these squares only, separated by commas', parseNameList)
     .option('--all', 'also squares whose points are not there yet')
@@ -238,7 +242,10 @@ function orthoSettingsOf(
 ): OrthoSettings {
   return {
     source: source?.id ?? options.as,
-    terms: { licence: source?.licence ?? null, attribution: source?.attribution ?? null },
+    terms: {
+      licence: source?.licence ?? options.licence ?? null,
+      attribution: source?.attribution ?? options.attribution ?? null,
+    },
     gather,
     download: downloader({
       http,
@@ -268,6 +275,14 @@ async function chooseSource(
     throw new GrabberError(
       'USAGE',
       'choose orthophotos: --source and --from; allowed: one of them',
+    );
+  }
+  const given = { '--licence': options.licence, '--attribution': options.attribution };
+  const term = Object.entries(given).find(([, value]) => value !== undefined)?.[0];
+  if (options.source !== undefined && term !== undefined) {
+    throw new GrabberError(
+      'USAGE',
+      `choose orthophotos: ${term} with --source, which has its own; allowed: with --from`,
     );
   }
   return findOrthoSource(options.source, context);

@@ -29,7 +29,11 @@ export function addSelectionOptions(command: Command, context: CliContext): Comm
       'without --source: folder name in the store (default: adhoc, or local with --from)',
       parseSourceId,
     )
-    .option('--crs <code>', 'without --source: CRS to record, such as EPSG:3794', parseCrs)
+    .option(
+      '--crs <code>',
+      'without --source: CRS of files that carry none, such as EPSG:3794',
+      parseCrs,
+    )
     .option('--licence <text>', 'without --source: licence to record')
     .option('--attribution <text>', 'without --source: attribution to record')
     .addOption(

@@ -1,7 +1,7 @@
 import { mkdir, rename } from 'node:fs/promises';
 import { basename, dirname, extname, join } from 'node:path';
 import type { LasHeader } from '../las/header.js';
-import { verifyLasFile } from '../las/verify.js';
+import { verifyLasFile, type LasFile } from '../las/verify.js';
 import type { PointFacts, StoreRecord, StoredFile } from '../model/square.js';
 import type { Store } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
@@ -79,7 +79,7 @@ export async function convertRecord(
     store.squares.converted(record.key, stored, {
       points: factsOf(made.header),
       image: null,
-      crs: null,
+      crs: made.header.crs ?? null,
       warnings,
     });
     await keepOrRemove(original, options.keepOriginal);
@@ -114,16 +114,22 @@ export function laxPath(cloud: string): string {
   return cloud.replace(/\.[^./]+$/, '.lax');
 }
 
+type MadeLaz = {
+  readonly path: string;
+  readonly header: LasFile;
+  readonly warnings: readonly string[];
+};
+
 async function makeLaz(
   original: string,
   record: StoreRecord,
   tools: ConvertTools,
   folder: string,
   signal: AbortSignal,
-): Promise<{ path: string; header: LasHeader; warnings: readonly string[] }> {
+): Promise<MadeLaz> {
   const shown = record.file?.path ?? original;
   const { laz } = tools;
-  let plain: { path: string; header: LasHeader; warnings: readonly string[] };
+  let plain: MadeLaz;
   if (extname(original).toLowerCase() === '.zlas') {
     if (tools.converters.zlas === undefined) throw noZlasConverter(shown, tools.configFolder);
     plain = await unpackZlas(original, record, tools.converters.zlas, folder, signal);

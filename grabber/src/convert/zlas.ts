@@ -1,7 +1,7 @@
 import { lstat, stat } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import type { LasHeader } from '../las/header.js';
-import { verifyLasFile } from '../las/verify.js';
+import { verifyLasFile, type LasFile } from '../las/verify.js';
 import type { StoreRecord } from '../model/square.js';
 import { GrabberError, systemCode } from '../util/errors.js';
 import { runCommand } from './run-command.js';
@@ -10,7 +10,7 @@ import { readZlasFacts } from './zlas-header.js';
 
 export type Unpacked = {
   readonly path: string;
-  readonly header: LasHeader;
+  readonly header: LasFile;
   readonly warnings: readonly string[];
 };
 

@@ -1,5 +1,5 @@
-import { looksLikeLas, type LasHeader } from '../las/header.js';
-import { verifyLasFile } from '../las/verify.js';
+import { looksLikeLas } from '../las/header.js';
+import { verifyLasFile, type LasFile } from '../las/verify.js';
 import type { StoreRecord } from '../model/square.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import type { Checked } from './fetch-job.js';
@@ -33,7 +33,7 @@ export async function checkLidar(
   if (record.member === null && /\.zlas$/i.test(pathOf(url))) {
     return { extension: 'zlas', facts: null };
   }
-  let header: LasHeader;
+  let header: LasFile;
   try {
     header = await verifyLasFile(path, shownUrl(url), signal);
   } catch (error) {
@@ -52,13 +52,21 @@ export async function checkLidar(
         max: header.max,
       },
       image: null,
-      crs: null,
-      warnings: placeWarnings(record, header),
+      crs: header.crs ?? null,
+      warnings: [...placeWarnings(record, header), ...crsWarnings(record, header)],
     },
   };
 }
 
-function placeWarnings({ key, bounds }: StoreRecord, { min, max }: LasHeader): string[] {
+function crsWarnings(record: StoreRecord, { crs }: LasFile): string[] {
+  if (crs === undefined || record.crs === null || crs === record.crs) return [];
+  return [
+    `square ${record.key.name} is in ${crs}, as its header says; expected ${record.crs}, which ` +
+      'is not used',
+  ];
+}
+
+function placeWarnings({ key, bounds }: StoreRecord, { min, max }: LasFile): string[] {
   if (bounds === null) return [];
   const [west, south, east, north] = bounds;
   if (max[0] >= west && min[0] <= east && max[1] >= south && min[1] <= north) return [];

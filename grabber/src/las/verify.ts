@@ -1,5 +1,6 @@
 import { closeSync, fstatSync, openSync, readSync } from 'node:fs';
 import { GrabberError } from '../util/errors.js';
+import { readCrs, type Vlr } from './crs.js';
 import { kHeaderReadBytes, readLasHeader, truncated, type LasHeader } from './header.js';
 
 const kVlrHeaderBytes = 54;
@@ -11,6 +12,12 @@ const kPointwise = 1;
 /** A header names its VLRs by count; a wrong count must not cause an endless walk. */
 const kMaxVlrs = 10_000;
 
+/** What a whole file says of itself. */
+export type LasFile = LasHeader & {
+  /** `EPSG:n`; undefined where the file has no CRS, or one without a code. */
+  readonly crs: string | undefined;
+};
+
 /**
  * Checks that a file on disk is a LAS or LAZ file and whole, as far as is possible without decoding
  * points: plain records fit the file, and a LAZ file holds its chunk table, which is written last.
@@ -21,7 +28,7 @@ export async function verifyLasFile(
   path: string,
   shown: string,
   signal: AbortSignal,
-): Promise<LasHeader> {
+): Promise<LasFile> {
   const fd = openSync(path, 'r');
   try {
     const fileBytes = fstatSync(fd).size;
@@ -29,7 +36,7 @@ export async function verifyLasFile(
     const file: Reader = { fd, head };
     const header = readLasHeader(head.subarray(0, kHeaderReadBytes), fileBytes, shown);
     if (header.compressed) checkChunkTable(file, fileBytes, header, shown, signal);
-    return header;
+    return { ...header, crs: readCrs(readVlrs(file, header, signal)) };
   } finally {
     closeSync(fd);
   }
@@ -81,22 +88,35 @@ function readCompressor(
   shown: string,
   signal: AbortSignal,
 ): number {
-  let position = header.headerSize_bytes;
-  for (let index = 0; index < Math.min(header.vlrCount, kMaxVlrs); ++index) {
-    signal.throwIfAborted();
-    if (position + kVlrHeaderBytes + 2 > header.pointOffset_bytes) break;
-    const vlr = readAt(file, position, kVlrHeaderBytes + 2);
-    const user = vlr.toString('latin1', 2, 18).replace(/\0.*$/s, '');
-    if (user === kLaszipUser && vlr.readUInt16LE(18) === kLaszipRecord) {
-      return vlr.readUInt16LE(kVlrHeaderBytes);
+  for (const { user, record, data } of readVlrs(file, header, signal)) {
+    if (user === kLaszipUser && record === kLaszipRecord && data.length >= 2) {
+      return data.readUInt16LE(0);
     }
-    position += kVlrHeaderBytes + vlr.readUInt16LE(20);
   }
   throw new GrabberError(
     'LAS_HEADER',
     `read ${shown}: compressed point format without its LASzip record; allowed: one VLR ` +
       `"${kLaszipUser}" ${kLaszipRecord}`,
   );
+}
+
+/** The variable length records; one that would reach into the points ends the list. */
+function* readVlrs(file: Reader, header: LasHeader, signal: AbortSignal): Generator<Vlr> {
+  let position = header.headerSize_bytes;
+  for (let index = 0; index < Math.min(header.vlrCount, kMaxVlrs); ++index) {
+    signal.throwIfAborted();
+    if (position + kVlrHeaderBytes > header.pointOffset_bytes) return;
+    const head = readAt(file, position, kVlrHeaderBytes);
+    position += kVlrHeaderBytes;
+    const length = head.readUInt16LE(20);
+    if (position + length > header.pointOffset_bytes) return;
+    yield {
+      user: head.toString('latin1', 2, 18).replace(/\0.*$/s, ''),
+      record: head.readUInt16LE(18),
+      data: readAt(file, position, length),
+    };
+    position += length;
+  }
 }
 
 /** The caller has checked that the bytes are there, so a short read is an error of the disk. */

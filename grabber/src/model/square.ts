@@ -137,3 +137,24 @@ export type StoreRecord = Terms & {
   readonly verifiedAt: string | null;
   readonly convertedAt: string | null;
 };
+
+/** Ground and the CRS that its bounds are in. */
+export type Ground = { readonly bounds: BoundsM; readonly crs: string };
+
+/**
+ * Where a square lies: where its catalogue puts it, else where the points of its file are, out to
+ * whole metres, so that pictures of squares next to each other share their pixels.
+ * @return undefined where neither is known
+ */
+export function findGround(
+  square: Pick<StoreRecord, 'bounds' | 'gridCrs' | 'points' | 'crs'>,
+): Ground | undefined {
+  const { bounds, gridCrs, points, crs } = square;
+  if (bounds !== null) return gridCrs === null ? undefined : { bounds, crs: gridCrs };
+  if (points === null || crs === null) return undefined;
+  const { min, max } = points;
+  return {
+    bounds: [Math.floor(min[0]), Math.floor(min[1]), Math.ceil(max[0]), Math.ceil(max[1])],
+    crs,
+  };
+}

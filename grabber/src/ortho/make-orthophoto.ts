@@ -1,7 +1,15 @@
 import { mkdir, rename } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
 import { flushFile, withWorkFolder } from '../convert/work-folder.js';
-import type { ImageFacts, RecordKey, StoredFile, StoreRecord, Terms } from '../model/square.js';
+import { projectionOf } from '../geo/crs.js';
+import {
+  findGround,
+  type ImageFacts,
+  type RecordKey,
+  type StoredFile,
+  type StoreRecord,
+  type Terms,
+} from '../model/square.js';
 import type { FilePlaces, Store } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 import { fileSize, sha256OfFile } from '../util/files.js';
@@ -66,11 +74,13 @@ function learnOne(
   square: StoreRecord,
   published: string | null,
 ): void {
-  const { key, bounds, gridCrs: crs } = square;
+  const { key } = square;
+  const ground = findGround(square);
+  const crs = ground?.crs ?? null;
   const row = {
     name: key.name,
     block: null,
-    bounds,
+    bounds: ground?.bounds ?? null,
     urls: [],
     bytes: null,
     sha256: null,
@@ -113,14 +123,17 @@ export async function makeOrthophoto(
   signal: AbortSignal,
 ): Promise<Made> {
   const key = orthoKey(settings.source, square);
-  if (square.bounds === null || square.gridCrs === null) {
+  const ground = findGround(square);
+  if (ground === undefined) {
     throw new GrabberError(
       'ORTHO',
-      `cut an orthophoto of ${key.grid}/${key.name}: its place or CRS is not known; ` +
-        'allowed: squares of a grid',
+      `cut an orthophoto of ${key.grid}/${key.name}: its place or CRS is not known; allowed: ` +
+        'squares of a grid, and fetched ones whose CRS is in their file or was given (fetch --crs)',
     );
   }
-  const target = targetOf(square.bounds, square.gridCrs, settings.resolution_m, settings.margin_m);
+  // That of a grid is in metres, as pixels are; a file's own may be in degrees, and is refused.
+  if (square.bounds === null) projectionOf(ground.crs);
+  const target = targetOf(ground.bounds, ground.crs, settings.resolution_m, settings.margin_m);
   return withWorkFolder(store.root, async (folder) => {
     const gdal = await openGdal(folder, signal);
     const { download, time, concurrency, cache } = settings;
@@ -155,7 +168,7 @@ export async function makeOrthophoto(
     const warnings = [...gathered.warnings, ...cut.warnings];
     learnOne(store, settings, square, settings.time ?? null);
     store.orthophotos.fetched(key, file);
-    store.orthophotos.verified(key, { points: null, image, crs: square.gridCrs, warnings });
+    store.orthophotos.verified(key, { points: null, image, crs: ground.crs, warnings });
     return { state: 'made', file, image, warnings };
   });
 }

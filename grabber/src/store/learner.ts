@@ -3,7 +3,7 @@ import type { CatalogueSquare, RecordKey, Terms } from '../model/square.js';
 import type { Learned } from '../model/store.js';
 import type { Contents } from './contents.js';
 import { Extent } from './contents.js';
-import { FootprintEncoder } from './footprints.js';
+import type { FootprintEncoder } from './footprints.js';
 import { checkedName } from './layout.js';
 import {
   columnsOf,
@@ -34,14 +34,16 @@ export class Learner {
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
   readonly #contents: Contents;
   readonly #anyOf: Statement;
-  readonly #footprints = new FootprintEncoder();
+  readonly #footprints: FootprintEncoder;
 
   constructor(
     db: Database,
     table: string,
     sql: Readonly<Record<keyof RecordSql, Statement>>,
     contents: Contents,
+    footprints: FootprintEncoder,
   ) {
+    this.#footprints = footprints;
     this.#table = table;
     this.#sql = sql;
     this.#contents = contents;

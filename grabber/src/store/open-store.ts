@@ -47,9 +47,11 @@ export function openStore(root: string, options: OpenStoreOptions, signal: Abort
     : openForWriting(root, path, migrations, clock.now());
   const connection = { db, path, clock, readOnly };
   try {
+    const squares = new RecordTable(connection, 'squares');
+    if (!readOnly) squares.drawUndrawn();
     return {
       root,
-      squares: new RecordTable(connection, 'squares'),
+      squares,
       orthophotos: new RecordTable(connection, 'orthophotos'),
       areas: new AreaTable(connection),
       close: () => {

@@ -49,7 +49,7 @@ export const kLearned = [
  */
 const kInserted = ['source', 'grid', 'name', 'geom', 'crs', 'known_at', ...kLearned] as const;
 
-type ReadName = 'get' | 'list' | 'count' | 'tally' | 'unfinished' | 'places' | 'errors';
+type ReadName = 'get' | 'list' | 'count' | 'tally' | 'unfinished' | 'places' | 'undrawn' | 'errors';
 type LearnName = 'learned' | 'insert' | 'relearn' | 'redraw';
 type ChangeName =
   | 'want'
@@ -84,8 +84,13 @@ function readStatements(table: string): Pick<RecordSql, ReadName> {
       `SELECT * FROM ${table} WHERE state IN ('wanted', 'fetching', 'fetched') AND ` +
       `${kFilter} ORDER BY source, grid, name`,
     places:
-      `SELECT source, grid, ${kUsableOr('state')} AS state, west, south, east, north FROM ` +
-      `${table} WHERE west IS NOT NULL ORDER BY source, grid`,
+      `SELECT source, grid, ${kUsableOr('state')} AS state, coalesce(west, min_x) AS west, ` +
+      'coalesce(south, min_y) AS south, coalesce(east, max_x) AS east, ' +
+      `coalesce(north, max_y) AS north FROM ${table} ` +
+      'WHERE west IS NOT NULL OR min_x IS NOT NULL ORDER BY source, grid',
+    undrawn:
+      `SELECT source, grid, name FROM ${table} ` +
+      'WHERE geom IS NULL AND west IS NULL AND min_x IS NOT NULL AND crs IS NOT NULL',
     errors:
       `SELECT * FROM ${table} WHERE error_at IS NOT NULL ORDER BY error_at DESC, source, ` +
       'grid, name LIMIT @limit',
@@ -94,7 +99,9 @@ function readStatements(table: string): Pick<RecordSql, ReadName> {
 
 function learnStatements(table: string): Pick<RecordSql, LearnName> {
   return {
-    learned: `SELECT fid, warnings, file_path, ${kLearned.join(', ')} FROM ${table} WHERE ${kKey}`,
+    learned:
+      `SELECT fid, geom, warnings, file_path, ${kLearned.join(', ')} FROM ${table} ` +
+      `WHERE ${kKey}`,
     insert:
       `INSERT INTO ${table} (${kInserted.join(', ')}, state) VALUES ` +
       `(${kInserted.map(() => '?').join(', ')}, 'known') ON CONFLICT DO NOTHING`,

@@ -1,5 +1,6 @@
 import type { Statement } from 'better-sqlite3';
 import {
+  findGround,
   kStates,
   type CatalogueSquare,
   type RecordKey,
@@ -17,7 +18,8 @@ import type {
 } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 import { inTransaction, withReadErrors, type Connection } from './connection.js';
-import { Contents } from './contents.js';
+import { Contents, Extent } from './contents.js';
+import { FootprintEncoder } from './footprints.js';
 import type { FileKind } from './layout.js';
 import { Learner } from './learner.js';
 import { factsOf, keyOf } from './record-parameters.js';
@@ -42,6 +44,7 @@ export class RecordTable implements RecordTableContract {
   readonly #kind: FileKind;
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
   readonly #contents: Contents;
+  readonly #footprints = new FootprintEncoder();
   readonly #learner: Learner;
 
   constructor(connection: Connection, table: 'squares' | 'orthophotos') {
@@ -53,7 +56,7 @@ export class RecordTable implements RecordTableContract {
     );
     this.#sql = Object.fromEntries(entries) as Record<keyof RecordSql, Statement>;
     this.#contents = new Contents(connection.db, table);
-    this.#learner = new Learner(connection.db, table, this.#sql, this.#contents);
+    this.#learner = new Learner(connection.db, table, this.#sql, this.#contents, this.#footprints);
   }
 
   learn(
@@ -66,6 +69,15 @@ export class RecordTable implements RecordTableContract {
     return inTransaction(this.#connection, () =>
       this.#learner.learn({ source, grid, gridCrs, terms, now: this.#now() }, squares),
     );
+  }
+
+  /** Draws squares whose files were fetched by a grabber that did not draw them. */
+  drawUndrawn(): void {
+    const keys = withReadErrors(this.#connection, () => this.#sql.undrawn.all() as RecordKey[]);
+    if (keys.length === 0) return;
+    inTransaction(this.#connection, () => {
+      for (const key of keys) this.#draw(key);
+    });
   }
 
   get(key: RecordKey): StoreRecord | undefined {
@@ -193,8 +205,24 @@ export class RecordTable implements RecordTableContract {
       if (this.#sql[call].run({ ...values, ...keyOf(key) }).changes === 0) {
         throw this.#noRecord(call, key);
       }
+      if (call === 'verified' || call === 'converted') this.#draw(key);
       this.#contents.touch(this.#now());
     });
+  }
+
+  /** Draws a square that its catalogue puts nowhere where the points of its file are. */
+  #draw(key: RecordKey): void {
+    const record = this.#record(this.#sql.get.get(keyOf(key)) as Row);
+    if (record.bounds !== null) return;
+    const ground = findGround(record);
+    const geom = this.#footprints.polygon(ground?.bounds ?? null, ground?.crs ?? null);
+    const { fid, geom: old } = this.#sql.learned.get(keyOf(key)) as { fid: number; geom: Buffer };
+    if (geom === null ? old === null : old?.equals(geom)) return;
+    this.#sql.redraw.run({ geom, fid });
+    const extent = new Extent();
+    extent.add(geom);
+    if (old === null && extent.envelope !== undefined) this.#contents.grow(extent.envelope);
+    else this.#contents.measure();
   }
 
   #records(statement: Statement, filter: RecordFilter): StoreRecord[] {

@@ -3,12 +3,15 @@ import type { ChildProcess } from 'node:child_process';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import Sqlite from 'better-sqlite3';
+import { findGround } from '../../../grabber/src/model/square.js';
+import { decodePolygon } from '../../../grabber/src/store/geopackage-geometry.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 import { cli } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
-import { makeLas, makeLaz } from '../support/las-fixture.js';
+import { makeKeys, makeLas, makeLaz } from '../support/las-fixture.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
 const kLaz = makeLaz();
@@ -211,6 +214,62 @@ test('fetch copies a local folder, and lists the files that it could not use', a
   const names = await cli(['fetch', '--from', folder, '--store', store, '--squares', 'notes']);
   assert.equal(names.code, 0, names.err);
   assert.ok((await storedFiles(store)).includes('lidar/local/notes.laz'));
+});
+
+/** By the names of the squares; of none where a square is not drawn. */
+function drawnPolygons(root: string): (Buffer | null)[] {
+  const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
+  try {
+    return db.prepare('SELECT geom FROM squares ORDER BY name').pluck().all() as (Buffer | null)[];
+  } finally {
+    db.close();
+  }
+}
+
+test('squares of a local folder are where the points of their files are', async (t) => {
+  const folder = await temporaryFolder(t);
+  const place = { min: [462_000.5, 101_000, 0], max: [462_256, 101_255.99, 9] } as const;
+  const laz = (vlrs: readonly Buffer[]): Buffer =>
+    makeLaz({ min: [...place.min], max: [...place.max], vlrs });
+  await writeFile(join(folder, 'a.laz'), laz([makeKeys([3072, 3794])]));
+  await writeFile(join(folder, 'b.laz'), laz([]));
+  await writeFile(join(folder, 'c.laz'), laz([makeKeys([3072, 3912])]));
+  const root = await temporaryFolder(t);
+  const args = ['fetch', '--from', folder, '--store', root, '--crs', 'EPSG:3794'];
+  assert.equal((await cli(args)).code, 0);
+
+  const store = openStore(root, { readOnly: true }, kNever);
+  t.after(() => {
+    store.close();
+  });
+  const records = store.squares.list({});
+  assert.deepEqual(
+    records.map(({ key, crs }) => `${key.name} ${crs}`),
+    ['a EPSG:3794', 'b EPSG:3794', 'c EPSG:3912'],
+  );
+  assert.deepEqual(
+    records.map(({ warnings }) => warnings.join()),
+    ['', '', 'square c is in EPSG:3912, as its header says; expected EPSG:3794, which is not used'],
+  );
+  for (const record of records) {
+    assert.deepEqual(findGround(record)?.bounds, [462_000, 101_000, 462_256, 101_256]);
+  }
+  assert.equal(store.squares.places().length, 3);
+  const [a, b, c] = drawnPolygons(root);
+  assert.deepEqual(a, b);
+  assert.notDeepEqual(a, c);
+  const ring = decodePolygon(a ?? Buffer.alloc(0), 'a')[0] ?? [];
+  // As PROJ has it, by gdaltransform.
+  for (const [axis, degrees] of [14.508973, 46.047744].entries()) {
+    assert.ok(Math.abs((ring[0]?.[axis] ?? 0) - degrees) < 3e-5, String(ring[0]));
+  }
+
+  // As a grabber has left it that did not draw them.
+  const db = new Sqlite(join(root, 'fishnet.gpkg'));
+  db.exec('UPDATE squares SET geom = NULL; UPDATE gpkg_contents SET min_x = NULL, max_x = NULL');
+  db.close();
+  openStore(root, {}, kNever).close();
+  assert.deepEqual(drawnPolygons(root), [a, b, c]);
 });
 
 test(

@@ -8,7 +8,7 @@ import { openStore } from '../../../grabber/src/store/open-store.js';
 import { wmsHandler } from '../portal/wms.js';
 import { sourceHere, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
-import { makeLas, makeLaz } from '../support/las-fixture.js';
+import { makeKeys, makeLas, makeLaz } from '../support/las-fixture.js';
 import { readPicture, wrongPixels } from '../support/ortho-workshop.js';
 import { script } from '../support/scripts.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
@@ -113,6 +113,44 @@ test('ortho makes the picture of each square once', async (t) => {
   assert.equal((JSON.parse(json.out.split('\n')[0] ?? '') as { state: string }).state, 'made');
 });
 
+test('squares that were taken from a folder get pictures of where their points are', async (t) => {
+  const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 100 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const config = await configWith(t, server.base);
+  const folder = await temporaryFolder(t);
+  const vlrs = [makeKeys([3072, 3794])];
+  await writeFile(
+    join(folder, 'a.laz'),
+    makeLaz({ min: [462_000.2, 101_000.7, 0], max: [462_099.5, 101_099.5, 9], vlrs }),
+  );
+  await writeFile(join(folder, 'b.laz'), makeLaz());
+  await writeFile(
+    join(folder, 'c.laz'),
+    makeLaz({ min: [14, 46, 0], max: [14.001, 46.001, 9], vlrs: [makeKeys([2048, 4326])] }),
+  );
+  const root = join(await temporaryFolder(t), 'store');
+  assert.equal((await command(config, ['fetch', '--from', folder, '--store', root])).code, 0);
+
+  const args = ['ortho', '--store', root, '--margin-m', '10'];
+  const made = await command(config, [...args, '--source', 'here', '--lossless']);
+  assert.match(made.out, /made a .* 240 x 240 pixels {2}ortho\/here\/local\/a\.tif\n/);
+  assert.match(made.err, /error: b ORTHO: .*its place or CRS is not known; allowed: .*--crs/);
+  assert.match(made.err, /error: c CRS: use CRS EPSG:4326: not projected/);
+  const picture = join(root, 'ortho/here/local/a.tif');
+  assert.deepEqual(wrongPixels(await readPicture(picture, root)), { count: 0, first: '' });
+
+  const terms = ['--licence', 'CC0', '--attribution', 'Me'];
+  const copied = await command(config, [...args, '--squares', 'a', '--from', picture, ...terms]);
+  assert.equal(copied.code, 0, copied.err);
+  const store = openStore(root, { readOnly: true }, kNever);
+  t.after(() => {
+    store.close();
+  });
+  const { licence, attribution, crs } =
+    store.orthophotos.get({ source: 'local', grid: 'local', name: 'a' }) ?? {};
+  assert.deepEqual([licence, attribution, crs], ['CC0', 'Me', 'EPSG:3794']);
+});
+
 test('a picture stays in use while it is made again, also when that is cut off', async (t) => {
   const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 4096 });
   const server = await serve(t, (request, response) => void handler(request, response));
@@ -188,6 +226,7 @@ test('wrong options are refused with what is allowed', async (t) => {
     { args: [], message: /neither --source nor --from is given; allowed: .*here/ },
     { args: ['--source', 'none'], message: /"none"; allowed: here/ },
     { args: ['--source', 'here', '--from', '/x'], message: /allowed: one of them/ },
+    { args: ['--source', 'here', '--licence', 'CC0'], message: /--licence with --source, which/ },
     { args: ['--source', 'here', '--grid', 'fr'], message: /choose squares of .*: none/ },
     {
       args: ['--source', 'here', '--squares', '1_1'],

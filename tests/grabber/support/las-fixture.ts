@@ -13,6 +13,8 @@ export type LasFixture = {
   scale?: number;
   min?: [number, number, number];
   max?: [number, number, number];
+  /** Records of a CRS. */
+  vlrs?: readonly Buffer[];
 };
 
 const kHeaderBytes = [227, 227, 227, 235, 375];
@@ -22,8 +24,31 @@ export function makeLas(fixture: LasFixture = {}): Buffer {
   const points = fixture.points ?? 10;
   const recordLength = fixture.recordLength ?? kRecordBytes[fixture.format ?? 1] ?? 30;
   const records = Buffer.alloc(points * recordLength, 7);
-  const header = makeHeader(fixture, 0);
-  return Buffer.concat([header, records]);
+  const vlrs = Buffer.concat(fixture.vlrs ?? []);
+  const header = makeHeader(fixture, 0, vlrs.length);
+  header.writeUInt32LE(fixture.vlrs?.length ?? 0, 100);
+  return Buffer.concat([header, vlrs, records]);
+}
+
+function makeVlr(user: string, record: number, data: Buffer): Buffer {
+  const head = Buffer.alloc(54);
+  head.write(user, 2, 'latin1');
+  head.writeUInt16LE(record, 18);
+  head.writeUInt16LE(data.length, 20);
+  return Buffer.concat([head, data]);
+}
+
+/** The CRS of a file as GeoTIFF keys: pairs of id and value. */
+export function makeKeys(...keys: readonly (readonly [id: number, value: number])[]): Buffer {
+  const numbers = [1, 1, 0, keys.length, ...keys.flatMap(([id, value]) => [id, 0, 1, value])];
+  const data = Buffer.alloc(2 * numbers.length);
+  numbers.forEach((value, index) => data.writeUInt16LE(value, 2 * index));
+  return makeVlr('LASF_Projection', 34735, data);
+}
+
+/** The CRS of a file as WKT. */
+export function makeWkt(text: string): Buffer {
+  return makeVlr('LASF_Projection', 2112, Buffer.from(`${text}\0`, 'latin1'));
 }
 
 /**
@@ -38,22 +63,21 @@ export function makeLaz(
     streamed?: boolean;
   } = {},
 ): Buffer {
-  const vlr = Buffer.alloc(54 + 34);
-  vlr.write('laszip encoded', 2, 'latin1');
-  vlr.writeUInt16LE(22204, 18);
-  vlr.writeUInt16LE(34, 20);
-  vlr.writeUInt16LE(fixture.compressor ?? 2, 54);
-  const header = makeHeader(fixture, 0x80, vlr.length);
-  header.writeUInt32LE(1, 100);
+  const about = Buffer.alloc(34);
+  about.writeUInt16LE(fixture.compressor ?? 2, 0);
+  const records = [...(fixture.vlrs ?? []), makeVlr('laszip encoded', 22204, about)];
+  const vlrs = Buffer.concat(records);
+  const header = makeHeader(fixture, 0x80, vlrs.length);
+  header.writeUInt32LE(records.length, 100);
   const data = Buffer.alloc(fixture.dataBytes ?? 1000, 9);
-  const tableAt = BigInt(header.length + vlr.length + 8 + data.length);
+  const tableAt = BigInt(header.length + vlrs.length + 8 + data.length);
   const pointer = Buffer.alloc(8);
   pointer.writeBigInt64LE(fixture.streamed === true ? -1n : tableAt);
   const table = Buffer.alloc(8);
   table.writeUInt32LE(fixture.chunks ?? 1, 4);
   const tail = Buffer.alloc(fixture.streamed === true ? 8 : 0);
   if (fixture.streamed === true) tail.writeBigInt64LE(tableAt);
-  return Buffer.concat([header, vlr, pointer, data, table, tail]);
+  return Buffer.concat([header, vlrs, pointer, data, table, tail]);
 }
 
 function makeHeader(fixture: LasFixture, formatBits: number, vlrBytes = 0): Buffer {
