@@ -19,6 +19,7 @@ import urllib.request
 import zlib
 
 from certificate import self_signed
+from pictures import Picture
 from support import (
     HANGS_S,
     ROOT,
@@ -26,6 +27,7 @@ from support import (
     Run,
     Server,
     binary,
+    render,
     square,
     survey,
     temporary_folder,
@@ -433,6 +435,21 @@ class Stores(Case):
             self.assertEqual(states[square().stem]["licence"], "CC BY 4.0")
         finally:
             server.stop()
+
+    def test_what_is_made_of_a_store_names_its_licence_and_attribution(self):
+        store = self.store_of_four_states()
+        info = Run([binary("RAYTRACER"), "world", "info", store])
+        self.assertDone(info)
+        self.assertRegex(info.out, r"(?m)^licence +CC BY 4\.0$")
+        self.assertRegex(info.out, r"(?m)^attribution +Somebody <b>$")
+        words = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
+        pictures = {}
+        for credit in ("no", "yes"):
+            file = store / f"{credit}.png"
+            self.assertDone(render(store, *words, "--credit", credit, "-o", file))
+            pictures[credit] = Picture(file)
+            self.assertEqual(pictures[credit].metadata["Copyright"], "Somebody <b>")
+        self.assertNotEqual(pictures["no"].bytes, pictures["yes"].bytes)
 
     def test_a_store_without_squares_is_refused(self):
         store = self.store_of_four_states()

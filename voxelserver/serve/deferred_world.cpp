@@ -58,14 +58,12 @@ DeferredWorld::DeferredWorld(voxelize::LidarWorldOptions options, util::StageTim
             means.facts / (voxelize::world_name(m_options, module::worlds_module()) + ".facts");
     if (auto known = m_file.empty() ? std::nullopt : read_facts(m_file)) {
         m_facts = std::move(*known);
-        m_info = m_facts.info;
         return;
     }
     std::call_once(m_begun, [&] {
         std::shared_ptr<voxelize::LidarWorld> world =
             module::open_lidar_world(m_options, m_times, m_image_bytes);
         m_facts = world->facts();
-        m_info = m_facts.info;
         m_promise.set_value(std::move(world));
         m_is_open = true;
     });

@@ -37,7 +37,7 @@ public:
     /// since opening would compete with its start for memory and cores. Idempotent.
     void begin_opening() override;
 
-    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_facts.info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         return opened().box(key);
     }
@@ -51,11 +51,6 @@ public:
         return m_facts.fingerprint(reach);
     }
 
-    /// Sets what the store knows about the data. Must be called before the first call of info().
-    void set_licence(const std::string& licence, const std::string& attribution) {
-        m_info.licence = licence;
-        m_info.attribution = attribution;
-    }
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
     /// All files with their states; none is reported as prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
@@ -77,7 +72,6 @@ private:
     std::filesystem::path m_file;  ///< file of the facts; empty: they are not stored
     util::StageTimes& m_times;
     voxelize::WorldFacts m_facts;
-    voxel::WorldInfo m_info;
     std::promise<std::shared_ptr<voxelize::LidarWorld>> m_promise;
     const std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
     std::atomic<bool> m_is_open{false};  ///< set when m_world holds a world

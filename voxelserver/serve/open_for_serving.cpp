@@ -39,10 +39,6 @@ OpenedForServing open_lidar(const Options& options, const Plan& plan, util::Stag
         lidar.classes = worlds::WorldOptions{}.classes;
     auto world = std::make_unique<DeferredWorld>(
         lidar, times, DeferredWorld::Means{plan.facts, plan.image_bytes});
-    if (out.store) {
-        const voxelize::Terms terms = voxelize::terms_of(*out.store);
-        world->set_licence(terms.licence, terms.attribution);
-    }
     out.lidar = world.get();
     out.world = std::move(world);
     return out;

@@ -121,13 +121,13 @@ public:
         return out;
     }
 
-    [[nodiscard]] std::vector<fs::path> orthophotos() {
-        std::vector<fs::path> out;
+    [[nodiscard]] std::vector<StoredOrthophoto> orthophotos() {
+        std::vector<StoredOrthophoto> out;
         if (!m_filled)
             return out;
         Rows rows(m_database,
-                  "SELECT file_path, file_bytes FROM orthophotos WHERE verified_at IS NOT NULL "
-                  "ORDER BY file_path");
+                  "SELECT file_path, file_bytes, licence, attribution FROM orthophotos "
+                  "WHERE verified_at IS NOT NULL ORDER BY file_path");
         for (std::size_t row = 0; rows.next(); ++row) {
             m_where = "orthophotos." + std::to_string(row) + ".";
             if (row >= kMaxRows)
@@ -138,7 +138,8 @@ public:
                      "'; allowed: ortho/<source>/<grid>/<square>.tif");
             const auto length = length_of(m_folder / path);
             if (length == count(rows, 1, "file_bytes"))
-                out.push_back(m_folder / path);
+                out.push_back({m_folder / path, text(rows, 2, "licence", false),
+                               text(rows, 3, "attribution", false)});
             else
                 util::log_warn("read the store {}: {} {}; it is left out", m_folder.string(), path,
                                length ? "has another length than it had" : "is not there any more");
@@ -277,11 +278,11 @@ private:
 
 }  // namespace
 
-std::vector<fs::path> GrabberStore::files() const {
-    std::vector<fs::path> out;
+std::vector<const StoredSquare*> GrabberStore::fetched() const {
+    std::vector<const StoredSquare*> out;
     for (const StoredSquare& s : squares)
         if (s.state == StoredState::kFetched)
-            out.push_back(s.file);
+            out.push_back(&s);
     return out;
 }
 

@@ -38,12 +38,18 @@ struct StoredSquare {
     std::string error;                                   ///< one line; empty = none
 };
 
+/// An orthophoto that can be used.
+struct StoredOrthophoto {
+    std::filesystem::path file;
+    std::string licence, attribution;  ///< empty = not recorded
+};
+
 /// The current content of a store that the grabber fills.
 struct GrabberStore {
-    std::vector<StoredSquare> squares;               ///< sorted by source, then name; no duplicates
-    std::vector<std::filesystem::path> orthophotos;  ///< usable orthophoto files, sorted by path
-    /// The files of all fetched squares.
-    [[nodiscard]] std::vector<std::filesystem::path> files() const;
+    std::vector<StoredSquare> squares;          ///< sorted by source, then name; no duplicates
+    std::vector<StoredOrthophoto> orthophotos;  ///< sorted by path
+    /// The fetched squares: those with a file. Valid as long as `squares` is not changed.
+    [[nodiscard]] std::vector<const StoredSquare*> fetched() const;
 };
 
 /// Reads a store, also while the grabber is writing to it; its database schema is used nowhere

@@ -83,7 +83,9 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     CHECK_THAT(square(found, "468_101").error, contains("5 bytes; it had 6"));
     CHECK(square(found, "469_101").state == StoredState::kFetched);
     CHECK(square(found, "471_101").state == StoredState::kWanted);
-    CHECK(found.files() == std::vector<fs::path>{fetched.file, root / "lidar/si-lss/469_101.las"});
+    REQUIRE(found.fetched().size() == 2);
+    CHECK(found.fetched()[0] == &fetched);
+    CHECK(found.fetched()[1]->file == root / "lidar/si-lss/469_101.las");
     CHECK(found.orthophotos.empty());
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
 }
@@ -116,13 +118,17 @@ TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver]
                 write(folder.path() / path, name == std::string("cut") ? "1" : "123");
             fishnet.run(
                 "INSERT INTO orthophotos (source, grid, name, state, urls, known_at, file_path, "
-                "file_bytes, file_sha256, verified_at) VALUES ('si-dof', 'si-lss', '" +
-                std::string(name) + "', 'fetched', '[]', '', '" + path + "', 3, '00', " + verified +
-                ")");
+                "file_bytes, file_sha256, licence, attribution, verified_at) VALUES ('si-dof', "
+                "'si-lss', '" +
+                std::string(name) + "', 'fetched', '[]', '', '" + path +
+                "', 3, '00', 'CC0', 'Agency P', " + verified + ")");
         }
     }
-    CHECK(store::read_grabber_store(folder.path()).orthophotos ==
-          std::vector<fs::path>{folder.path() / "ortho/si-dof/si-lss/whole.tif"});
+    const auto found = store::read_grabber_store(folder.path()).orthophotos;
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].file == folder.path() / "ortho/si-dof/si-lss/whole.tif");
+    CHECK(found[0].licence == "CC0");
+    CHECK(found[0].attribution == "Agency P");
 }
 
 TEST_CASE(

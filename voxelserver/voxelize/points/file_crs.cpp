@@ -26,6 +26,22 @@ std::optional<grid::NamedSquare> square_of(const pointcloud::PointCloudInfo& inf
 
 }  // namespace
 
+void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options) {
+    // Thousands of squares have the same one, and making it takes longer than all else.
+    std::map<std::string, geo::Crs> by_text;
+    for (SquareSource& file : files) {
+        if (file.info.crs)
+            continue;
+        const auto recorded = options.recorded_crs.find(file.info.path);
+        if (recorded == options.recorded_crs.end())
+            continue;
+        auto crs = by_text.find(recorded->second);
+        if (crs == by_text.end())
+            crs = by_text.emplace(recorded->second, geo::Crs::from_text(recorded->second)).first;
+        file.info.crs = crs->second;
+    }
+}
+
 std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<SquareSource>& files,
                                                          const LidarWorldOptions& options) {
     std::vector<std::optional<grid::NamedSquare>> out(files.size());

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@ struct LidarWorldOptions {
     std::string steps;  ///< switches steps over the settings (switch_steps); empty = no change
     std::string photo;  ///< "raw" or "albedo": colours of orthophotos; empty: as settings say
     std::optional<std::string> crs;  ///< overrides that of the files
+    /// The CRS of files that carry none, by the paths in `files`, as a store has recorded it.
+    std::map<std::filesystem::path, std::string> recorded_crs;
+    std::string licence;      ///< of the data, for WorldInfo; empty = unknown
+    std::string attribution;  ///< as above
     /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.
     std::optional<std::string> vertical_unit;
     double voxel_m = 1;

@@ -300,6 +300,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
                      const Settings& settings) {
     KnownSquares known = read_known(options, way_of_opening(classes, settings.points));
     auto files = open_files(options, known);
+    use_recorded_crs(files, options);
     const auto squares = squares_of(files, options);
     settle_crs(files, options, classes, squares);
     warn_of_mixed_datums(infos_of(files));

@@ -213,6 +213,8 @@ private:
         const grid::Frame& frame = sources.frame;
         voxel::WorldInfo& info = m_facts.info;
         info.title = options.files.front().stem().string();
+        info.licence = options.licence;
+        info.attribution = options.attribution;
         info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
         info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
         info.voxel_m = frame.voxel_m();

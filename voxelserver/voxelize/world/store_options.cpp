@@ -1,6 +1,8 @@
 #include "voxelserver/voxelize/world/store_options.hpp"
 
 #include <set>
+#include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
 
@@ -8,53 +10,66 @@ namespace terravox::voxelize {
 namespace {
 
 using store::GrabberStore;
+using store::StoredOrthophoto;
 using store::StoredSquare;
-using store::StoredState;
 
-// The one value that all fetched squares have; "" when none has any.
-std::string common_value(const GrabberStore& store, std::string StoredSquare::* field,
-                         const char* what, const char* flag) {
-    std::set<std::string> values;
-    for (const StoredSquare& s : store.squares)
-        if (s.state == StoredState::kFetched && !(s.*field).empty())
-            values.insert(s.*field);
-    if (values.size() > 1)
-        throw util::UsageError(std::string("open the store: its squares have ") +
-                               std::to_string(values.size()) + " different " + what +
-                               ", such as '" + *values.begin() + "' and '" + *values.rbegin() +
-                               "'; allowed: one, or say which with " + flag);
-    return values.empty() ? "" : *values.begin();
+// The one class table that all squares have; "" when none has any.
+std::string common_class_table(const std::vector<const StoredSquare*>& squares) {
+    std::set<std::string> tables;
+    for (const StoredSquare* square : squares)
+        if (!square->class_table.empty())
+            tables.insert(square->class_table);
+    if (tables.size() > 1)
+        throw util::UsageError("open the store: its squares have " + std::to_string(tables.size()) +
+                               " different class tables, such as '" + *tables.begin() + "' and '" +
+                               *tables.rbegin() + "'; allowed: one, or say which with --classes");
+    return tables.empty() ? "" : *tables.begin();
 }
 
-std::string all_of(const GrabberStore& store, std::string StoredSquare::* field) {
-    std::string out;
-    std::set<std::string> seen;
-    for (const StoredSquare& s : store.squares)
-        if (!(s.*field).empty() && seen.insert(s.*field).second)
-            out += (out.empty() ? "" : "; ") + s.*field;
-    return out;
-}
+/// Distinct texts, one after the other.
+class Joined {
+public:
+    void add(const std::string& text) {
+        if (text.empty() || !m_seen.insert(text).second)
+            return;
+        if (!m_text.empty())
+            m_text += "; ";
+        m_text += text;
+    }
+    [[nodiscard]] const std::string& text() const noexcept { return m_text; }
+
+private:
+    std::set<std::string> m_seen;
+    std::string m_text;
+};
 
 }  // namespace
 
 void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
-    options.files = store.files();
-    if (options.files.empty())
+    const std::vector<const StoredSquare*> squares = store.fetched();
+    if (squares.empty())
         throw util::UsageError(
             "open the store: it has no square yet; fetch some with terravox grab fetch");
     if (options.classes.empty())
-        options.classes =
-            common_value(store, &StoredSquare::class_table, "class tables", "--classes");
-    if (!options.crs)
-        if (const std::string crs = common_value(store, &StoredSquare::crs, "CRSs", "--crs");
-            !crs.empty())
-            options.crs = crs;
-    if (options.orthophotos.empty())
-        options.orthophotos = store.orthophotos;
-}
-
-Terms terms_of(const GrabberStore& store) {
-    return {all_of(store, &StoredSquare::licence), all_of(store, &StoredSquare::attribution)};
+        options.classes = common_class_table(squares);
+    Joined licences;
+    Joined attributions;
+    for (const StoredSquare* square : squares) {
+        options.files.push_back(square->file);
+        if (!square->crs.empty())
+            options.recorded_crs.emplace(square->file, square->crs);
+        licences.add(square->licence);
+        attributions.add(square->attribution);
+    }
+    if (options.orthophotos.empty()) {
+        for (const StoredOrthophoto& photo : store.orthophotos) {
+            options.orthophotos.push_back(photo.file);
+            licences.add(photo.licence);
+            attributions.add(photo.attribution);
+        }
+    }
+    options.licence = licences.text();
+    options.attribution = attributions.text();
 }
 
 }  // namespace terravox::voxelize

@@ -34,6 +34,13 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     out.add(classes.crs.value_or(""));
     out.add(options.crs.has_value());
     out.add(options.crs.value_or(""));
+    out.add(options.recorded_crs.size());
+    for (const auto& [file, crs] : options.recorded_crs) {
+        out.add(file.string());
+        out.add(crs);
+    }
+    out.add(options.licence);
+    out.add(options.attribution);
     out.add(options.vertical_unit.has_value());
     out.add(options.vertical_unit.value_or(""));
     out.add(options.voxel_m);
