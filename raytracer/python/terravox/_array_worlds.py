@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terravox import _core
+from terravox._arrays import plain
 from terravox._materials import MATERIALS
 from terravox._scene import field_list
 from terravox._world import Path, Progress, World
@@ -52,7 +53,7 @@ def from_points(
     :param fields: further fields, as :func:`terravox.open` takes them
     :raises ValueError: for arrays of other shapes, or values that are out of range
     """
-    xyz = np.ascontiguousarray(points, dtype=np.float64)
+    xyz = np.ascontiguousarray(plain("points", points), dtype=np.float64)
     if xyz.ndim != 2 or xyz.shape[1] != 3:
         raise ValueError(f"points of shape {xyz.shape}; allowed: n x 3: easting, northing, height")
     if not np.isfinite(xyz).all():
@@ -105,14 +106,14 @@ def from_voxels(
     if max(np.shape(materials), default=0) > _FARTHEST:
         raise ValueError(f"materials of shape {np.shape(materials)}; allowed: sides to {_FARTHEST}")
     # Its own, which nobody changes: boxes are made of it whenever they are needed.
-    own = np.array(materials, dtype=_checked_type("materials", materials), order="C")
+    own = np.array(_bytes("materials", materials), order="C")
     if own.ndim != 3 or own.size == 0:
         raise ValueError(f"materials of shape {own.shape}; allowed: layers x rows x columns")
     if own.max() >= len(MATERIALS):
         raise ValueError(f"material {own.max()}; allowed: 0 to {len(MATERIALS) - 1}")
     colours = None
     if rgb is not None:
-        colours = np.array(rgb, dtype=_checked_type("rgb", rgb), order="C")
+        colours = np.array(_bytes("rgb", rgb), order="C")
         if colours.shape != (*own.shape, 3):
             raise ValueError(f"rgb of shape {colours.shape}; allowed: {(*own.shape, 3)}")
     if not 0 < voxel_m <= 1000:
@@ -134,7 +135,7 @@ def _column(
     """Return values as an array of that kind, with one for each point."""
     if values is None:
         return None
-    found = np.asarray(values)
+    found = plain(name, values)
     if found.shape != (count,):
         raise ValueError(f"{name} of shape {found.shape}; allowed: one for each of {count} points")
     _check_range(name, found, least, most)
@@ -144,7 +145,7 @@ def _column(
 def _colours_of_points(rgb: npt.ArrayLike | None, count: int) -> npt.NDArray[np.uint16] | None:
     if rgb is None:
         return None
-    found = np.asarray(rgb)
+    found = plain("rgb", rgb)
     if found.dtype not in (np.uint8, np.uint16):
         raise ValueError(f"rgb of {found.dtype}; allowed: uint8, uint16")
     if found.shape != (count, 3):
@@ -154,10 +155,11 @@ def _colours_of_points(rgb: npt.ArrayLike | None, count: int) -> npt.NDArray[np.
     return out * np.uint16(257) if found.dtype == np.uint8 else out
 
 
-def _checked_type(name: str, values: npt.ArrayLike) -> type[np.uint8]:
-    """Return uint8, of which the values must be."""
-    _check_range(name, np.asarray(values), 0, 255)
-    return np.uint8
+def _bytes(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """Return values as an array of uint8."""
+    found = plain(name, values)
+    _check_range(name, found, 0, 255)
+    return found.astype(np.uint8, copy=False)
 
 
 def _check_range(name: str, values: npt.NDArray[Any], least: int, most: int) -> None:

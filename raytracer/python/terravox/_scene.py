@@ -8,6 +8,8 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from terravox._arrays import is_masked
+
 SceneLike: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """Sections with their fields, {"camera": {"look": "bled"}}, or the path of a scene file."""
 
@@ -24,6 +26,9 @@ def _value(value: Any) -> str:
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_value(one) for one in value) + "]"
+    # numpy would take a masked value for 0.
+    if is_masked(value):
+        raise TypeError("a scene with a masked value; allowed: values without a mask")
     if isinstance(value, (int, float)) or hasattr(value, "__float__"):
         return repr(value.item() if hasattr(value, "item") else value)
     raise TypeError(

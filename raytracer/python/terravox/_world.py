@@ -12,6 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from terravox import _core
+from terravox._arrays import plain
 from terravox._picture import Picture
 from terravox._raster import array_of, dataset_of
 from terravox._rays import Hits
@@ -79,7 +80,7 @@ def _six(bounds: Bounds) -> list[float] | None:
 
 def _rays(points: npt.ArrayLike, count: int | None = None) -> npt.NDArray[np.float64]:
     """Return points as n x 3 numbers; one point stands for `count` of them."""
-    out = np.ascontiguousarray(points, dtype=np.float64)
+    out = np.ascontiguousarray(plain("rays", points), dtype=np.float64)
     if out.ndim == 1 and out.size == 3:
         out = np.ascontiguousarray(np.broadcast_to(out, (1 if count is None else count, 3)))
     if out.ndim != 2 or out.shape[1] != 3:

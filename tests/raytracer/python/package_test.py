@@ -297,6 +297,24 @@ class Errors(unittest.TestCase):
             village().cast("north", (0, 0, 1))
         with self.assertRaises((TypeError, ValueError)):
             village().cast([[1, 2, 3]], [[0, 0, 1], [0, 0, 1]])
+        with self.assertRaisesRegex(ValueError, "rays of complex128; allowed: real numbers"):
+            village().occluded([[1j, 2, 3]], (0, 0, 1))
+        hidden = np.ma.array([[1.0, 2, 3]], mask=[[0, 1, 0]])
+        for origins, directions in ((hidden, (0, 0, 1)), ((1, 2, 3), hidden)):
+            with self.assertRaisesRegex(ValueError, "rays with 1 masked values of 3"):
+                village().cast(origins, directions)
+
+    def test_masked_numbers_are_no_numbers(self):
+        nothing = np.ma.masked
+        west, south, east, north = village().bounds
+        for call in (
+            lambda: village().surface((west, south, east, nothing)),
+            lambda: village().analyse("sight", observers=[(west, north, nothing)]),
+            lambda: village().render({"sun": {"time_h": nothing}}, fields=SMALL),
+            lambda: village().render(fields={**SMALL, "sun.time_h": nothing}),
+        ):
+            with self.assertRaises((TypeError, ValueError)):
+                call()
 
     def test_worlds_cannot_be_pickled(self):
         with self.assertRaises(TypeError):
