@@ -31,7 +31,8 @@ duration() {
 # what they have said last.
 progress() {
     local tail step done_steps all
-    tail=$(tail -n 20 "$1" | tr -d '\000-\010\013-\037\177')
+    # What is written over a line by a carriage return, as apt does while it waits, is the last one.
+    tail=$(tail -n 20 "$1" | tr '\r' '\n' | tr -d '\000-\010\013-\037\177')
     step=$(grep -oE '^\[[0-9]+/[0-9]+\]' <<<"$tail" | tail -n 1 || true)
     if [[ $step =~ ([0-9]+)/([0-9]+) ]]; then
         done_steps=$((10#${BASH_REMATCH[1]})) all=$((10#${BASH_REMATCH[2]}))

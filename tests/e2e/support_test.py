@@ -146,6 +146,7 @@ class Skips(Case):
 SETUP = "set -euo pipefail; shopt -s inherit_errexit; ROOT=$1 LOGS=$1/logs; "
 SETUP += f'for part in say build; do . "{ROOT}/config/setup/$part.sh"; done; PROGRESS_S=0.05; '
 # Stand for CMake: everything has been built, or 5 of 12 steps until the file `go` is there.
+LOCKED = "2 s: Waiting for the lock... 2s"
 NOTHING_TO_DO = "compile() { echo ninja: no work to do.; }; "
 SOME_STEPS = """
 compile() {
@@ -216,6 +217,7 @@ class Builds(Case):
             ("[0009/1200] A\n", 60, "9 of 1200 steps, 60 s, about 132 min left"),
             ("[12/12] Linking\n", 200, "12 of 12 steps, 3 min"),
             ("see [3/12]\n", 1, "1 s: see [3/12]"),
+            ("\rWaiting for the lock... 1s\rWaiting for the lock... 2s", 2, LOCKED),
         ):
             with self.subTest(log):
                 (self.folder / "log").write_text(log)
