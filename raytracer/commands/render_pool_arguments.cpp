@@ -83,9 +83,10 @@ void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args) {
     command.add_flag("--green", args.green, "trace on the coordinating thread, too, in slices")
         ->group("Farm");
     command
-        .add_option(
-            "--give-up", args.give_up,
-            "when no worker is left for so long (60s, 5m), end with what there is; default: wait")
+        .add_option("--give-up", args.give_up,
+                    "when there has been no worker for so long (60s, 5m) since the last tile, end "
+                    "with what "
+                    "there is; a busy one is none; default: wait")
         ->group("Farm");
     add_credential_arguments(command, args.credentials);
 }

@@ -8,14 +8,23 @@ constexpr std::chrono::seconds kWarnEvery{10};
 
 }  // namespace
 
+void AbsenceWatchdog::set_present(Time now) noexcept {
+    m_absent_before = absent_for(now);
+    m_absent_since.reset();
+}
+
 void AbsenceWatchdog::set_absent(Time now) noexcept {
-    m_absent = true;
-    m_absent_since = now;
+    if (!m_absent_since)
+        m_absent_since = now;
+}
+
+void AbsenceWatchdog::set_answered() noexcept {
+    m_absent_before = {};
     m_warned.reset();
 }
 
 AbsenceWatchdog::Alarm AbsenceWatchdog::poll(Time now) noexcept {
-    if (!m_absent)
+    if (!m_absent_since)
         return Alarm::kNone;
     if (m_timeout && absent_for(now) > *m_timeout)
         return Alarm::kTimeout;
@@ -23,6 +32,10 @@ AbsenceWatchdog::Alarm AbsenceWatchdog::poll(Time now) noexcept {
         return Alarm::kNone;
     m_warned = now;
     return Alarm::kWarn;
+}
+
+AbsenceWatchdog::Duration AbsenceWatchdog::absent_for(Time now) const noexcept {
+    return m_absent_since ? m_absent_before + (now - *m_absent_since) : m_absent_before;
 }
 
 }  // namespace terravox::processors

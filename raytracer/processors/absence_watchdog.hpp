@@ -6,8 +6,9 @@
 
 namespace terravox::processors {
 
-/// Watches how long a pool has been without members: when to warn, and when to give up. It reads no
-/// clock. Not thread-safe.
+/// Watches how long a pool has been without members: when to warn, and when to give up. The time
+/// adds up until a member answers: members that come and go again without a result do not prolong
+/// the wait. It reads no clock. Not thread-safe.
 class AbsenceWatchdog {
 public:
     using Time = std::chrono::steady_clock::time_point;
@@ -23,21 +24,24 @@ public:
     AbsenceWatchdog(std::optional<Duration> timeout, Time now) noexcept
         : m_timeout(timeout), m_absent_since(now), m_warned(now) {}
 
-    /// There is at least one member.
-    void set_present() noexcept { m_absent = false; }
-    /// The last member has left, so the wait begins anew.
+    /// There is at least one member. Idempotent.
+    void set_present(Time now) noexcept;
+    /// The last member has left. Idempotent.
     void set_absent(Time now) noexcept;
+    /// A member has sent a result, so the next wait begins anew.
+    void set_answered() noexcept;
 
     /// To be called regularly while there is work.
-    /// @return kWarn at most every ten seconds; kTimeout always once the timeout has passed
+    /// @return kWarn at most every ten seconds; kTimeout always once the timeout has passed, while
+    /// there is no member
     [[nodiscard]] Alarm poll(Time now) noexcept;
-    /// @return the time since the last member left
-    [[nodiscard]] Duration absent_for(Time now) const noexcept { return now - m_absent_since; }
+    /// @return the time without members since the last result, or since the beginning
+    [[nodiscard]] Duration absent_for(Time now) const noexcept;
 
 private:
     std::optional<Duration> m_timeout;
-    bool m_absent = true;
-    Time m_absent_since;
+    Duration m_absent_before{};  ///< in earlier stretches since the last result
+    std::optional<Time> m_absent_since;
     std::optional<Time> m_warned;
 };
 

@@ -47,7 +47,7 @@ ProcessorPool::MemberId ProcessorPool::add(Member member) {
     {
         const std::lock_guard lock(m_mutex);
         id = begin_member(std::move(member), false);
-        m_watchdog.set_present();
+        m_watchdog.set_present(Clock::now());
     }
     feed();
     return id;
@@ -248,6 +248,8 @@ bool ProcessorPool::accept(MemberId id, tiles::TileResult&& result) {
         util::log_debug("answer: tile {} rows {} to {} step {} sample {} of {}", band.index,
                         band.y0, band.y1, band.step, band.first_sample, member->spec().name);
         count(verdict.answer);
+        if (!member->checks_only() && verdict.answer != LeaseBook::Answer::kUnrequested)
+            m_watchdog.set_answered();
         if (verdict.whole)
             m_results.push(std::move(*verdict.whole));
         if (m_book.checks_wait())
@@ -341,7 +343,7 @@ void ProcessorPool::on_member_lost(MemberId id, const std::string& why, bool exp
         else
             return_leases(id);
         if (m_members.has_workers())
-            m_watchdog.set_present();
+            m_watchdog.set_present(Clock::now());
         else
             m_watchdog.set_absent(Clock::now());
         if (failed != nullptr && !m_members.has_workers())

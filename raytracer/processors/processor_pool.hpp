@@ -42,7 +42,7 @@ public:
         : util::Error(message), band(at) {}
     tiles::RenderTile band;
 };
-/// There was no member for longer than PoolSettings::give_up.
+/// There was no member for longer than PoolSettings::give_up (AbsenceWatchdog).
 class NoProcessorsLeft : public util::Error {
 public:
     using util::Error::Error;
@@ -57,7 +57,7 @@ public:
 struct PoolSettings {
     /// Minimum deadline of a lease; else it is three times the expected duration.
     std::chrono::milliseconds min_deadline{10'000};
-    /// How long to wait without any member; nullopt: forever.
+    /// How long to wait without any member, since the last result; nullopt: forever.
     std::optional<std::chrono::milliseconds> give_up;
     /// Some rows of one of this many bands of an untrusted member are recomputed, and some rows of
     /// its first band.

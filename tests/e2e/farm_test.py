@@ -230,6 +230,17 @@ class Farm(unittest.TestCase):
         self.assertGreater(done["tiles_resumed"], 0)
         self.assertEqual(done["tiles"] + done["tiles_resumed"], 144)
 
+    def test_a_worker_that_is_busy_is_none(self):
+        _, a = self.worker()
+        # A paused worker keeps its coordinator for as long as that waits.
+        paused = Run([binary("RAYTRACER"), "farm", "pause", a], environment=ENVIRONMENT)
+        self.assertEqual(paused.code, 0, paused)
+        farm = ("--worker", a, "--threads", "0")
+        self.coordinator("first.png", *farm, scene=SHORT).saw(r"worker .*: 1 threads")
+        second = self.coordinator("second.png", *farm, "--give-up", "3s", scene=SHORT)
+        self.assertEqual(second.end(), 3, second.log())
+        self.assertEqual(second.log().count("works for another coordinator"), 1, second.log())
+
     def test_a_coordinator_killed_and_resumed(self):
         _, a = self.worker()
         _, b = self.worker()

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 #include <utility>
 
 #include "common/thread/start_threads.hpp"
@@ -14,6 +15,8 @@ namespace terravox::farm {
 namespace {
 
 constexpr int kSupplierThreads = 3;
+constexpr std::size_t kMaxReasons = 16;  ///< that are logged of one address
+
 /// A worker as the list of bans knows it.
 BanList::Worker for_bans(const WorkerLink& worker, const std::string& dialled) {
     return {worker.hello().name(), worker.peer(), dialled};
@@ -55,7 +58,8 @@ Farm::Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source)
     : m_options(std::move(options)),
       m_blocks(blocks),
       m_source(std::move(source)),
-      m_supplier(blocks, random_number(), blocks.limit_bytes() / 4, kSupplierThreads) {
+      m_supplier(blocks, random_number(), blocks.limit_bytes() / 4, kSupplierThreads),
+      m_refusals({}, "farm: no work with") {
     if (m_options.listen)
         m_listener = std::make_unique<net::Listener>(
             *m_options.listen, m_options.credentials,
@@ -131,7 +135,7 @@ void Farm::end() {
 }
 
 void Farm::attach(ConnectedWorker& entry) {
-    if (m_picture.pool == nullptr || entry.link->draining())
+    if (m_picture.pool == nullptr || !entry.accepted || entry.link->draining())
         return;
     const farm::Hello& hello = entry.link->hello();
     processors::ProcessorPool::Member member{hello.name(),
@@ -248,6 +252,7 @@ WorkerLink::Reported Farm::notifications_of(std::uint64_t id) {
             act(entry->second);
     };
     WorkerLink::Reported out;
+    out.accepts = [this, id] { welcome(id); };
     out.drains = [this, with_entry](const std::vector<tiles::RenderTile>& given_back) {
         with_entry(
             [&](ConnectedWorker& entry) { m_picture.pool->drain(entry.member, given_back); });
@@ -284,32 +289,50 @@ void Farm::remove(std::uint64_t id, const WorkerLink& worker, const std::string&
         util::log_warn("worker {} at {} is lost: {}", name, worker.peer(), why);
 }
 
-bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
+void Farm::welcome(std::uint64_t id) {
+    const std::lock_guard lock(m_mutex);
+    const auto found = m_connected.workers.find(id);
+    if (found == m_connected.workers.end())
+        return;
+    ConnectedWorker& entry = found->second;
+    const farm::Hello& hello = entry.link->hello();
+    util::log_info("worker {} at {}: {} threads, {}", hello.name(), entry.link->peer(),
+                   hello.threads(), hello.cpu_features());
+    entry.accepted = true;
+    attach(entry);
+}
+
+LinkOutcome Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
+    const std::string peer = link->peer();
+    LinkOutcome out = serve_worker(std::move(link), dialled);
+    // A worker that dialled in is known by its address alone, and may come again at once.
+    if (dialled.empty() && !out.why.empty()) {
+        const std::lock_guard lock(m_mutex);
+        m_refusals.refused(sockets::neighbourhood_of(peer), peer, out.why);
+    }
+    return out;
+}
+
+LinkOutcome Farm::serve_worker(std::unique_ptr<net::Link> link, const std::string& dialled) {
+    using Kind = LinkOutcome::Kind;
     std::shared_ptr<WorkerLink> worker;
     std::uint64_t id = 0;
     try {
         std::optional<farm::Hello> hello = greet(*link, dialled);
         if (!hello)
-            return false;
+            return {};
         const std::lock_guard lock(m_mutex);
         if (m_stop || (!dialled.empty() && !m_dialled.has(dialled)))
-            return false;  // it was sent away before it was registered
+            return {};  // it was sent away before it was registered
         id = m_connected.next_id++;
         WorkerLink::Reported reported = notifications_of(id);
-        util::log_info("worker {} at {}: {} threads, {}", hello->name(), link->peer(),
-                       hello->threads(), hello->cpu_features());
         worker = std::make_shared<WorkerLink>(std::move(link), *std::move(hello), m_supplier,
                                               std::move(reported));
-        attach(m_connected.workers.emplace(id, ConnectedWorker{worker, dialled}).first->second);
+        m_connected.workers.emplace(id, ConnectedWorker{worker, dialled});
     } catch (const HelloError& e) {
-        util::log_message(e.busy ? util::LogLevel::kInfo : util::LogLevel::kWarning, "{}",
-                          e.what());
-        return e.busy || dialled.empty();
+        return {e.busy ? Kind::kNotNow : Kind::kNever, e.reason};
     } catch (const std::exception& e) {  // out of threads or memory, too: it may try again
-        util::log_warn("{}", e.what());
-        const std::lock_guard lock(m_mutex);
-        m_connected.workers.erase(id);
-        return true;
+        return {Kind::kNotNow, e.what()};
     }
     std::string why;
     try {
@@ -319,7 +342,15 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         worker->abort();
     }
     remove(id, *worker, dialled, why);
-    return !is_banned(for_bans(*worker, dialled));
+    switch (worker->answer()) {
+        case WorkerAnswer::kAccepts: break;
+        case WorkerAnswer::kRefuses: return {Kind::kNever, why};
+        case WorkerAnswer::kBusy:
+        case WorkerAnswer::kNone: return {Kind::kNotNow, why};
+    }
+    if (is_banned(for_bans(*worker, dialled)))
+        return {};
+    return {worker->heartbeat().done() > 0 ? Kind::kWorked : Kind::kNotNow, {}};
 }
 
 void Farm::dial(const sockets::Address& worker) {
@@ -369,8 +400,12 @@ std::vector<std::string> Farm::dialled() const {
 }
 
 void Farm::dial_again_and_again(const sockets::Address& address, std::uint64_t turn) {
-    auto pause = farm_times().redial;
-    bool reported = false;
+    RedialPause pause(random_number());
+    std::set<std::string> reported;  // reasons, since it last worked
+    const auto report = [&](const std::string& why) {
+        if (!why.empty() && reported.size() < kMaxReasons && reported.insert(why).second)
+            util::log_warn("worker {}: {}; trying again", address.text(), why);
+    };
     const auto stopped_after = [&](std::chrono::milliseconds time) {
         std::unique_lock lock(m_mutex);
         const auto is_over = [&] { return m_stop || !m_dialled.has(address.text(), turn); };
@@ -379,20 +414,26 @@ void Farm::dial_again_and_again(const sockets::Address& address, std::uint64_t t
     while (!stopped_after(std::chrono::milliseconds(0))) {
         try {
             auto link = net::dial(address, m_options.credentials, std::chrono::seconds(5));
-            pause = farm_times().redial;
-            reported = false;
-            if (!serve(std::move(link), address.text()))
+            const LinkOutcome outcome = serve(std::move(link), address.text());
+            if (outcome.kind == LinkOutcome::Kind::kNever) {
+                if (!outcome.why.empty())
+                    util::log_error("worker {} is left out: {}", address.text(), outcome.why);
                 return;
+            }
+            if (outcome.kind == LinkOutcome::Kind::kNotNow) {
+                report(outcome.why);
+            } else {
+                pause.reset();
+                reported.clear();
+            }
         } catch (const net::RefusedError& e) {
             util::log_error("{}", e.what());
             return;
         } catch (const std::exception& e) {
-            if (!std::exchange(reported, true))
-                util::log_warn("{}; trying again", e.what());
+            report(e.what());
         }
-        if (stopped_after(pause))
+        if (stopped_after(pause.next()))
             return;
-        pause = std::min(pause * 2, farm_times().max_redial);
     }
 }
 
@@ -423,17 +464,20 @@ void Farm::watch() {
 
 std::size_t Farm::workers() const {
     const std::lock_guard lock(m_mutex);
-    return m_connected.workers.size();
+    return static_cast<std::size_t>(
+        std::count_if(m_connected.workers.begin(), m_connected.workers.end(),
+                      [](const auto& one) { return one.second.accepted; }));
 }
 
 std::vector<Farm::Worker> Farm::status() const {
     std::vector<Worker> out;
     const std::lock_guard lock(m_mutex);
     for (const auto& [id, entry] : m_connected.workers)
-        out.push_back({entry.member, entry.link->hello().name(), entry.link->peer(),
-                       static_cast<int>(entry.link->hello().threads()), entry.link->latency_s(),
-                       entry.link->heartbeat().memory_bytes(), entry.link->traffic().received_bytes,
-                       entry.link->draining()});
+        if (entry.accepted)
+            out.push_back({entry.member, entry.link->hello().name(), entry.link->peer(),
+                           static_cast<int>(entry.link->hello().threads()), entry.link->latency_s(),
+                           entry.link->heartbeat().memory_bytes(),
+                           entry.link->traffic().received_bytes, entry.link->draining()});
     return out;
 }
 

@@ -15,6 +15,7 @@
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/farm/net/discovery.hpp"
 #include "raytracer/farm/net/endpoint.hpp"
+#include "raytracer/farm/net/refusal_log.hpp"
 #include "raytracer/processors/processor_pool.hpp"
 
 namespace terravox::farm {
@@ -27,8 +28,21 @@ struct FarmOptions {
     [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
 };
 
+/// What came of a link to a worker.
+struct LinkOutcome {
+    enum class Kind : std::uint8_t {
+        kWorked,  ///< the worker has finished tiles
+        kNotNow,  ///< it has not, and may do so later
+        kNever,   ///< dialling it again is pointless
+    } kind = Kind::kNever;
+    std::string why;  ///< reason of kNotNow and kNever; empty: it has been logged
+};
+
 /// The workers of a coordinator, dialled or dialling in: it performs the handshake, monitors them,
 /// and assigns them to the pool that renders. Outlives many pictures.
+///
+/// A worker counts only once it has accepted the coordinator (WorkerAnswer): one that is busy
+/// exchanges hellos before it refuses.
 ///
 /// One mutex guards the workers and the picture under way. Each link has a thread that reads it;
 /// one thread pings and gives up silent workers; one for each address dials again and again. The
@@ -63,8 +77,10 @@ public:
     [[nodiscard]] std::uint16_t port() const noexcept {
         return m_listener ? m_listener->port() : 0;
     }
+    /// Number of connected workers that have accepted this coordinator.
     [[nodiscard]] std::size_t workers() const;
 
+    /// A connected worker that has accepted this coordinator.
     struct Worker {
         processors::ProcessorPool::MemberId member = 0;  ///< 0: in no pool now
         std::string name;
@@ -82,14 +98,14 @@ public:
 
     /// Serves a worker, or an observer, at the other end of a link until the link ends.
     /// @param dialled address that was dialled; empty: the peer dialled in
-    /// @return whether dialling again is worthwhile
-    bool serve(std::unique_ptr<net::Link> link, const std::string& dialled);
+    LinkOutcome serve(std::unique_ptr<net::Link> link, const std::string& dialled);
 
 private:
     /// A worker after the hellos, until its link ends.
     struct ConnectedWorker {
         std::shared_ptr<WorkerLink> link;
         std::string dialled;  ///< address; empty: it dialled in
+        bool accepted = false;
         processors::ProcessorPool::MemberId member = 0;
         /// Paused by an observer of this coordinator; the worker may also be paused on its own
         /// side.
@@ -109,6 +125,10 @@ private:
     };
 
     void finish() noexcept;
+    [[nodiscard]] LinkOutcome serve_worker(std::unique_ptr<net::Link> link,
+                                           const std::string& dialled);
+    /// Lets a worker that has accepted take part.
+    void welcome(std::uint64_t id);
     /// Exchanges the hellos, and serves an observer until its link ends.
     /// @return the hello of a worker; nullopt: an observer, or a worker that is banned
     /// @throws HelloError, Error
@@ -134,6 +154,7 @@ private:
     Connected m_connected;
     PictureUnderWay m_picture;
     BanList m_bans;
+    net::RefusalLog m_refusals;  ///< of workers that dialled in
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;

@@ -141,6 +141,15 @@ void WorkerLink::take_drain(const farm::Drain& drain) {
                   : std::vector<tiles::RenderTile>{});
 }
 
+void WorkerLink::take_answer(const farm::Frame& first) {
+    if (first.has_refusal()) {
+        m_answer = first.refusal().busy() ? WorkerAnswer::kBusy : WorkerAnswer::kRefuses;
+    } else if (!first.has_bye()) {
+        m_answer = WorkerAnswer::kAccepts;
+        m_reported.accepts();
+    }
+}
+
 std::string WorkerLink::take(const farm::Frame& frame) {
     switch (frame.what_case()) {
         case farm::Frame::kPong: return take_pong(frame.pong());
@@ -176,6 +185,8 @@ std::string WorkerLink::run() {
     std::string wrong;
     while (auto frame = m_link->receive()) {
         m_heard_ns = now_ns();
+        if (m_answer == WorkerAnswer::kNone)
+            take_answer(*frame);
         wrong = take(*frame);
         if (!wrong.empty() || m_bye)
             break;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -34,11 +35,20 @@ struct PictureCall {
     tiles::PixelContent content;
 };
 
+/// What a worker has answered to a coordinator's hello, after its own.
+enum class WorkerAnswer : std::uint8_t {
+    kNone,
+    kAccepts,  ///< it has sent anything but a refusal or a goodbye: it works for this coordinator
+    kBusy,     ///< it refuses, and may accept later
+    kRefuses,  ///< for good
+};
+
 /// The coordinator's end of a link to a worker, after the hellos. Thread-safe.
 class WorkerLink {
 public:
     /// Notifications from a worker. Called on the thread of run().
     struct Reported {
+        std::function<void()> accepts;  ///< WorkerAnswer::kAccepts; once, before the others
         /// The worker drains; the tiles that it returns must be leased to others.
         std::function<void(const std::vector<tiles::RenderTile>& given_back)> drains;
         std::function<void(bool on)> pauses;  ///< it was paused or resumed on its own side
@@ -71,8 +81,10 @@ public:
     [[nodiscard]] bool draining() const noexcept { return m_draining; }
     /// Whether run() ended because the worker sent something invalid.
     [[nodiscard]] bool misbehaved() const noexcept { return m_misbehaved; }
+    [[nodiscard]] WorkerAnswer answer() const noexcept { return m_answer; }
 
 private:
+    void take_answer(const farm::Frame& first);
     /// @return what is wrong with the frame; empty: nothing
     [[nodiscard]] std::string take(const farm::Frame& frame);
     /// Measures the latency if the stamp is one of a ping that waits for its answer.
@@ -101,6 +113,7 @@ private:
     LatencyMeter m_latency;
     std::atomic<bool> m_draining{false};
     std::atomic<bool> m_misbehaved{false};
+    std::atomic<WorkerAnswer> m_answer{WorkerAnswer::kNone};
     bool m_bye = false;
     bool m_over = false;
 };

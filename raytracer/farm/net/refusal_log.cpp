@@ -3,7 +3,8 @@
 
 namespace terravox::net {
 
-RefusalLog::RefusalLog(std::function<void(const std::string&)> say) : m_say(std::move(say)) {
+RefusalLog::RefusalLog(std::function<void(const std::string&)> say, std::string what)
+    : m_say(std::move(say)), m_what(std::move(what)) {
     if (!m_say)
         m_say = [](const std::string& line) { util::log_warn("{}", line); };
 }
@@ -18,14 +19,14 @@ void RefusalLog::refused(const std::string& who, const std::string& peer, const 
             m_cleared = now;
         }
         if (m_reported.size() >= kMaxKept)
-            key = {"", why};
+            key = {};
     }
     const auto [reported, first] = m_reported.try_emplace(key);
     if (!first && now - reported->second.when < kQuiet) {
         ++reported->second.since;
         return;
     }
-    std::string line = "farm: refused " + peer + ": " + why;
+    std::string line = m_what + " " + peer + ": " + why;
     if (reported->second.since > 0)
         line += " (and " + std::to_string(reported->second.since) + " more since, from " +
                 (key.first.empty() ? "other addresses" : key.first) + ")";

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdlib>
 #include <string_view>
 
@@ -21,6 +22,13 @@ const FarmTimes& farm_times() {
         return out;
     }();
     return times;
+}
+
+std::chrono::milliseconds RedialPause::next() {
+    const std::chrono::milliseconds whole = m_next;
+    m_next = std::min(whole * 2, farm_times().max_redial);
+    const auto most = static_cast<std::uint32_t>(whole.count() / 4);
+    return whole - std::chrono::milliseconds(m_random() % (most + 1));
 }
 
 }  // namespace terravox::farm

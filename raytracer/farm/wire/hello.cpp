@@ -135,24 +135,25 @@ farm::Hello make_hello(const OwnHello& own) {
 
 farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<farm::Role> wanted,
                  std::chrono::milliseconds timeout) {
-    const std::string attempt = "meet " + link.peer() + ": ";
+    const std::string& peer = link.peer();
     Alarm alarm(link, timeout);
     farm::Frame first;
     *first.mutable_hello() = own;
     link.send(std::move(first));
     auto frame = link.receive();
     if (alarm.off())
-        throw HelloError(attempt + "no answer within " + std::to_string(timeout.count()) + " ms",
-                         true);
+        throw HelloError(peer, "no answer within " + std::to_string(timeout.count()) + " ms", true);
     if (!frame)
-        throw HelloError(attempt + "the link ended" +
-                             (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"),
-                         true);
+        throw HelloError(
+            peer,
+            "the link ended" + (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"),
+            true);
     if (frame->has_refusal())
-        throw HelloError(attempt + shown(frame->refusal().reason()), frame->refusal().busy());
+        throw HelloError(peer, "it refuses: " + shown(frame->refusal().reason()),
+                         frame->refusal().busy());
     if (!frame->has_hello()) {
         refuse(link, "the first frame was no hello");
-        throw HelloError(attempt + "its first frame was no hello", false);
+        throw HelloError(peer, "its first frame was no hello", false);
     }
     farm::Hello other = std::move(*frame->mutable_hello());
     std::string why = misfit(own, other, wanted);
@@ -160,7 +161,7 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
         why = name_of(other.role()) + " with the certificate of a " + link.certified_role();
     if (!why.empty()) {
         refuse(link, "refused by " + own.name() + ": " + why);
-        throw HelloError(attempt + why, false);
+        throw HelloError(peer, why, false);
     }
     other.set_name(shown(other.name()));
     other.set_cpu_features(shown(other.cpu_features()));

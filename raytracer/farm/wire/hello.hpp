@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "common/util/error.hpp"
 #include "raytracer/farm/net/link.hpp"
@@ -12,8 +13,10 @@ namespace terravox::farm {
 /// The peer cannot or will not work with this program. Final, unless it is busy.
 class HelloError : public util::Error {
 public:
-    HelloError(const std::string& message, bool is_busy) : util::Error(message), busy(is_busy) {}
-    bool busy;  ///< it may accept later
+    HelloError(const std::string& peer, std::string why, bool is_busy)
+        : util::Error("meet " + peer + ": " + why), reason(std::move(why)), busy(is_busy) {}
+    std::string reason;  ///< without the peer
+    bool busy;           ///< it may accept later
 };
 
 struct OwnHello {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <random>
 
 #include "common/voxel/box.hpp"
 #include "raytracer/farm/net/farm.pb.h"
@@ -56,5 +58,22 @@ struct FarmTimes {
     std::chrono::milliseconds max_redial{30'000};
 };
 [[nodiscard]] const FarmTimes& farm_times();
+
+/// The pauses between attempts to connect to a peer: each twice as long as the one before, from
+/// FarmTimes::redial to max_redial, less up to a quarter by chance, so that programs that were
+/// started together do not dial together. Not thread-safe.
+class RedialPause {
+public:
+    /// @param seed of the chance
+    explicit RedialPause(std::uint64_t seed) : m_random(static_cast<std::uint32_t>(seed)) {}
+
+    [[nodiscard]] std::chrono::milliseconds next();
+    /// After a success: the next pause is the shortest again.
+    void reset() noexcept { m_next = farm_times().redial; }
+
+private:
+    std::minstd_rand m_random;
+    std::chrono::milliseconds m_next = farm_times().redial;
+};
 
 }  // namespace terravox::farm

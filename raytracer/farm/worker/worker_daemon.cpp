@@ -1,6 +1,7 @@
 #include "raytracer/farm/worker/worker_daemon.hpp"
 
 #include <algorithm>
+#include <random>
 #include <utility>
 
 #include "common/thread/start_threads.hpp"
@@ -10,6 +11,7 @@
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/processors/thread_processor.hpp"
+#include "voxelserver/sockets/socket.hpp"
 
 namespace terravox::farm {
 
@@ -25,7 +27,9 @@ constexpr int kTilesOfThread = 256;
 }  // namespace
 
 WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options)
-    : m_options(std::move(options)), m_shared(m_options.memory_bytes / 4, m_options.sessions) {
+    : m_options(std::move(options)),
+      m_shared(m_options.memory_bytes / 4, m_options.sessions),
+      m_refusals({}, "farm: no work for") {
     if (m_options.listen)
         m_listener = std::make_unique<net::Listener>(
             *m_options.listen, m_options.credentials,
@@ -226,8 +230,9 @@ std::optional<farm::Hello> WorkerDaemon::greet(net::Link& link, const OwnHello& 
         return meet(link, make_hello(own), {farm::COORDINATOR, farm::OBSERVER});
     } catch (const util::Error& e) {
         const auto* met = dynamic_cast<const HelloError*>(&e);
-        util::log_warn("{}", e.what());
         const std::lock_guard lock(m_mutex);
+        m_refusals.refused(sockets::neighbourhood_of(link.peer()), link.peer(),
+                           met != nullptr ? met->reason : e.what());
         ++m_counters.unfit;
         end = met != nullptr && !met->busy && dialled ? End::kRefused : End::kLost;
         return std::nullopt;
@@ -313,7 +318,7 @@ void WorkerDaemon::pause(bool on) {
 }
 
 void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
-    auto pause = farm_times().redial;
+    RedialPause pause(std::random_device{}());
     bool reported = false;
     const auto leave = [&] {
         const std::lock_guard lock(m_mutex);
@@ -327,7 +332,7 @@ void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
             if (end == WorkerSession::End::kRefused)
                 return leave();
             if (end == WorkerSession::End::kBye)
-                pause = farm_times().redial;
+                pause.reset();
             reported = false;
         } catch (const net::RefusedError& e) {
             util::log_error("{}", e.what());
@@ -336,9 +341,8 @@ void WorkerDaemon::join_again_and_again(const sockets::Address& address) {
             if (!std::exchange(reported, true))
                 util::log_info("{}; trying again", e.what());
         }
-        if (stopped_after(pause))
+        if (stopped_after(pause.next()))
             break;
-        pause = std::min(pause * 2, farm_times().max_redial);
     }
     leave();
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "raytracer/farm/net/endpoint.hpp"
+#include "raytracer/farm/net/refusal_log.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/worker/worker_session.hpp"
 
@@ -116,6 +117,7 @@ private:
     std::condition_variable m_wake;
     std::vector<std::shared_ptr<WorkerSession>> m_sessions;
     Counters m_counters;
+    net::RefusalLog m_refusals;       ///< of peers with which no session begins
     int m_taken = 0;                  ///< places for sessions that are taken
     std::set<std::string> m_joining;  ///< addresses that a thread has joined, or tries to
     bool m_ending = false;

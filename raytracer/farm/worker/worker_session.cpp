@@ -421,7 +421,9 @@ farm::Heartbeat WorkerSession::heartbeat() const {
 void WorkerSession::beat() {
     std::uint64_t received_bytes = 0;
     std::unique_lock lock(m_mutex);
-    while (!m_wake.wait_for(lock, farm_times().heartbeat, [&] { return m_over; })) {
+    // The first one at once: it tells the coordinator that this worker has taken it on.
+    for (auto pause = milliseconds(0); !m_wake.wait_for(lock, pause, [&] { return m_over; });
+         pause = farm_times().heartbeat) {
         lock.unlock();
         const net::Link::Traffic traffic = m_link->traffic();
         if (std::exchange(received_bytes, traffic.received_bytes) != traffic.received_bytes)

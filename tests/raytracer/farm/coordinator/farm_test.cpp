@@ -1,12 +1,14 @@
 #include "raytracer/farm/coordinator/farm.hpp"
 
 #include <atomic>
+#include <functional>
 #include <random>
 #include <set>
 
 #include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/shade/view_maker.hpp"
 #include "tests/catch.hpp"
+#include "tests/raytracer/farm/net/said.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 
 using namespace terravox;
@@ -163,6 +165,67 @@ TEST_CASE("without workers the picture waits, and ends incomplete after the time
     const render::RenderCounts counts = bench.render(film);
     CHECK(counts.missing == 28);
     CHECK(counts.tiles == 0);
+}
+
+TEST_CASE("a worker that is busy is no worker of the farm, and is reported once",
+          "[raytracer][farm]") {
+    const Said said;
+    Job job(farm_scene());
+    FarmBench bench(job);
+    farm::WorkerDaemonOptions full;
+    full.name = "the busy one";
+    full.sessions = 0;
+    farm::WorkerDaemon daemon(full);
+    for (int i = 0; i < 3; ++i) {
+        auto [mine, theirs] = net::link_pair();
+        std::thread working(
+            [&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
+        const farm::LinkOutcome outcome = bench.farm().serve(std::move(mine), "");
+        working.join();
+        CHECK(outcome.kind == farm::LinkOutcome::Kind::kNotNow);
+        CHECK(outcome.why == "it refuses: the busy one works for another coordinator");
+    }
+    CHECK(daemon.totals().busy == 3);
+    CHECK(bench.farm().workers() == 0);
+    CHECK(bench.pool().counts().lost == 0);
+    const std::string log = said.all();
+    CHECK_THAT(log, contains("the busy one works for another coordinator"));
+    CHECK(log.find("the busy one") == log.rfind("the busy one"));
+}
+
+TEST_CASE("a worker that refuses for good is not dialled again, one that is silent is",
+          "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    struct Case {
+        const char* name;
+        std::function<void(net::Link&)> act;
+        farm::LinkOutcome::Kind kind;
+        const char* why;
+    };
+    for (const Case& c :
+         {Case{"refuses", [](net::Link& link) { farm::refuse(link, "no coordinators here"); },
+               farm::LinkOutcome::Kind::kNever, "it refuses: no coordinators here"},
+          Case{"leaves", [](net::Link& link) { link.close(); }, farm::LinkOutcome::Kind::kNotNow,
+               "the other end closed it"}}) {
+        INFO(c.name);
+        auto [mine, theirs] = net::link_pair();
+        std::thread working([&, end = std::move(theirs)] {
+            farm::OwnHello own;
+            own.role = farm::WORKER;
+            own.threads = 1;
+            own.capacity = 1;
+            (void)farm::meet(*end, farm::make_hello(own), {farm::COORDINATOR});
+            c.act(*end);
+            while (end->receive()) {
+            }
+        });
+        const farm::LinkOutcome outcome = bench.farm().serve(std::move(mine), "");
+        working.join();
+        CHECK(outcome.kind == c.kind);
+        CHECK(outcome.why == c.why);
+        CHECK(bench.pool().counts().lost == 0);
+    }
 }
 
 namespace {

@@ -22,10 +22,15 @@ public:
     LinkBench() {
         auto [near, far] = net::link_pair();
         m_far = std::move(far);
+        farm::WorkerLink::Reported reported;
+        reported.accepts = [this] { ++m_accepted; };
+        reported.pauses = [](bool) {};
         m_link = std::make_unique<farm::WorkerLink>(std::move(near), farm::Hello{}, m_supplier,
-                                                    farm::WorkerLink::Reported{});
+                                                    std::move(reported));
     }
     farm::WorkerLink& link() { return *m_link; }
+    net::Link& worker() { return *m_far; }
+    [[nodiscard]] int accepted() const { return m_accepted; }
     /// Sends a ping.
     /// @return its stamp, as the worker reads it
     std::uint64_t ping() {
@@ -50,6 +55,7 @@ public:
     }
 
 private:
+    int m_accepted = 0;
     test::ArrayWorld m_world{{0, 0, 0}, {8, 8, 8}};
     blocks::BlockManager m_blocks{m_world, std::size_t{1} << 20};
     farm::BoxSupplier m_supplier{m_blocks, 7, std::size_t{1} << 20, 1};
@@ -96,4 +102,43 @@ TEST_CASE("a pong that echoes a ping gives the latency, on its own link only",
     other.pong(stamp);  // of another link
     other.run();
     CHECK(other.link().latency_s() == 0);
+}
+
+TEST_CASE("a worker's first frame after the hello tells whether it accepts the coordinator",
+          "[raytracer][farm]") {
+    using farm::WorkerAnswer;
+    struct Case {
+        const char* name;
+        void (*fill)(farm::Frame&);
+        WorkerAnswer answer;
+        const char* why;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a heartbeat", [](farm::Frame& f) { f.mutable_heartbeat()->set_paused(true); },
+         WorkerAnswer::kAccepts, "it left"},
+        {"a ping", [](farm::Frame& f) { f.mutable_ping()->set_stamp(1); }, WorkerAnswer::kAccepts,
+         "it left"},
+        {"busy",
+         [](farm::Frame& f) {
+             f.mutable_refusal()->set_reason("elsewhere");
+             f.mutable_refusal()->set_busy(true);
+         },
+         WorkerAnswer::kBusy, "it refuses: elsewhere"},
+        {"a refusal", [](farm::Frame& f) { f.mutable_refusal()->set_reason("never"); },
+         WorkerAnswer::kRefuses, "it refuses: never"},
+        {"a goodbye", [](farm::Frame& f) { f.mutable_bye(); }, WorkerAnswer::kNone, "it left"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        LinkBench bench;
+        farm::Frame first;
+        c.fill(first);
+        CHECK(bench.worker().send(std::move(first)));
+        farm::Frame bye;
+        bye.mutable_bye()->set_reason("the test has finished");
+        CHECK(bench.worker().send(std::move(bye)));
+        CHECK(bench.link().run() == c.why);
+        CHECK(bench.link().answer() == c.answer);
+        CHECK(bench.accepted() == (c.answer == WorkerAnswer::kAccepts ? 1 : 0));
+        CHECK_FALSE(bench.link().misbehaved());
+    }
 }
