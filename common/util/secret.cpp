@@ -1,13 +1,16 @@
 #include "common/util/secret.hpp"
 
+#include <sys/random.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <set>
 
 #include "common/util/error.hpp"
 
@@ -15,6 +18,10 @@ namespace terravox::util {
 namespace {
 
 constexpr std::size_t kMaxFile_bytes = 4096;
+constexpr std::size_t kMinToken = 32;
+constexpr std::size_t kMaxToken = 512;
+constexpr std::size_t kMinDifferent = 10;
+constexpr std::string_view kMarks = "-._~+/=";
 
 std::string variable_of(const char* name) {
     const char* value = std::getenv(name);
@@ -63,39 +70,66 @@ std::string read_private_file(const std::filesystem::path& path, const std::stri
     return text;
 }
 
+/// @return what is wrong with a token; empty: nothing
+std::string fault_of(std::string_view token) {
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+    const auto is_mark = [](char c) { return kMarks.find(c) != std::string_view::npos; };
+    if (token.size() < kMinToken || token.size() > kMaxToken)
+        return std::to_string(token.size()) + " characters";
+    if (!std::all_of(token.begin(), token.end(),
+                     [&](char c) { return is_letter(c) || is_digit(c) || is_mark(c); }))
+        return "a character that is none of a token";
+    if (const std::size_t different = std::set(token.begin(), token.end()).size();
+        different < kMinDifferent)
+        return std::to_string(different) + " different characters";
+    if (std::none_of(token.begin(), token.end(), is_digit))
+        return "no digit";
+    if (std::none_of(token.begin(), token.end(), is_letter))
+        return "no letter";
+    return {};
+}
+
 }  // namespace
 
-Secret find_secret(const std::filesystem::path& file, const char* variable) {
-    refuse_old_name();
-    Secret out;
-    if (file.empty()) {
-        out.attempt = std::string("read the environment variable ") + variable;
-        out.text = variable_of(variable);
-    } else {
-        out.attempt = "read the token file " + file.string();
-        out.text = read_private_file(file, out.attempt);
-    }
-    out.text.erase(out.text.find_last_not_of(" \t\r\n") + 1);
+std::string make_token() {
+    // 32 letters, so that no remainder favours one; none of them is easily taken for another.
+    static constexpr std::string_view kLetters = "abcdefghjkmnpqrstuvwxyz123456789";
+    static_assert(kLetters.size() == 32);
+    std::string out;
+    do {
+        std::array<unsigned char, 32> bytes{};
+        if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+            throw Error("make a token: the system has no random numbers");
+        out.clear();
+        for (const unsigned char byte : bytes)
+            out += kLetters[byte % kLetters.size()];
+    } while (!fault_of(out).empty());  // one of 40,000 has no digit
     return out;
 }
 
-std::string find_server_token(const std::filesystem::path& file) {
-    const Secret found = find_secret(file, kServerTokenVariable);
-    if (found.text.empty() && file.empty())
-        return {};
-    check_server_token(found);
-    return found.text;
+void check_token(std::string_view token, const std::string& attempt) {
+    const std::string fault = fault_of(token);
+    if (fault.empty())
+        return;
+    throw UsageError(attempt + ": the token has " + fault +
+                     "; allowed: " + std::to_string(kMinToken) + " to " +
+                     std::to_string(kMaxToken) + " letters, digits and " + std::string(kMarks) +
+                     ", at least " + std::to_string(kMinDifferent) +
+                     " of them different, with both letters and digits; `terravox farm token` "
+                     "makes one");
 }
 
-void check_server_token(const Secret& token) {
-    // The token is sent in a header, and must not be able to end it.
-    const bool fits = token.text.size() >= 8 && token.text.size() <= 512 &&
-                      std::all_of(token.text.begin(), token.text.end(),
-                                  [](char c) { return c > ' ' && c < 127; });
-    if (!fits)
-        throw UsageError(token.attempt +
-                         ": the token does not fit a header; allowed: 8 to 512 visible ASCII "
-                         "characters without a blank");
+std::string find_token(const std::filesystem::path& file, const char* variable) {
+    refuse_old_name();
+    const std::string attempt = file.empty()
+                                    ? std::string("read the environment variable ") + variable
+                                    : "read the token file " + file.string();
+    std::string out = file.empty() ? variable_of(variable) : read_private_file(file, attempt);
+    out.erase(out.find_last_not_of(" \t\r\n") + 1);
+    if (!out.empty() || !file.empty())
+        check_token(out, attempt);
+    return out;
 }
 
 }  // namespace terravox::util

@@ -2,34 +2,36 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace terravox::util {
 
-/// Names of environment variables that hold secrets. Each has one purpose: the secret of one
+/// Names of environment variables that hold tokens. Each has one purpose: the secret of one
 /// component must not reach another. This one is shared by a coordinator and its workers; proved,
 /// never sent.
 inline constexpr const char* kFarmTokenVariable = "TERRAVOX_FARM_TOKEN";
 /// The token of a voxel server; its clients send it.
 inline constexpr const char* kServerTokenVariable = "TERRAVOX_SERVER_TOKEN";
 
-/// A secret, and where it was read from, for messages: "read the token file /etc/token".
-struct Secret {
-    std::string text;  ///< empty when there is none
-    std::string attempt;
-};
+/// Makes a token of 32 characters from 160 random bits of the system.
+/// @throws Error when the system has no random numbers
+[[nodiscard]] std::string make_token();
 
-/// The secret from the file, else from the variable, else none; trailing white space is removed.
+/// Judges a token, of a farm or of a voxel server. Whoever hears a farm's token proved, or reaches
+/// a server, may try others, so it has to be one that nobody thinks of: 32 to 512 characters, which
+/// are letters, digits or -._~+/= (so that a header can carry it: b64token of RFC 6750), at least
+/// 10 of them different, with both letters and digits among them. Tokens of make_token() and of
+/// `openssl rand -hex 16` are.
+/// @param attempt begins the message: "read the token file /etc/token"
+/// @throws UsageError, which does not show the token
+void check_token(std::string_view token, const std::string& attempt);
+
+/// The token from the file, else from the variable, else ""; trailing white space is removed.
 /// @param file empty: no file is configured
-/// @throws UsageError when the environment has TERRAVOX_TOKEN, formerly the single name of both
-/// tokens; Error for a file that cannot be read, is longer than 4096 bytes, or that users other
-/// than its owner may read or change
-[[nodiscard]] Secret find_secret(const std::filesystem::path& file, const char* variable);
-
-/// The token of a voxel server, which its clients send: from the file, else from
-/// TERRAVOX_SERVER_TOKEN, else "".
-/// @throws as find_secret(); UsageError for one that is not 8 to 512 visible ASCII characters
-[[nodiscard]] std::string find_server_token(const std::filesystem::path& file);
-/// @throws UsageError for one that is not 8 to 512 visible ASCII characters
-void check_server_token(const Secret& token);
+/// @param variable kFarmTokenVariable or kServerTokenVariable
+/// @throws UsageError as check_token(), or when the environment has TERRAVOX_TOKEN, formerly the
+/// single name of both tokens; Error for a file that cannot be read, is longer than 4096 bytes, or
+/// that users other than its owner may read or change
+[[nodiscard]] std::string find_token(const std::filesystem::path& file, const char* variable);
 
 }  // namespace terravox::util

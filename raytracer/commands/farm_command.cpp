@@ -8,6 +8,7 @@
 
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
+#include "common/util/secret.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/farm/net/certs.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
@@ -136,8 +137,12 @@ util::ExitCode ask_all(const FarmArguments& args, const farm::Frame& question) {
 std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
     auto args = std::make_shared<FarmArguments>();
     CLI::App* farm = app.add_subcommand(
-        "farm", "Certificates for a farm, the state of its members, and pausing them");
+        "farm", "Tokens and certificates for a farm, the state of its members, and pausing them");
     farm->require_subcommand(1);
+    CLI::App* token = farm->add_subcommand(
+        "token",
+        "Print a new random token, for a farm or a voxel server: (umask 077; terravox farm token > "
+        "FILE)");
     CLI::App* certs = farm->add_subcommand(
         "certs", "Make a small CA, and certificates of it for coordinators and workers");
     CLI::Option* names = certs->add_option(
@@ -177,7 +182,11 @@ std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
     }
     for (CLI::App* command : {status, pause, resume})
         add_credential_arguments(*command, args->credentials);
-    return [args, certs, pause, resume] {
+    return [args, token, certs, pause, resume] {
+        if (token->parsed()) {
+            std::printf("%s\n", util::make_token().c_str());
+            return util::ExitCode::kDone;
+        }
         if (certs->parsed())
             return make_certificates(*args);
         farm::Frame question;

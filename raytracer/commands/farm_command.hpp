@@ -10,8 +10,8 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `farm certs` (certificates for coordinators and workers) and `farm status` (what a daemon
-/// or a coordinator is doing).
+/// Adds `farm token` and `farm certs` (how coordinators and workers know each other), `farm status`
+/// (what a daemon or a coordinator is doing), `farm pause` and `farm resume`.
 /// @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_farm_command(CLI::App& app);

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "common/thread/parallel.hpp"
-#include "raytracer/farm/net/token.hpp"
+#include "common/util/secret.hpp"
 
 namespace terravox::commands {
 
@@ -27,7 +27,7 @@ std::optional<net::Credentials> CredentialArguments::find() const {
         out.key = key;
         return out;
     }
-    out.token = net::find_token(token_file);
+    out.token = util::find_token(token_file, util::kFarmTokenVariable);
     if (out.token.empty())
         return std::nullopt;
     return out;
@@ -41,7 +41,7 @@ net::Credentials CredentialArguments::credentials(bool listens, const std::strin
             "join a farm: no token; give --token-file FILE, or TERRAVOX_FARM_TOKEN in the "
             "environment, or certificates (terravox farm certs)");
     net::Credentials out;
-    out.token = net::new_token();
+    out.token = util::make_token();
     std::fprintf(stderr, "token: %s\n%s\n", out.token.c_str(), how.c_str());
     return out;
 }

@@ -11,9 +11,9 @@
 #include "common/util/log.hpp"
 #include "common/util/open_files.hpp"
 #include "common/util/resident_memory.hpp"
+#include "common/util/secret.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/farm/net/discovery.hpp"
-#include "raytracer/farm/net/token.hpp"
 #include "raytracer/farm/worker/metrics_page.hpp"
 #include "raytracer/farm/worker/worker_config.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
@@ -29,10 +29,10 @@ void set_up_log(const farm::WorkerConfig& config) {
 /// coordinators.
 net::Credentials credentials_or_new(const farm::WorkerConfig& config) {
     if (!config.tls_ca.empty() || !config.join.empty() ||
-        !net::find_token(config.token_file).empty())
+        !util::find_token(config.token_file, util::kFarmTokenVariable).empty())
         return farm::credentials_of(config);
     net::Credentials out;
-    out.token = net::new_token();
+    out.token = util::make_token();
     std::fprintf(stderr,
                  "token: %s\ncoordinators render here with: TERRAVOX_FARM_TOKEN=TOKEN terravox "
                  "render --worker HOST:%u ...\n",

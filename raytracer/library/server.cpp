@@ -102,7 +102,7 @@ void check(const ServerOptions& options) {
                                "; allowed: 0 (any that is free) to 65535");
     check_threads(options.threads);
     if (!options.token.empty())
-        util::check_server_token({options.token, "serve a world"});
+        util::check_token(options.token, "serve a world");
 }
 
 }  // namespace

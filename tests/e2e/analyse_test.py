@@ -440,7 +440,7 @@ class Rasters(Case):
         """@return the flags with which a worker renders alone"""
         folder = temporary_folder()
         token = folder / "token"
-        token.write_text("a token of many characters, for this test alone\n", encoding="utf-8")
+        token.write_text("w5gn8kx2cq7tz4vd9mrj3hp6bf1ys8ae\n", encoding="utf-8")
         token.chmod(0o600)
         address = f"127.0.0.1:{hold_port()}"
         log = (folder / "worker.log").open("w", encoding="utf-8")

@@ -29,7 +29,7 @@ from support import (
     wait_until,
 )
 
-TOKEN = "kv7r2mx9q4tz8wpd5hcn"
+TOKEN = "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"
 DEFAULTS = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "0"}
 SHORT_TIMES = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 

@@ -27,7 +27,7 @@ from support import (
     wait_until,
 )
 
-TOKEN = "kv7r2mx9q4tz8wpd5hcn"
+TOKEN = "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 PICTURE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--bounces", "4"]
 # Some seconds on one thread: long enough to be killed, queried and joined meanwhile.
@@ -331,7 +331,7 @@ class Farm(unittest.TestCase):
         port = int(a.rsplit(":", 1)[1])
         wrong = Run(
             [binary("RAYTRACER"), "farm", "status", a],
-            environment={"TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"},
+            environment={"TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u"},
         )
         self.assertEqual(wrong.code, 1, wrong)
         self.assertIn("token", wrong.err)
@@ -367,7 +367,7 @@ class Farm(unittest.TestCase):
             "--threads",
             "2",
             scene=SHORT,
-            environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"},
+            environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u"},
         )
         self.check(coordinator, "alone.png", wanted="short.png")
 
@@ -544,13 +544,22 @@ class Farm(unittest.TestCase):
             worker.saw("works for")
         self.check(coordinator, "found.png")
 
+    def test_a_token_can_be_made(self):
+        token = Run([binary("RAYTRACER"), "farm", "token"], environment={"TERRAVOX_FARM_TOKEN": ""})
+        self.assertEqual(token.code, 0, token)
+        self.assertRegex(token.out, r"^[a-z1-9]{32}\n$")
+        made = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": token.out.strip()}
+        asked = Run([binary("RAYTRACER"), "farm", "status", "127.0.0.1:1"], environment=made)
+        self.assertEqual(asked.code, 1, asked)
+
     def test_a_token_that_can_be_guessed_is_refused(self):
         weak = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "terravox-farm-2024"}
         for arguments in (["worker", "--join", "127.0.0.1:1"], ["farm", "status", "127.0.0.1:1"]):
             with self.subTest(arguments):
                 run = Run([binary("RAYTRACER"), *arguments], environment=weak)
                 self.assertEqual(run.code, 2, run)
-                self.assertIn("can be guessed", run.err)
+                self.assertIn("has 18 characters", run.err)
+                self.assertIn("terravox farm token", run.err)
 
     def test_impossible_options_are_reported(self):
         for arguments, code, says in (

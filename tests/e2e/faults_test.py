@@ -157,7 +157,7 @@ class Faults(Writers):
             jumping.start()
             stack.callback(jumping.join)
             stack.callback(over.set)
-            token = "kv7r2mx9q4tz8wpd5hcn"
+            token = "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"
             environment = {**clock, "TERRAVOX_FARM_TOKEN": token}
             worker = Program("worker", "--listen", "127.0.0.1:0", environment=environment)
             stack.callback(worker.kill)

@@ -11,7 +11,7 @@ from wire import get, talk
 class Token(Case):
     """Without the token only the page and /healthz, whatever the request looks like."""
 
-    TOKEN = "correct-horse-battery-staple"
+    TOKEN = "correct-horse-battery-staple-1871"
 
     def test_only_the_token_opens(self):
         file = temporary_folder() / "token"

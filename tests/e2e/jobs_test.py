@@ -28,7 +28,7 @@ from support import (
 )
 from support import wait_until as wait_for
 
-TOKEN = "correct-horse-battery-staple"
+TOKEN = "correct-horse-battery-staple-1871"
 
 
 class Jobs:

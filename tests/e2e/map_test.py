@@ -416,7 +416,7 @@ class WholeMaps(Case):
 
     def test_workers_draw_the_same_map(self):
         out = temporary_folder()
-        secret = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn"}
+        secret = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"}
         flags = ["--listen", "127.0.0.1:0", "--threads", "1"]
         worker = Program("worker", *flags, environment=secret)
         self.addCleanup(worker.process.stdout.close)

@@ -26,7 +26,7 @@ from support import (
     wait_until,
 )
 
-TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn", "TERRAVOX_FARM_TEST": "1"}
+TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a", "TERRAVOX_FARM_TEST": "1"}
 WIDTH = 1000
 HEIGHT = 640
 FIRST = "first picture after"  # of a change

@@ -31,8 +31,8 @@ from support import (
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
 AREA = ["--area", "-128,-128,128,128"]
 SEED = "generated:3"
-TOKEN_OF_FAR = "the-token-of-the-far-server"
-TOKEN_OF_NEAR = "the-token-of-the-near-server"
+TOKEN_OF_FAR = "the-token-of-the-far-server-2f7a1c93"
+TOKEN_OF_NEAR = "the-token-of-the-near-server-8b40d6e5"
 
 
 def convert(*arguments):

@@ -8,7 +8,7 @@ import unittest
 from static_host import StaticHost
 from support import HANGS_S, ROOT, Case, Run, Server, binary, survey, temporary_folder
 
-TOKEN = "correct-horse-battery-staple"
+TOKEN = "correct-horse-battery-staple-1871"
 
 
 class ServerView(Case):

@@ -6,8 +6,8 @@ import unittest
 
 from support import Program, Run, Server, binary, render, survey, temporary_folder
 
-FARM = "w8nq3vz6tk2mx9rj5hcp"
-SERVER = "the-secret-of-the-server"
+FARM = "w8nq3vz6tk2mx9rj5hcpb4fg7dy1ks2e"
+SERVER = "the-secret-of-the-server-61c0f7d3"
 # Variables of the user of this machine must not reach the tests.
 NOTHING = {
     "TERRAVOX_FARM_TEST": "1",

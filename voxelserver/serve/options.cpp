@@ -234,7 +234,7 @@ std::string own_token(const Options& o) {
     const bool is_remote =
         std::any_of(o.world.inputs.begin(), o.world.inputs.end(), worlds::is_http_address);
     if (!o.token_file.empty() || !is_bound || !is_remote)
-        return util::find_server_token(o.token_file);
+        return util::find_token(o.token_file, util::kServerTokenVariable);
     if (!sockets::is_loopback(o.server.bind))
         throw util::UsageError(
             std::string("serve on ") + o.server.bind + ": " + util::kServerTokenVariable +

@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "common/thread/stop_signals.hpp"
+#include "common/util/secret.hpp"
 #include "common/util/shell_words.hpp"
 #include "raytracer/commands/cluster/job.hpp"
-#include "raytracer/farm/net/token.hpp"
 
 namespace terravox::cluster {
 namespace {
@@ -71,7 +71,7 @@ private:
 class TokenFile {
 public:
     explicit TokenFile(const JobFolder& folder) : m_file(folder.path() / "token") {
-        folder.write_secret("token", net::new_token() + "\n");
+        folder.write_secret("token", util::make_token() + "\n");
     }
     ~TokenFile() {
         std::error_code ignored;

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "common/util/secret.hpp"
 #include "raytracer/farm/net/openssl.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
 
@@ -89,10 +90,8 @@ void check(const Credentials& credentials) {
     if (!any && credentials.token.empty())
         throw util::UsageError(
             "use the farm's credentials: there are none; allowed: a token, or certificates");
-    if (!any && credentials.token.size() < kMinToken)
-        throw util::Error("use the farm's token: it has " +
-                          std::to_string(credentials.token.size()) +
-                          " characters; allowed: at least " + std::to_string(kMinToken));
+    if (!any)
+        util::check_token(credentials.token, "use the farm's credentials");
 }
 
 Pem read_pem(const Credentials& credentials) {

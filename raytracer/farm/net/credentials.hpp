@@ -11,7 +11,6 @@
 
 namespace terravox::net {
 
-inline constexpr std::size_t kMinToken = 16;  ///< characters
 /// DNS name in each certificate: a peer with a certificate of this CA belongs to the farm.
 inline constexpr std::string_view kFarmName = "terravox-farm";
 
@@ -22,8 +21,8 @@ struct Pem {
     std::string key;
 };
 
-/// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a
-/// short token
+/// @throws UsageError for both kinds, or neither, or only some of the three files, or a token that
+/// is none (util::check_token)
 void check(const Credentials& credentials);
 
 /// Reads a PEM file.

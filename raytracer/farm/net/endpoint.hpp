@@ -19,7 +19,7 @@ inline constexpr std::uint16_t kCoordinatorPort = 7879;  ///< render --listen, w
 /// sides, which carry the DNS name "terravox-farm" (certs.hpp makes these). With a token nothing is
 /// encrypted: for trusted networks (handshake.hpp).
 struct Credentials {
-    std::string token;  ///< at least 16 characters; empty with certificates
+    std::string token;  ///< as util::check_token() wants it; empty with certificates
     std::filesystem::path ca, certificate, key;  ///< PEM; all three, or none
     [[nodiscard]] bool tls() const noexcept { return !ca.empty(); }
 };

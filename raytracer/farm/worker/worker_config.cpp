@@ -9,7 +9,6 @@
 
 #include "common/util/secret.hpp"
 #include "common/util/toml_file.hpp"
-#include "raytracer/farm/net/token.hpp"
 
 namespace terravox::farm {
 namespace {
@@ -391,7 +390,7 @@ net::Credentials credentials_of(const WorkerConfig& config) {
     out.key = config.tls_key;
     if (out.tls())
         return out;
-    out.token = net::find_token(config.token_file);
+    out.token = util::find_token(config.token_file, util::kFarmTokenVariable);
     if (out.token.empty())
         throw util::UsageError(
             "start the worker: neither token nor certificates; allowed: token_file, "
@@ -402,7 +401,8 @@ net::Credentials credentials_of(const WorkerConfig& config) {
 remote::HttpAccess http_access_of(const WorkerConfig& config) {
     remote::HttpAccess out = http_limits_of(config);
     if (config.server_origin)
-        out.token.emplace(*config.server_origin, util::find_server_token(config.server_token_file));
+        out.token.emplace(*config.server_origin,
+                          util::find_token(config.server_token_file, util::kServerTokenVariable));
     return out;
 }
 

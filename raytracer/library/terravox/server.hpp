@@ -14,7 +14,8 @@ struct ServerOptions {
     /// whoever reaches it may read the world unless a token is set; there is no encryption.
     std::string bind = "127.0.0.1";
     int port = 0;  ///< 0: any that is free
-    /// What clients must send as a bearer token, 8 to 512 visible ASCII characters; empty: nothing.
+    /// What clients must send as a bearer token; empty: nothing. 32 to 512 letters, digits and
+    /// -._~+/=, at least 10 of them different, with both letters and digits.
     std::string token;
     /// Host names by which browsers may reach it, besides numeric addresses and localhost.
     std::vector<std::string> names;

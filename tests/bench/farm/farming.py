@@ -20,7 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 from observe import Watch  # noqa: E402
 from support import binary, hold_port, temporary_folder  # noqa: E402
 
-TOKEN = "n6cq9wx3tz7kf4vm2rjb"
+TOKEN = "n6cq9wx3tz7kf4vm2rjbh8dy5sg1pk3e"
 RAYTRACER = binary("RAYTRACER")
 FOLDER = temporary_folder()
 ENVIRONMENT = {

@@ -161,7 +161,9 @@ def _unwelcome_pairs():
     config_folder = pathlib.Path(__file__).resolve().parents[3] / "config"
     config = {**ENVIRONMENT, "TERRAVOX_CONFIG": str(config_folder)}
     bare = {"environment": {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": ""}}
-    other_token = {"environment": {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"}}
+    other_token = {
+        "environment": {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u"}
+    }
     return {
         "version": (
             _Side("version terravox", {"program": other_version, "environment": config}),

@@ -76,7 +76,7 @@ TEST_CASE("library: servers of one world do not disturb each other", "[library]"
 
 TEST_CASE("library: a server with a token answers nobody without it", "[library]") {
     ServerOptions options;
-    options.token = "0123456789abcdef";
+    options.token = "0123456789abcdef0123456789abcdef";
     const World world = served_hills();
     const Server server(world, options);
     CHECK_THROWS_WITH(World::open({server.url()}, without_cache()), test::contains("token"));

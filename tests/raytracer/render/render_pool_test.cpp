@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr const char* kToken = "a token of the tests, of this one";
+constexpr const char* kToken = "token-of-this-test-4e97b1d02c6f8a35";
 
 render::RenderPoolOptions changing(int threads, bool green) {
     render::RenderPoolOptions out;

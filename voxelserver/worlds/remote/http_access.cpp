@@ -59,7 +59,7 @@ const char* HttpAccess::allowed() const noexcept {
 
 HttpAccess access_of_environment() {
     HttpAccess out;
-    std::string token = util::find_server_token({});
+    std::string token = util::find_token({}, util::kServerTokenVariable);
     const char* origin = std::getenv(kOriginVariable);
     if (origin == nullptr || *origin == '\0')
         return out;

@@ -12,7 +12,7 @@ namespace terravox::remote {
 /// A token that the user has bound to one origin: it is sent nowhere else.
 class BoundToken {
 public:
-    /// @param text visible ASCII characters (util::find_server_token)
+    /// @param text visible ASCII characters (util::check_token)
     /// @throws UsageError for http to any host but localhost and loopback addresses: the token
     /// would cross the network in clear text
     BoundToken(HttpOrigin origin, std::string text);
@@ -49,7 +49,7 @@ struct HttpAccess {
 /// For addresses that the user names: all are allowed, and the token of TERRAVOX_SERVER_TOKEN is
 /// sent where TERRAVOX_SERVER_ORIGIN binds it to one.
 /// @throws UsageError for an origin without a token, or one that a token must not be bound to; as
-/// util::find_server_token()
+/// util::find_token()
 [[nodiscard]] HttpAccess access_of_environment();
 
 }  // namespace terravox::remote

@@ -14,7 +14,7 @@ namespace terravox::test {
 
 /// No test measures time: this is what ends one that hangs.
 inline constexpr std::chrono::seconds kLong = kHangs;
-inline constexpr const char* kToken = "a token of the tests";
+inline constexpr const char* kToken = "token-of-the-tests-7f3a9c51e8b2d604";
 
 /// What a listener hands over, for the thread of the test. The calls of on_link return at once:
 /// links live on.

@@ -101,7 +101,7 @@ TEST_CASE("a worker without a thread for its heartbeats ends the link with an er
 TEST_CASE("daemons and farms that are refused a thread at their start are errors",
           "[raytracer][farm][worker]") {
     const net::Credentials credentials{
-        .token = "a token of the tests", .ca = {}, .certificate = {}, .key = {}};
+        .token = "token-of-the-tests-7f3a9c51e8b2d604", .ca = {}, .certificate = {}, .key = {}};
     const std::vector<sockets::Address> nobody{{.host = "127.0.0.1", .port = 1},
                                                {.host = "127.0.0.1", .port = 2}};
     const auto begin_daemon = [&] {

@@ -309,26 +309,26 @@ TEST_CASE("credentials are a token, read anew each time, or certificates",
           "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "token";
-    std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncp\n";
+    std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncpd7bf4gy1ks8e\n";
     chmod(token.c_str(), 0600);
     unsetenv("TERRAVOX_FARM_TOKEN");
     farm::WorkerConfig c = listening();
     CHECK_THROWS_AS(farm::credentials_of(c), util::UsageError);
     CHECK_THROWS_WITH(farm::credentials_of(c), contains("neither token nor certificates"));
     c.token_file = token;
-    CHECK(farm::credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncp");
-    std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzv\n";
-    CHECK(farm::credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzv");
+    CHECK(farm::credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncpd7bf4gy1ks8e");
+    std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzvh8cj5nr1fa6e\n";
+    CHECK(farm::credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzvh8cj5nr1fa6e");
     CHECK_FALSE(farm::credentials_of(c).tls());
     c = listening();
     c.tls_ca = "a";
     c.tls_cert = "b";
     c.tls_key = "c";
-    setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzk", 1);
+    setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u", 1);
     CHECK(farm::credentials_of(c).token.empty());
     CHECK(farm::credentials_of(c).tls());
     CHECK(farm::credentials_of(c).key == "c");
-    CHECK(farm::credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzk");
+    CHECK(farm::credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u");
     unsetenv("TERRAVOX_FARM_TOKEN");
 }
 
@@ -338,9 +338,9 @@ TEST_CASE(
     "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "server-token";
-    std::ofstream(token) << "a-token-of-a-server\n";
+    std::ofstream(token) << "a-token-of-a-server-93e1b7a05c2f\n";
     chmod(token.c_str(), 0600);
-    setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment", 1);
+    setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment-4d60fa", 1);
     setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
     const remote::HttpOrigin voxels = remote::HttpOrigin::parse("https://voxels.example"),
                              other = remote::HttpOrigin::parse("http://10.0.0.1:8080");
@@ -352,7 +352,7 @@ TEST_CASE(
         "[\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
         "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
     REQUIRE(some.token);
-    CHECK(some.token->text() == "a-token-of-a-server");
+    CHECK(some.token->text() == "a-token-of-a-server-93e1b7a05c2f");
     CHECK(some.token->origin() == voxels);
     CHECK(some.ranges(voxels) == remote::AddressRanges{remote::AddressRange::kPublic});
     CHECK(some.ranges(other) == remote::AddressRanges{remote::AddressRange::kPublic,

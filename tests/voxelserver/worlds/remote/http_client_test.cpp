@@ -14,7 +14,7 @@ using terravox::test::problem;
 
 namespace {
 
-const std::string kToken = "a-token-of-a-server";
+const std::string kToken = "a-token-of-a-server-93e1b7a05c2f";
 
 BadServer::Script always(const Deed& deed) {
     return [deed](const std::string&, int) { return deed; };
