@@ -118,7 +118,7 @@ std::optional<Response> RequestCheck::refuse_origin(const RouteFacts& route,
         return std::nullopt;
     if (sockets::from_another_origin({host, origin, request.header("Sec-Fetch-Site"),
                                       request.header("Sec-Fetch-Mode"),
-                                      request.header("Sec-Fetch-Dest")}))
+                                      request.header("Sec-Fetch-Dest"), request.method}))
         return and_close(problem(403,
                                  "read the request: a web page of another origin makes it; "
                                  "allowed: the server's own page, and programs"));

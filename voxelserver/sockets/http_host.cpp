@@ -93,7 +93,9 @@ bool from_another_origin(const RequestingPage& page) noexcept {
     }
     if (page.site.empty() || page.site == "none" || page.site == "same-origin")
         return false;
-    return page.mode != "navigate" || page.destination != "document";
+    const bool is_link = page.mode == "navigate" && page.destination == "document" &&
+                         (page.method == "GET" || page.method == "HEAD");
+    return !is_link;
 }
 
 }  // namespace terravox::sockets

@@ -30,19 +30,21 @@ private:
 /// Whether this is a numeric loopback address.
 [[nodiscard]] bool is_loopback(const std::string& address) noexcept;
 
-/// Headers by which browsers identify the page that sends a request; each is "" where the header is
-/// missing.
+/// What tells the page that has a browser send a request: headers, each "" where it is missing, and
+/// the method.
 struct RequestingPage {
     std::string_view host;         ///< Host: the requested host
     std::string_view origin;       ///< Origin
     std::string_view site;         ///< Sec-Fetch-Site
     std::string_view mode;         ///< Sec-Fetch-Mode
     std::string_view destination;  ///< Sec-Fetch-Dest
+    std::string_view method = "GET";
 };
 
-/// Whether a page of another origin sends the request. Following a link from there does not count:
-/// the reply is then shown to the user, not passed to that page. Programs other than browsers send
-/// none of these headers. Ref: Fetch Standard, 3.2; W3C, "Fetch Metadata Request Headers", 2021.
+/// Whether a page of another origin sends the request. Following a link from there (GET or HEAD)
+/// does not count: the reply is then shown to the user, not passed to that page. Programs other
+/// than browsers send none of these headers; browsers send Origin with all other methods. Ref:
+/// Fetch Standard, 3.2; W3C, "Fetch Metadata Request Headers", 2021.
 [[nodiscard]] bool from_another_origin(const RequestingPage& page) noexcept;
 
 }  // namespace terravox::sockets

@@ -245,7 +245,7 @@ private:
                     "allowed as Host: localhost, a numeric address, or a name of metrics_names\n"};
         if (sockets::from_another_origin(
                 {host, header(info, "Origin"), header(info, "Sec-Fetch-Site"),
-                 header(info, "Sec-Fetch-Mode"), header(info, "Sec-Fetch-Dest")}))
+                 header(info, "Sec-Fetch-Mode"), header(info, "Sec-Fetch-Dest"), method}))
             return {403, "Forbidden", "not for web pages of another origin\n"};
         if (path != "/metrics" && path != "/healthz")
             return {404, "Not Found", "no such page; allowed: /metrics, /healthz\n"};
