@@ -154,6 +154,7 @@ Request request_of(const mg_request_info& info) {
     out.path = info.local_uri_raw;  // not decoded: no path of the interface needs escapes
     if (info.query_string != nullptr)
         out.query = info.query_string;
+    out.client = info.remote_addr;
     out.headers.reserve(static_cast<std::size_t>(info.num_headers));
     for (int i = 0; i < info.num_headers; ++i)
         out.headers.push_back({info.http_headers[i].name, info.http_headers[i].value});

@@ -113,6 +113,7 @@ std::string_view reason_phrase(int status) noexcept {
         case 415: return "Unsupported Media Type";
         case 416: return "Range Not Satisfiable";
         case 421: return "Misdirected Request";
+        case 429: return "Too Many Requests";
         case 431: return "Request Header Fields Too Large";
         case 500: return "Internal Server Error";
         case 503: return "Service Unavailable";

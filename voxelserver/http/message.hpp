@@ -19,8 +19,9 @@ struct Header {
 struct Request {
     std::string_view method, path;  ///< path: as sent, not decoded, without the query
     std::vector<Header> headers;
-    std::string_view query = {};  ///< as sent, not decoded, without the question mark
-    std::string_view body = {};   ///< complete, for routes that accept one
+    std::string_view query = {};   ///< as sent, not decoded, without the question mark
+    std::string_view body = {};    ///< complete, for routes that accept one
+    std::string_view client = {};  ///< numeric address; "": of this process
 
     /// Values of all headers of that name (case-insensitive), in the order sent, joined by ", ";
     /// empty when there is none.

@@ -77,11 +77,14 @@ std::optional<Response> refuse_missing_body(const RouteFacts& route, const Reque
 
 }  // namespace
 
-RequestCheck::RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins)
-    : m_token(std::move(token)), m_names(std::move(names)), m_origins(std::move(origins)) {}
+RequestCheck::RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins,
+                           std::function<TokenTries::Time()> clock)
+    : m_token(std::move(token)),
+      m_names(std::move(names)),
+      m_origins(std::move(origins)),
+      m_clock(std::move(clock)) {}
 
-std::optional<Response> RequestCheck::refusal(const RouteFacts& route,
-                                              const Request& request) const {
+std::optional<Response> RequestCheck::refusal(const RouteFacts& route, const Request& request) {
     if (auto out = refuse_headers(request))
         return out;
     if (auto out = refuse_host(request))
@@ -125,12 +128,30 @@ std::optional<Response> RequestCheck::refuse_origin(const RouteFacts& route,
     return std::nullopt;
 }
 
+RequestCheck::TokenVerdict RequestCheck::judge(const Request& request) {
+    if (!m_token.is_required() || !request.has_header("Authorization"))
+        return TokenVerdict::kNone;
+    const bool is_right = m_token.is_in(request);
+    if (!m_tries.count(std::string(request.client), is_right, m_clock()))
+        return TokenVerdict::kTooMany;
+    return is_right ? TokenVerdict::kRight : TokenVerdict::kWrong;
+}
+
 std::optional<Response> RequestCheck::refuse_without_token(const RouteFacts& route,
-                                                           const Request& request) const {
-    if (!route.open && m_token.is_required() && !has_token(request))
-        return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN")
-            .add("WWW-Authenticate", "Bearer");
-    return std::nullopt;
+                                                           const Request& request) {
+    if (route.open || !m_token.is_required())
+        return std::nullopt;
+    switch (judge(request)) {
+        case TokenVerdict::kRight: return std::nullopt;
+        case TokenVerdict::kTooMany:
+            return problem(429,
+                           "too many wrong tokens from this address; allowed: one more each second")
+                .add("Retry-After", std::to_string(TokenTries::kPause.count()));
+        case TokenVerdict::kNone:
+        case TokenVerdict::kWrong: break;
+    }
+    return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN")
+        .add("WWW-Authenticate", "Bearer");
 }
 
 }  // namespace terravox::http

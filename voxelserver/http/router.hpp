@@ -44,7 +44,7 @@ private:
 
     RequestCounts m_counts;
     const SharedOrigins m_origins;
-    const RequestCheck m_check;
+    RequestCheck m_check;
     Dispatcher m_dispatcher;
 };
 

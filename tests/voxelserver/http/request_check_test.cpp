@@ -19,7 +19,7 @@ RequestCheck check_with(const std::string& token) {
     return {token, sockets::HttpNames("127.0.0.1", {"voxels.example.org"})};
 }
 
-std::optional<Response> refusal(const RequestCheck& check, const Request& request) {
+std::optional<Response> refusal(RequestCheck& check, const Request& request) {
     return check.refusal(http::match_route(request.path).facts, request);
 }
 
@@ -56,7 +56,8 @@ TEST_CASE("the first reason to refuse a request counts", "[voxelserver][http][ch
         {"no body", {"POST", "/v2/boxes", {kToken}}, 411, true},
     }));
     DYNAMIC_SECTION(c.fault) {
-        const auto refused = refusal(check_with("s3cret"), c.request);
+        RequestCheck check = check_with("s3cret");
+        const auto refused = refusal(check, c.request);
         REQUIRE(refused);
         CHECK(refused->status == c.status);
         CHECK(refused->close == c.close);
@@ -65,14 +66,14 @@ TEST_CASE("the first reason to refuse a request counts", "[voxelserver][http][ch
 }
 
 TEST_CASE("a request without a fault is not refused", "[voxelserver][http][check]") {
-    const RequestCheck check = check_with("s3cret");
+    RequestCheck check = check_with("s3cret");
     CHECK_FALSE(refusal(check, {"POST", "/v2/boxes", {kToken, {"Content-Length", "14"}}}));
     CHECK_FALSE(refusal(check, {"GET", "/v2/world", {kToken, {"Content-Length", "0"}}}));
     CHECK_FALSE(refusal(check, {"HEAD", "/v2/world", {kToken, {"Host", "voxels.example.org"}}}));
 }
 
 TEST_CASE("each route accepts its own methods, and names them", "[voxelserver][http][check]") {
-    const RequestCheck check = check_with("");
+    RequestCheck check = check_with("");
     for (const http::RouteFacts& route : http::routes()) {
         if (route.path.front() != '/')
             continue;
@@ -96,7 +97,7 @@ TEST_CASE("each route accepts its own methods, and names them", "[voxelserver][h
 
 TEST_CASE("a body may be as long as its route says, and no other request may have one",
           "[voxelserver][http][check]") {
-    const RequestCheck check = check_with("");
+    RequestCheck check = check_with("");
     struct Case {
         const char* method;
         const char* path;
@@ -123,7 +124,7 @@ TEST_CASE("a body may be as long as its route says, and no other request may hav
 
 TEST_CASE("a request is refused where two machines could read its headers differently",
           "[voxelserver][http][check]") {
-    const RequestCheck check = check_with("");
+    RequestCheck check = check_with("");
     const Header host{"Host", "localhost"};
     const auto c = GENERATE_COPY(values<std::vector<Header>>({
         {host, host},
@@ -140,8 +141,8 @@ TEST_CASE("a request is refused where two machines could read its headers differ
 }
 
 TEST_CASE("only routes that are not open require the token", "[voxelserver][http][check]") {
-    const RequestCheck closed = check_with("s3cret");
-    const RequestCheck open = check_with("");
+    RequestCheck closed = check_with("s3cret");
+    RequestCheck open = check_with("");
     for (const http::RouteFacts& route : http::routes()) {
         if (route.path.front() != '/')
             continue;
@@ -162,4 +163,49 @@ TEST_CASE("only routes that are not open require the token", "[voxelserver][http
         CHECK_FALSE(refusal(closed, request));
         CHECK(closed.has_token(request));
     }
+}
+
+TEST_CASE("wrong tokens without end are not judged, and those of others are",
+          "[voxelserver][http][check]") {
+    http::TokenTries::Time now{std::chrono::hours(1000)};
+    RequestCheck check("s3cret", sockets::HttpNames(), {}, [&] { return now; });
+    const auto ask = [&](std::string_view client, const Header& authorization) {
+        Request request{"GET", "/v2/world", {authorization}};
+        request.client = client;
+        const auto refused = refusal(check, request);
+        return refused ? refused->status : 200;
+    };
+    const Header wrong{"Authorization", "Bearer s3crex"};
+    for (int i = 0; i < http::TokenTries::kMax; ++i)
+        CHECK(ask("192.0.2.7", wrong) == 401);
+    CHECK(ask("192.0.2.7", wrong) == 429);
+    CHECK(ask("192.0.2.7", kToken) == 429);
+    CHECK(ask("192.0.2.8", kToken) == 200);
+
+    Request request{"GET", "/v2/world", {kToken}};
+    request.client = "192.0.2.7";
+    CHECK(refusal(check, request)->header("Retry-After") == "1");
+    CHECK_FALSE(check.has_token(request));
+    request.path = "/healthz";  // tells more to clients with the token, and is open to all
+    CHECK_FALSE(refusal(check, request));
+    CHECK_FALSE(check.has_token(request));
+
+    now += std::chrono::seconds(1);
+    CHECK(ask("192.0.2.7", kToken) == 200);
+    // Others behind the address of a client that has the token are no hindrance to it.
+    for (int i = 0; i < 1000; ++i)
+        CHECK(ask("192.0.2.7", wrong) == 401);
+    CHECK(ask("192.0.2.7", kToken) == 200);
+}
+
+TEST_CASE("wrong tokens count on open paths, too, and requests without one do not",
+          "[voxelserver][http][check]") {
+    RequestCheck check("s3cret", sockets::HttpNames(), {},
+                       [] { return http::TokenTries::Time(std::chrono::hours(1000)); });
+    const Request health{"GET", "/healthz", {{"Authorization", "Bearer s3crex"}}};
+    for (int i = 0; i < 1000; ++i) {
+        CHECK_FALSE(check.has_token(health));
+        CHECK(refusal(check, {"GET", "/v2/world", {}})->status == 401);
+    }
+    CHECK(refusal(check, {"GET", "/v2/world", {kToken}})->status == 429);
 }
