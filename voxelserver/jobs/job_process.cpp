@@ -18,6 +18,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/printable.hpp"
 
 extern char** environ;
 
@@ -27,7 +28,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxSaid = 4096;
-constexpr int kNice = 10;
+constexpr int kNicer = 10;  ///< than the server
+constexpr std::size_t kMaxReason = 300;
 constexpr int kUnknownEnd = 127;
 
 /// The limit for files, no higher than that of the server.
@@ -91,8 +93,9 @@ int become(const Prepared& p) noexcept {
     // What libraries have opened without that flag, among it connections of clients.
     (void)::close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);
     const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    // A courtesy, which a service's filter of system calls may forbid.
-    (void)::setpriority(PRIO_PROCESS, 0, kNice);
+    // A courtesy, which a service's filter of system calls may forbid. The kernel ends it at 19.
+    [[maybe_unused]]
+    const int nice = ::nice(kNicer);
     const bool ready =
         ::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == p.parent &&
         ::setpgid(0, 0) == 0 && ::setrlimit(RLIMIT_CORE, &no_core) == 0 &&
@@ -234,7 +237,7 @@ std::string reason_in(const std::string& said) {
     constexpr std::string_view kName = "terravox: ";
     if (line.starts_with(kName))
         line.erase(0, kName.size());
-    return line;
+    return util::printable(line.substr(0, kMaxReason));
 }
 
 }  // namespace terravox::jobs

@@ -25,7 +25,7 @@ struct ProcessStart {
     std::uint64_t max_file_bytes = 0;  ///< of each file that it writes
 };
 
-/// A process that works for this one: at a low priority, without input, in its own process group.
+/// A process that works for this one: at a lower priority, without input, in its own process group.
 /// It gets SIGTERM when the thread that made the object ends. Not thread-safe.
 class JobProcess {
 public:
@@ -56,7 +56,8 @@ private:
 /// @param said by `terravox analyse` on standard error
 /// @return the share of its work that is done, 0 to 1; nullopt where it has not told
 [[nodiscard]] std::optional<double> progress_in(const std::string& said);
-/// @return its last line, without the program's name: the reason of a failure; empty: none
+/// @return its last line, without the program's name: the reason of a failure; empty: none. It is
+/// printable, and of a bounded length: it may repeat what a world or a client has said.
 [[nodiscard]] std::string reason_in(const std::string& said);
 
 }  // namespace terravox::jobs

@@ -2,9 +2,12 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <string>
 #include <thread>
 
 #include "common/util/error.hpp"
@@ -103,6 +106,20 @@ TEST_CASE("a process ends with the thread that has started it", "[voxelserver][j
     CHECK(test::eventually([&] { return script.noted() == "ended\n"; }));
 }
 
+TEST_CASE("a process is nicer than the server, however nice that is", "[voxelserver][jobs]") {
+    const int more = GENERATE(0, 3, 15);
+    const test::Script script("nice");
+    const test::TemporaryFolder folder;
+    // Linux keeps the niceness of each thread by itself.
+    std::thread([&] {
+        const int own = ::getpriority(PRIO_PROCESS, 0) + more;
+        CHECK(::setpriority(PRIO_PROCESS, 0, own) == 0);
+        jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
+        CHECK(status_of(process) == 0);
+        CHECK(process.said() == std::to_string(std::min(own + 10, 19)) + "\n");
+    }).join();
+}
+
 TEST_CASE("a program that is not there is reported", "[voxelserver][jobs]") {
     const test::TemporaryFolder folder;
     CHECK_THROWS_AS(jobs::JobProcess({folder.path() / "none", {}, folder.path(), {}, kMax_bytes}),
@@ -124,4 +141,6 @@ TEST_CASE("what it says is kept to some kilobytes, and read", "[voxelserver][job
     CHECK(jobs::progress_in("999999999999 %  tile 44 of 44") == 1);
     CHECK(jobs::reason_in("  7 %  tile 3\nterravox: no room\n") == "no room");
     CHECK(jobs::reason_in("\n\n").empty());
+    CHECK(jobs::reason_in("terravox: no \x1b[31mred\r world\n") == "no \\x1b[31mred\\r world");
+    CHECK(jobs::reason_in(std::string(4000, 'x')) == std::string(300, 'x'));
 }
