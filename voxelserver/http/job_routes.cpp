@@ -31,7 +31,7 @@ json json_of(const jobs::JobStatus& job) {
                 {"progress", job.progress}};
     if (job.state == jobs::JobState::kWaiting)
         out["before"] = job.before;
-    if (job.state == jobs::JobState::kFailed)
+    if (job.state == jobs::JobState::kFailed || !job.message.empty())
         out["message"] = without_folders(job.message);
     if (job.state == jobs::JobState::kDone) {
         out["holes"] = job.has_holes;

@@ -143,6 +143,10 @@ std::optional<JobStatus> JobQueue::status(const std::string& id) {
     out.before = static_cast<std::size_t>(std::count_if(m_jobs.begin(), found, [](const Job& one) {
         return one.status.state == JobState::kWaiting;
     }));
+    if (out.state == JobState::kWaiting && out.before == 0 && find_next() == m_jobs.end())
+        out.message =
+            "it waits for room: each result is kept for some minutes, or until it is "
+            "deleted";
     return out;
 }
 
@@ -155,6 +159,7 @@ bool JobQueue::remove(const std::string& id) {
     m_jobs.erase(found);
     if (!is_running)
         remove_folder(id);
+    m_changed.notify_all();  // its result leaves room for another
     return true;
 }
 
@@ -181,18 +186,14 @@ JobCounts JobQueue::counts() {
 
 void JobQueue::run_jobs() {
     std::unique_lock lock(m_mutex);
-    const auto next = [this] {
-        return std::find_if(m_jobs.begin(), m_jobs.end(),
-                            [](const Job& job) { return job.status.state == JobState::kWaiting; });
-    };
     for (;;) {
-        // Results end after some time, whether anybody asks or not.
-        while (
-            !m_changed.wait_for(lock, kSweep, [&] { return m_stopping || next() != m_jobs.end(); }))
+        // Results end after some time, whether anybody asks or not, and leave room for others.
+        while (!m_changed.wait_for(lock, kSweep,
+                                   [&] { return m_stopping || find_next() != m_jobs.end(); }))
             drop_old();
         if (m_stopping)
             return;
-        const auto job = next();
+        const auto job = find_next();
         job->status.state = JobState::kRunning;
         const std::string id = job->status.id;
         const JobRequest request = job->request;
@@ -284,8 +285,33 @@ JobQueue::Jobs::iterator JobQueue::find(const std::string& id) {
                         [&](const Job& job) { return job.status.id == id; });
 }
 
-/// Drops finished jobs that are too old, and of the others the oldest where they are too many or
-/// too large.
+/// Whether it has a result that must not be dropped yet to make room for others.
+bool JobQueue::must_stay(const Job& job) const {
+    return job.status.state == JobState::kDone &&
+           Clock::now() - job.finished < m_options.kept_at_least;
+}
+
+JobQueue::Jobs::iterator JobQueue::find_next() {
+    const auto next = std::find_if(m_jobs.begin(), m_jobs.end(), [](const Job& job) {
+        return job.status.state == JobState::kWaiting;
+    });
+    if (next == m_jobs.end())
+        return next;
+    std::size_t kept = 1;
+    std::uint64_t bytes = file_bytes_of(next->request);
+    for (const Job& job : m_jobs) {
+        const bool is_running = job.status.state == JobState::kRunning;
+        if (!is_running && !must_stay(job))
+            continue;
+        ++kept;
+        bytes += is_running ? file_bytes_of(job.request) : job.status.bytes;
+    }
+    const bool has_room = kept <= m_options.max_kept && bytes <= m_options.max_kept_bytes;
+    return has_room || kept == 1 ? next : m_jobs.end();
+}
+
+/// Drops finished jobs that are too old, and of those that need not be kept any more the oldest
+/// where they are too many or too large.
 void JobQueue::drop_old() {
     const auto now = Clock::now();
     std::size_t kept = 0;
@@ -301,7 +327,8 @@ void JobQueue::drop_old() {
         bytes += it->status.bytes;
         const bool has_room = kept <= m_options.max_kept && bytes <= m_options.max_kept_bytes;
         // The newest stays, however large: somebody has waited for it.
-        if ((has_room || kept == 1) && now - it->finished < m_options.kept)
+        const bool stays = has_room || kept == 1 || must_stay(*it);
+        if (stays && now - it->finished < m_options.kept)
             continue;
         remove_folder(it->status.id);
         m_jobs.erase(it);

@@ -22,9 +22,11 @@ namespace terravox::jobs {
 struct QueueOptions {
     int running = 1;  ///< jobs at the same time, at least 1
     std::size_t max_waiting = 16;
-    std::size_t max_kept = 16;  ///< finished jobs
+    std::size_t max_kept = 256;  ///< finished jobs
     std::uint64_t max_kept_bytes = std::uint64_t{4} << 30;
     std::chrono::seconds kept{6 * 3600};
+    /// No result is dropped for others before that: jobs wait for room instead.
+    std::chrono::seconds kept_at_least{15 * 60};
     /// A job ends where the disk of results has less room than that.
     std::uint64_t spare_bytes = std::uint64_t{64} << 20;
     JobLimits limits;
@@ -39,10 +41,12 @@ struct JobStatus {
     std::string id;
     std::string kind;
     JobState state = JobState::kWaiting;
-    std::size_t before = 0;   ///< jobs that wait and were there earlier
-    double progress = 0;      ///< 0 to 1
-    bool has_holes = false;   ///< data could not be read
-    std::string message;      ///< reason of a failure; it may name folders
+    std::size_t before = 0;  ///< jobs that wait and were there earlier
+    double progress = 0;     ///< 0 to 1
+    bool has_holes = false;  ///< data could not be read
+    /// Reason of a failure, one line, which may name folders; of a job that waits: why it is not
+    /// begun although none is before it.
+    std::string message;
     std::uint64_t bytes = 0;  ///< of the result
 };
 
@@ -55,8 +59,9 @@ struct JobCounts {
 /// Analyses that wait, run and are finished. Each runs in a process of its own
 /// (docs/adr/0032-jobs-of-the-voxel-server.md). Thread-safe.
 ///
-/// One lock guards the list of jobs. Each thread of the queue takes the first job that waits, runs
-/// its process without holding the lock, and looks ten times a second whether to stop it. A job
+/// One lock guards the list of jobs. Each thread of the queue takes the first job that waits, once
+/// its result has room beside those that must be kept, runs its process without holding the lock,
+/// and looks ten times a second whether to stop it. A job
 /// that is deleted while it runs leaves the list at once; its thread sees that, ends the process,
 /// and removes its folder.
 class JobQueue {
@@ -100,6 +105,9 @@ private:
     [[nodiscard]] std::vector<std::string> words_of(const JobRequest& request) const;
     // With the lock held:
     [[nodiscard]] Jobs::iterator find(const std::string& id);
+    /// @return the job to begin next; the end: none waits, or there is no room for its result
+    [[nodiscard]] Jobs::iterator find_next();
+    [[nodiscard]] bool must_stay(const Job& job) const;
     void drop_old();
 
     const QueueOptions m_options;

@@ -164,6 +164,7 @@ TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
     const bool by_bytes = GENERATE(false, true);
     options.max_kept = by_bytes ? 100 : 2;
     options.max_kept_bytes = by_bytes ? 2500 : 1'000'000;
+    options.kept_at_least = std::chrono::seconds(0);
     jobs::JobQueue queue(options);
     std::vector<std::string> ids;
     for (int i = 0; i < 4; ++i) {
@@ -179,10 +180,48 @@ TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
     CHECK(queue.counts().kept == 2);
 }
 
+TEST_CASE("no result is dropped for others before its time: they wait for room",
+          "[voxelserver][jobs]") {
+    const test::Script script("head -c 10000 /dev/zero > result.tif");
+    jobs::QueueOptions options = options_of(script);
+    const bool by_bytes = GENERATE(false, true);
+    constexpr std::uint64_t kOneResult_bytes = (std::uint64_t{64} << 20) + 20'000;
+    options.max_kept = by_bytes ? 100 : 1;
+    options.max_kept_bytes = by_bytes ? kOneResult_bytes : std::uint64_t{1} << 30;
+    jobs::JobQueue queue(options);
+    const auto of_one_client = queue.submit(request());
+    REQUIRE(of_one_client);
+    CHECK(end_of(queue, *of_one_client).state == JobState::kDone);
+    const auto of_another = queue.submit(request());
+    REQUIRE(of_another);
+    const auto waiting = queue.status(*of_another);
+    REQUIRE(waiting);
+    CHECK(waiting->state == JobState::kWaiting);
+    CHECK(waiting->before == 0);
+    CHECK_THAT(waiting->message, test::contains("waits for room"));
+    CHECK(queue.result(*of_one_client));
+    CHECK(queue.remove(*of_one_client));
+    CHECK(end_of(queue, *of_another).message.empty());
+    CHECK(queue.result(*of_another));
+}
+
+TEST_CASE("failed jobs take no room of results", "[voxelserver][jobs]") {
+    const test::Script script("exit 1");
+    jobs::QueueOptions options = options_of(script);
+    options.max_kept = 1;
+    jobs::JobQueue queue(options);
+    for (int i = 0; i < 3; ++i) {
+        const auto id = queue.submit(request());
+        REQUIRE(id);
+        CHECK(end_of(queue, *id).state == JobState::kFailed);
+    }
+}
+
 TEST_CASE("a result that is larger than what is kept stays until the next", "[voxelserver][jobs]") {
     const test::Script script("head -c 1000 /dev/zero > result.tif");
     jobs::QueueOptions options = options_of(script);
     options.max_kept_bytes = 500;
+    options.kept_at_least = std::chrono::seconds(0);
     jobs::JobQueue queue(options);
     std::string before;
     for (int i = 0; i < 2; ++i) {
