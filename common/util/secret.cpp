@@ -11,6 +11,7 @@
 #include <cstring>
 #include <memory>
 #include <set>
+#include <system_error>
 
 #include "common/util/error.hpp"
 
@@ -118,6 +119,18 @@ void check_token(std::string_view token, const std::string& attempt) {
                      ", at least " + std::to_string(kMinDifferent) +
                      " of them different, with both letters and digits; `terravox farm token` "
                      "makes one");
+}
+
+std::filesystem::path find_credential(const std::string& name) {
+    const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
+    if (folder.empty())
+        return {};
+    std::filesystem::path file = std::filesystem::path(folder) / name;
+    std::error_code unknown;
+    // One that cannot be looked at is there: reading it reports why.
+    const bool is_absent =
+        std::filesystem::status(file, unknown).type() == std::filesystem::file_type::not_found;
+    return is_absent ? std::filesystem::path() : file;
 }
 
 std::string find_token(const std::filesystem::path& file, const char* variable) {

@@ -26,6 +26,10 @@ inline constexpr const char* kServerTokenVariable = "TERRAVOX_SERVER_TOKEN";
 /// @throws UsageError, which does not show the token
 void check_token(std::string_view token, const std::string& attempt);
 
+/// A credential that systemd has handed to this service (LoadCredential=).
+/// @return its file; empty: there is none of that name
+[[nodiscard]] std::filesystem::path find_credential(const std::string& name);
+
 /// The token from the file, else from the variable, else ""; trailing white space is removed.
 /// @param file empty: no file is configured
 /// @param variable kFarmTokenVariable or kServerTokenVariable

@@ -55,6 +55,17 @@ class Services(Case):
                 exposure = re.search(r"exposure level for \S+ ([0-9.]+)", run.out)
                 self.assertLessEqual(float(exposure[1]), MAX_EXPOSURE)
 
+    def test_they_get_tokens_as_credentials_and_leave_memory_to_others(self):
+        for unit in UNITS:
+            with self.subTest(unit.name):
+                text = unit.read_text(encoding="utf-8")
+                self.assertRegex(text, r"(?m)^LoadCredential=(terravox\.server-)?token\b")
+                self.assertRegex(text, r"(?m)^MemoryMax=\d+%$")
+                self.assertRegex(text, r"(?m)^LimitCORE=0$")
+                self.assertNotRegex(text, r"TERRAVOX_\w*TOKEN")
+        settings = (ROOT / "config" / "debian" / "serve.env").read_text(encoding="utf-8")
+        self.assertNotRegex(settings, r"TERRAVOX_\w*TOKEN")
+
     def test_they_start_the_installed_command(self):
         for unit in UNITS:
             text = unit.read_text(encoding="utf-8")

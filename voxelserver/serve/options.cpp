@@ -186,7 +186,8 @@ void add_server_options(CLI::App& app, Options& o) {
         ->take_all();
     app.add_option("--token-file", o.token_file,
                    "file with the token that requests must bring, which only its owner may read; "
-                   "default: TERRAVOX_SERVER_TOKEN, or none");
+                   "default: the credential terravox.server-token of a systemd service, else "
+                   "TERRAVOX_SERVER_TOKEN, else none");
     app.add_option("--tls-cert", o.server.tls_certificate,
                    "PEM file with certificate and private key: serve https");
     app.add_option("--request-threads", o.request_threads,
@@ -225,16 +226,22 @@ void add_options(CLI::App& app, Options& o) {
 
 namespace {
 
+/// Name of the token among the credentials of the service (config/systemd).
+constexpr const char* kTokenCredential = "terravox.server-token";
+
 /// TERRAVOX_SERVER_TOKEN is the token that this server requires of its clients, unless the world is
 /// another server's and TERRAVOX_SERVER_ORIGIN binds the token to that one: then it is sent there,
 /// and must not be this server's, too.
 std::string own_token(const Options& o) {
+    const std::filesystem::path file = o.token_file.empty()
+                                           ? util::find_credential(kTokenCredential)
+                                           : std::filesystem::path(o.token_file);
     const char* origin = std::getenv("TERRAVOX_SERVER_ORIGIN");
     const bool is_bound = origin != nullptr && *origin != '\0';
     const bool is_remote =
         std::any_of(o.world.inputs.begin(), o.world.inputs.end(), worlds::is_http_address);
-    if (!o.token_file.empty() || !is_bound || !is_remote)
-        return util::find_token(o.token_file, util::kServerTokenVariable);
+    if (!file.empty() || !is_bound || !is_remote)
+        return util::find_token(file, util::kServerTokenVariable);
     if (!sockets::is_loopback(o.server.bind))
         throw util::UsageError(
             std::string("serve on ") + o.server.bind + ": " + util::kServerTokenVariable +

@@ -43,8 +43,9 @@ struct Options {
     bool no_ahead = false;
     bool prepare = false;
     bool prepare_only = false;
-    std::string cache;       ///< as util::cache_dir
-    std::string token_file;  ///< "" = TERRAVOX_SERVER_TOKEN of the environment, or no token
+    std::string cache;  ///< as util::cache_dir
+    /// "": the credential of the service, else TERRAVOX_SERVER_TOKEN of the environment, else none
+    std::string token_file;
     std::string log_level = "info";
     bool log_json = false;
 };

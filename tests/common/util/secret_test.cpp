@@ -183,4 +183,11 @@ TEST_CASE("a group may read what systemd hands to a service, and nothing else",
         INFO(file);
         CHECK_THROWS_WITH(read(file), contains("chmod 600"));
     }
+    CHECK(util::find_credential("token") == credential);
+    CHECK(util::find_credential("absent").empty());
+}
+
+TEST_CASE("a program that is no service of systemd has no credentials", "[common][util][secret]") {
+    const Variables variables{};
+    CHECK(util::find_credential("token").empty());
 }
