@@ -3,7 +3,7 @@
 
 import unittest
 
-from support import Case, Server, server_has, survey, temporary_folder
+from support import Case, Server, server_has, survey, temporary_folder, wait_until
 from wire import get, talk
 
 
@@ -20,6 +20,10 @@ class Token(Case):
         server = Server(survey(), "--cache", "none", "--token-file", file)
         try:
             self.assertEqual([server.get(p)[0] for p in ("/healthz", "/")], [200, 200])
+            # From an address that has shown the right token, wrong ones are not limited.
+            self.assertEqual(
+                server.get("/v2/world", {"Authorization": "Bearer " + self.TOKEN})[0], 200
+            )
             right = "Authorization: Bearer " + self.TOKEN
             wrong = [
                 [],
@@ -69,6 +73,39 @@ class Token(Case):
         finally:
             self.assertEqual(server.stop(), 0)
         self.assertNotIn(self.TOKEN, server.err)
+
+    def test_an_address_that_guesses_has_to_wait(self):
+        file = temporary_folder() / "token"
+        file.write_text(self.TOKEN + "\n")
+        file.chmod(0o600)
+        server = Server(survey(), "--cache", "none", "--token-file", file)
+        try:
+
+            def answer(token):
+                return server.get("/v2/world", {"Authorization": "Bearer " + token})
+
+            self.assertEqual(answer("wrong-horse")[0], 401)
+            wait_until(lambda: answer("wrong-horse")[0] == 429, "a refusal to judge tokens")
+            status, headers, _ = answer("wrong-horse")
+            self.assertIn((status, headers.get("Retry-After")), ((429, "1"), (401, None)))
+            wait_until(lambda: answer(self.TOKEN)[0] == 200, "another try")
+        finally:
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_service_has_its_token_from_systemd(self):
+        folder = temporary_folder()
+        file = folder / "terravox.server-token"
+        file.write_text(self.TOKEN + "\n")
+        file.chmod(0o440)
+        server = Server(
+            survey(), "--cache", "none", program=("env", f"CREDENTIALS_DIRECTORY={folder}")
+        )
+        try:
+            self.assertEqual(server.get("/v2/world")[0], 401)
+            right = {"Authorization": "Bearer " + self.TOKEN}
+            self.assertEqual(server.get("/v2/world", right)[0], 200)
+        finally:
+            self.assertEqual(server.stop(), 0)
 
     def test_a_body_is_not_read_before_the_token(self):
         file = temporary_folder() / "token"
