@@ -10,14 +10,12 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 
 namespace terravox::geo {
 namespace {
 
 using nlohmann::json;
-
-/// Lists and objects in each other: geometries need 8, and properties little more.
-constexpr int kMaxDepth = 64;
 
 /// @return the number that a text is, with or without its unit "m"; NaN for others
 double number_in(const std::string& text) {
@@ -51,14 +49,12 @@ public:
             fail(std::to_string(bytes) + " bytes; allowed: up to " +
                  std::to_string(kMaxGeoJson_bytes));
         std::ifstream in(file, std::ios::binary);
-        // Copies of a value take stack and memory for each of its brackets: a file may consist of
-        // them.
-        const auto check_depth = [this](int depth, json::parse_event_t, const json&) {
-            if (depth > kMaxDepth)
-                fail("more than " + std::to_string(kMaxDepth) + " lists in lists");
-            return true;
-        };
-        m_root = json::parse(in, check_depth, false);
+        std::string text(static_cast<std::size_t>(bytes), '\0');
+        in.read(text.data(), static_cast<std::streamsize>(text.size()));
+        text.resize(static_cast<std::size_t>(in.gcount()));
+        if (util::has_more_json_levels(text, util::kMaxJsonLevels))
+            fail("more than " + std::to_string(util::kMaxJsonLevels) + " lists in lists");
+        m_root = util::parse_json(text);
         if (!m_root.is_object())
             fail("it is no JSON object");
     }

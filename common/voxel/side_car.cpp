@@ -5,6 +5,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/place_json.hpp"
 
@@ -61,7 +62,9 @@ SideCar side_car_from_json(const std::string& text, const std::string& origin) {
     };
     SideCar car;
     try {
-        const json in = json::parse(text);
+        const json in = util::parse_json(text);
+        if (in.is_discarded())
+            fail("it is no JSON");
         if (const int version = in.at("version").get<int>(); version != kSideCarVersion)
             fail("version " + std::to_string(version) +
                  "; allowed: " + std::to_string(kSideCarVersion));

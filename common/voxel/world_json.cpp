@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/place_json.hpp"
 
@@ -70,7 +71,9 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
     };
     WorldInfo info;
     try {
-        const json in = json::parse(text);
+        const json in = util::parse_json(text);
+        if (in.is_discarded())
+            fail("not the reply of a voxel server: it is no JSON");
         if (const int version = in.at("version").get<int>(); version != kWorldVersion)
             fail("version " + std::to_string(version) +
                  "; allowed: " + std::to_string(kWorldVersion));

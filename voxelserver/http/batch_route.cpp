@@ -10,6 +10,7 @@
 #include <system_error>
 #include <thread>
 
+#include "common/util/json_text.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/unreachable_error.hpp"
 
@@ -49,7 +50,7 @@ public:
 }
 
 std::vector<BoxKey> keys_of(std::string_view body, int levels) {
-    const json in = json::parse(body, nullptr, false);
+    const json in = util::parse_json(body);
     if (!in.is_object() || !in.contains("boxes") || !in["boxes"].is_array())
         refuse("not JSON of that form");
     const json& list = in["boxes"];

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 
 namespace terravox::jobs {
 namespace {
@@ -67,7 +68,7 @@ bool is_one_of(std::string_view kind, std::initializer_list<std::string_view> ki
 class RequestReader {
 public:
     RequestReader(std::string_view body, const voxel::WorldInfo& world, const JobLimits& limits)
-        : m_in(json::parse(body, nullptr, false)), m_world(world), m_limits(limits) {
+        : m_in(util::parse_json(body)), m_world(world), m_limits(limits) {
         if (!m_in.is_object())
             refuse("not a JSON object",
                    "{\"kind\": \"sun\", \"area\": [west, south, east, north]}");

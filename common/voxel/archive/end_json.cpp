@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 
 namespace terravox::voxel::archive {
 
@@ -27,7 +28,7 @@ nlohmann::json end_json(ByteSource& source, const ArchiveIndex& index, const cha
     if (checksum != XXH64(bytes.data(), size, 0))
         throw damaged();
     const auto* text = reinterpret_cast<const char*>(bytes.data());
-    nlohmann::json out = nlohmann::json::parse(text, text + size, nullptr, false);
+    nlohmann::json out = util::parse_json({text, size});
     if (out.is_discarded())
         throw damaged();
     return out;

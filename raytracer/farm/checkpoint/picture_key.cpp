@@ -6,6 +6,7 @@
 
 #include "common/util/build_id.hpp"
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -40,13 +41,7 @@ Fields fields_of_scene(const std::string& toml) {
 
 Fields fields_of_world(const std::string& text) {
     Fields out;
-    // A world has lists in objects. What is deeper is left out: writing it takes stack for each of
-    // its brackets, and a checkpoint may be a stranger's.
-    constexpr int kMaxDepth = 8;
-    const auto is_shallow = [](int depth, json::parse_event_t, const json&) {
-        return depth <= kMaxDepth;
-    };
-    const json world = json::parse(text, is_shallow, false);
+    const json world = util::parse_json(text);
     if (!world.is_object())
         return {{"world", text}};
     for (const auto& [name, value] : world.items())
@@ -103,7 +98,10 @@ std::string PictureKey::to_json() const {
 PictureKey PictureKey::from_json(const std::string& text, const std::string& origin) {
     PictureKey out;
     try {
-        const json in = json::parse(text);
+        const json in = util::parse_json(text);
+        if (in.is_discarded())
+            throw util::Error("read the checkpoint " + origin +
+                              ": what it is of cannot be understood: it is no JSON");
         out.software = in.at("software").get<std::string>();
         out.build = in.at("build").get<std::string>();
         out.scene = in.at("scene").get<std::string>();

@@ -85,6 +85,16 @@ TEST_CASE("a GeoJSON file of many brackets is refused", "[common][geo]") {
     }
 }
 
+TEST_CASE("a GeoJSON file of a million objects is read in one go", "[common][geo]") {
+    // A parser that looks through all objects before it at the end of each takes an hour for this.
+    std::string objects = "{}";
+    for (int i = 0; i < 1'000'000; ++i)
+        objects += ",{}";
+    const auto shapes = read(feature(R"({"type":"Point","coordinates":[15,46]})",
+                                     R"({"objects":[)" + objects + R"(],"height":3})"));
+    CHECK(shapes.at(0).number("height") == 3);
+}
+
 TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
     struct Case {
         const char* text;

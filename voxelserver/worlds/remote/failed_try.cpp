@@ -5,6 +5,8 @@
 #include <random>
 #include <string_view>
 
+#include "common/util/json_text.hpp"
+
 namespace terravox::remote {
 
 std::optional<FailureKind> failure_kind_of(long status) noexcept {
@@ -22,7 +24,7 @@ std::string problem_of(const HttpReply& reply) {
     std::string reason = "no reason given";
     const std::string_view text(reinterpret_cast<const char*>(reply.body.data()),
                                 std::min<std::size_t>(reply.body.size(), 2000));
-    const auto json = nlohmann::json::parse(text, nullptr, false);
+    const auto json = util::parse_json(text);
     if (json.is_object() && json.contains("detail") && json["detail"].is_string())
         reason = json["detail"].get<std::string>();
     std::replace_if(

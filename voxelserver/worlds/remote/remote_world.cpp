@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/json_text.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/worlds/remote/batch_client.hpp"
@@ -87,7 +88,7 @@ public:
         return m_client.fetch(
             m_url + "/v2/columns/" + place, kMaxText_bytes, {}, m_client.timeout(),
             [](const std::string& url, const HttpReply& reply) {
-                const auto json = nlohmann::json::parse(text_of(reply), nullptr, false);
+                const auto json = util::parse_json(text_of(reply));
                 voxel::ColumnExtent out;
                 if (!read_whole(json, "by_begin", out.by_begin) ||
                     !read_whole(json, "by_end", out.by_end))
