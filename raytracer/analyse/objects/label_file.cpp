@@ -32,17 +32,6 @@ std::vector<Neighbour> neighbours(int near) {
     return out;
 }
 
-/// The cells whose middles a polygon may hold, within the raster.
-CellRectangle cells_around(const overlay::Footprint& part, int columns, int rows) {
-    const auto within = [](double side, int end) {
-        return static_cast<int>(std::clamp(side, 0.0, static_cast<double>(end)));
-    };
-    const int west = within(std::floor(part.min()[0]), columns);
-    const int north = within(std::floor(part.min()[1]), rows);
-    return {west, north, within(std::ceil(part.max()[0]), columns) - west,
-            within(std::ceil(part.max()[1]), rows) - north};
-}
-
 }  // namespace
 
 LabelFile::LabelFile(const std::filesystem::path& out, int columns, int rows)
@@ -88,14 +77,13 @@ LabelFile::LabelFile(const std::filesystem::path& out, const std::vector<ObjectP
                      int columns, int rows, int near, const std::stop_token& stop)
     : LabelFile(out, columns, rows) {
     for (const ObjectPolygon& polygon : polygons)
-        for (const overlay::Footprint& part : polygon.parts) {
-            check_stop(stop);
-            number(part, static_cast<std::int32_t>(polygon.feature) + 1);
-        }
+        for (const overlay::Footprint& part : polygon.parts)
+            number(part, static_cast<std::int32_t>(polygon.feature) + 1, stop);
     widen(near, stop);
 }
 
-void LabelFile::number(const overlay::Footprint& part, std::int32_t number) const {
+void LabelFile::number(const overlay::Footprint& part, std::int32_t number,
+                       const std::stop_token& stop) const {
     CellRectangle area = cells_around(part, m_columns, m_rows);
     if (area.width <= 0)
         return;
@@ -108,6 +96,7 @@ void LabelFile::number(const overlay::Footprint& part, std::int32_t number) cons
         read(area, numbers);
         auto cell = numbers.begin();
         for (int y = area.y0; y < area.y0 + area.height; ++y) {
+            check_stop(stop);
             const std::vector<double> crossings = part.crossings(y + 0.5);
             for (int x = area.x0; x < area.x0 + area.width; ++x, ++cell)
                 if (*cell == 0 && overlay::Footprint::is_inside(crossings, x + 0.5))

@@ -44,7 +44,8 @@ private:
     void write(const CellRectangle& area, Numbers& numbers) const;
     [[nodiscard]] CellRectangle row(int row) const noexcept { return {0, row, m_columns, 1}; }
     /// Gives a polygon's number to those of its cells that have none.
-    void number(const overlay::Footprint& part, std::int32_t number) const;
+    void number(const overlay::Footprint& part, std::int32_t number,
+                const std::stop_token& stop) const;
     /// Gives cells without a number that of the nearest one.
     void widen(int near, const std::stop_token& stop) const;
 

@@ -59,7 +59,7 @@ private:
             for (const Positions& ring : m_shapes[i].parts) {
                 check_ring(feature, ring);
                 part->addRingDirectly(line_of(ring).release());
-                rings.push_back(in_cells(ring));
+                rings.push_back(in_cells(feature, ring));
             }
             outline->addGeometryDirectly(part.release());
             parts.push_back(footprint_of(feature, std::move(rings)));
@@ -98,11 +98,18 @@ private:
         return out;
     }
 
-    [[nodiscard]] Footprint::Ring in_cells(const Positions& ring) const {
+    [[nodiscard]] Footprint::Ring in_cells(std::size_t feature, const Positions& ring) const {
+        // More than the Earth has, of the smallest voxels. Areas of such polygons are whole
+        // numbers.
+        constexpr double kFarthest = 1e9;
         Footprint::Ring out;
-        for (const geo::Shape::Position& p : ring)
+        for (const geo::Shape::Position& p : ring) {
             out.push_back({(p[0] - m_transform[0]) / m_transform[1],
                            (p[1] - m_transform[3]) / m_transform[5]});
+            for (const double at : out.back())
+                if (!(std::abs(at) <= kFarthest))
+                    fail(feature, "has a corner farther than 10^9 cells from the raster");
+        }
         return out;
     }
 
@@ -111,20 +118,65 @@ private:
     const std::vector<geo::Shape> m_shapes;
 };
 
-/// The cells that a footprint's corners span, within some distance of any raster.
-CellRectangle span_of(const Footprint& cells) {
-    constexpr double kFarthest = 1e6;
-    const auto cell = [&](double at) {
-        return static_cast<int>(std::floor(std::clamp(at, -kFarthest, kFarthest)));
-    };
-    const int x0 = cell(cells.min()[0]);
-    const int y0 = cell(cells.min()[1]);
-    return {x0, y0, cell(cells.max()[0]) - x0 + 1, cell(cells.max()[1]) - y0 + 1};
+/// Mean of a number that goes evenly from `a` to `b` and is cut to [low, high], above `low`.
+double mean_above(double a, double b, double low, double high) {
+    const double least = std::min(a, b);
+    const double most = std::max(a, b);
+    const double from = std::clamp(least, low, high);
+    const double to = std::clamp(most, low, high);
+    if (least == most)
+        return from - low;
+    const double beyond = std::max(most, high) - std::max(least, high);
+    return ((to - from) * ((from + to) / 2 - low) + beyond * (high - low)) / (most - least);
+}
+
+/// The area of a ring within [low, high), in cells: by Green's theorem the integral of x along its
+/// sides, which are cut to the rectangle.
+double area_within(const Footprint::Ring& ring, const Footprint::Point& low,
+                   const Footprint::Point& high) {
+    double sum = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        const Footprint::Point& a = ring[i];
+        const Footprint::Point& b = ring[(i + 1) % ring.size()];
+        const double begin = std::clamp(a[1], low[1], high[1]);
+        const double end = std::clamp(b[1], low[1], high[1]);
+        if (begin == end)
+            continue;
+        const auto x_at = [&](double y) {
+            return a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]));
+        };
+        sum += (end - begin) * mean_above(x_at(begin), x_at(end), low[0], high[0]);
+    }
+    return std::abs(sum);
+}
+
+/// The area of a footprint, without its holes.
+double area_within(const Footprint& footprint, const Footprint::Point& low,
+                   const Footprint::Point& high) {
+    const std::vector<Footprint::Ring>& rings = footprint.rings();
+    double out = area_within(rings.front(), low, high);
+    for (std::size_t hole = 1; hole < rings.size(); ++hole)
+        out -= area_within(rings[hole], low, high);
+    return out;
+}
+
+/// Beyond a raster there may be any number of cells, so they are not counted one by one.
+std::uint64_t cells_beyond(const CellFile& cells, const Footprint& footprint) {
+    const double inside =
+        area_within(footprint, {0, 0},
+                    {static_cast<double>(cells.columns()), static_cast<double>(cells.rows())});
+    const double all = area_within(footprint, footprint.min(), footprint.max());
+    return static_cast<std::uint64_t>(std::max(std::round(all - inside), 0.0));
 }
 
 void add_cells(CellFile& cells, const Footprint& footprint, double cell_m2,
                const std::stop_token& stop, ObjectSums& out) {
-    const CellRectangle area = span_of(footprint);
+    const std::uint64_t beyond = cells_beyond(cells, footprint);
+    out.cells += beyond;
+    out.cells_without_value += beyond;
+    const CellRectangle area = cells_around(footprint, cells.columns(), cells.rows());
+    if (area.width <= 0)
+        return;
     EnergyRows rows(cells, area);
     while (rows.next()) {
         check_stop(stop);
@@ -136,6 +188,16 @@ void add_cells(CellFile& cells, const Footprint& footprint, double cell_m2,
 }
 
 }  // namespace
+
+CellRectangle cells_around(const Footprint& part, int columns, int rows) {
+    const auto within = [](double side, int end) {
+        return static_cast<int>(std::clamp(side, 0.0, static_cast<double>(end)));
+    };
+    const int west = within(std::floor(part.min()[0]), columns);
+    const int north = within(std::floor(part.min()[1]), rows);
+    return {west, north, within(std::ceil(part.max()[0]), columns) - west,
+            within(std::ceil(part.max()[1]), rows) - north};
+}
 
 std::vector<ObjectPolygon> read_polygons(const std::filesystem::path& file,
                                          const output::GeoPlacement& to, int columns, int rows) {

@@ -26,14 +26,18 @@ struct ObjectPolygon {
 /// Reads the polygons of a GeoJSON file, one for each feature that has any.
 /// @param to where the raster lies; with a CRS
 /// @param columns, rows of the raster
-/// @throws Error as geo::read_geojson(); for what is no polygon, crosses itself or is not closed;
-/// when none meets the raster
+/// @throws Error as geo::read_geojson(); for what is no polygon, crosses itself, is not closed, or
+/// has a corner farther than 10^9 cells from the raster; when none meets the raster
 [[nodiscard]] std::vector<ObjectPolygon> read_polygons(const std::filesystem::path& file,
                                                        const output::GeoPlacement& to, int columns,
                                                        int rows);
 
-/// Adds up the cells whose middles lie in each polygon, with those beyond the raster, which have no
-/// value. A cell counts for all polygons that it lies in.
+/// The cells whose middles a part of a polygon may hold, within a raster.
+[[nodiscard]] CellRectangle cells_around(const overlay::Footprint& part, int columns, int rows);
+
+/// Adds up the cells whose middles lie in each polygon. A cell counts for all polygons that it lies
+/// in. Where a polygon reaches beyond the raster, its area there is as many cells without a value,
+/// rounded: what a polygon costs depends on the raster and on its corners, not on where they lie.
 /// @return as many as there are polygons
 /// @throws Error as CellFile; "interrupted" when stopped
 [[nodiscard]] std::vector<ObjectFacts> facts_of(CellFile& cells,

@@ -319,6 +319,46 @@ TEST_CASE("polygons count the cells whose middles they hold", "[raytracer][analy
     CHECK(facts[1].cells_without_value == 1);
 }
 
+TEST_CASE("what lies beyond the raster costs nothing, however far a polygon reaches",
+          "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells = raster_of(folder, Grid(10, std::vector<int>(12, 1)));
+    struct Case {
+        const char* name;
+        std::vector<overlay::Footprint::Ring> rings;  // in cells
+        std::uint64_t inside;
+        std::uint64_t beyond;
+    };
+    // The last corner of a ring is joined with its first.
+    const auto c = GENERATE(values<Case>({
+        {"all of a raster and a million cells around it",
+         {{{-1e6, -1e6}, {1e6, -1e6}, {1e6, 1e6}, {-1e6, 1e6}}},
+         120,
+         4'000'000'000'000 - 120},
+        {"as far as is allowed to the east, a row high",
+         {{{3, 2}, {1e9, 2}, {1e9, 3}, {3, 3}}},
+         9,
+         1'000'000'000 - 12},
+        {"a triangle whose sides cross those of the raster",
+         {{{-6, 5}, {12, -4}, {12, 14}}},
+         6 + 8 + 8 + 9 * 10,
+         18 * 18 / 2 - 112},
+        {"a hole in the raster and beyond it",
+         {{{0, 0}, {100, 0}, {100, 10}, {0, 10}}, {{6, 2}, {20, 2}, {20, 4}, {6, 4}}},
+         120 - 12,
+         880 - 16},
+        {"beside the raster", {{{12, 0}, {20, 0}, {20, 5}, {12, 5}}}, 0, 40},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        std::vector<analyse::ObjectPolygon> polygons(1);
+        polygons[0].parts.emplace_back(c.rings);
+        const analyse::ObjectFacts facts = analyse::facts_of(*cells, polygons, 4, {})[0];
+        CHECK(facts.cells - facts.cells_without_value == c.inside);
+        CHECK(facts.cells_without_value == c.beyond);
+        CHECK(facts.area_m2 == 4 * static_cast<double>(c.inside + c.beyond));
+    }
+}
+
 TEST_CASE("polygons of longitude and latitude are transformed", "[raytracer][analyse]") {
     const TemporaryFolder folder;
     const geo::Crs crs = geo::Crs::from_text("EPSG:3794");
@@ -362,6 +402,8 @@ TEST_CASE("what is no valid polygon is refused", "[raytracer][analyse]") {
                  "MultiPolygon"),
          "not valid"},
         {"elsewhere", polygon("[[[1,1],[9,1],[9,9],[1,1]]]"), "none of them meets"},
+        {"far away", polygon("[[[462000,100990],[1e300,100990],[1e300,100980],[462000,100990]]]"),
+         "farther than 10^9 cells"},
     };
     for (const Wrong& one : wrong) {
         INFO(one.name);
