@@ -1,9 +1,10 @@
 #include "common/util/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -13,6 +14,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/write_all.hpp"
 
 namespace terravox::util {
@@ -27,13 +29,52 @@ std::string reason(int code) {
     return std::strerror(code);
 }
 
-// The process id and a counter distinguish two writers of one target, in one process or in two. The
-// counter begins anywhere: writers on two machines may have one process id.
+// The process says who has left a file. The rest distinguishes two writers of one target, on one
+// machine or on two, and cannot be guessed: where others may write to the folder, they cannot have
+// put a link there, which libraries that are told this name would follow.
 std::filesystem::path temporary_name(const std::filesystem::path& target) {
-    static std::atomic<unsigned> counter{std::random_device{}()};
+    std::random_device random;
+    std::array<char, 2 * 8 + 1> digits{};
+    std::snprintf(digits.data(), digits.size(), "%08x%08x", random(), random());
     const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" +
-                      std::to_string(counter++) + target.extension().string();
+                      digits.data() + target.extension().string();
     return folder_of(target) / name;
+}
+
+/// Whether a link may be followed by a program that writes: it is this user's or the system's, or
+/// nobody but its owner can have put it where it is.
+bool is_trusted(const std::filesystem::path& link) noexcept {
+    struct stat facts{};
+    struct stat folder{};
+    if (::lstat(link.c_str(), &facts) != 0 || ::stat(folder_of(link).c_str(), &folder) != 0)
+        return false;
+    if (facts.st_uid == ::geteuid() || facts.st_uid == 0)
+        return true;
+    return facts.st_uid == folder.st_uid && (folder.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
+/// @param name for messages
+/// @param file the same, behind links that are followed
+void check_place(const std::filesystem::path& name, const std::filesystem::path& file) {
+    std::error_code failed;
+    std::error_code ignored;
+    const auto type = std::filesystem::symlink_status(file, ignored).type();
+    if (file.filename().empty() || type == std::filesystem::file_type::directory)
+        throw UsageError("write " + name.string() + ": this is a folder; give a file name");
+    // A file would be renamed over it.
+    if (type == std::filesystem::file_type::block ||
+        type == std::filesystem::file_type::character || type == std::filesystem::file_type::fifo ||
+        type == std::filesystem::file_type::socket)
+        throw UsageError("write " + name.string() +
+                         ": this is a device, a pipe or a socket; give a file name");
+    const auto folder = folder_of(file);
+    std::filesystem::create_directories(folder, failed);
+    if (!std::filesystem::is_directory(folder, ignored))
+        throw Error("write " + name.string() + ": cannot make the folder " + folder.string() +
+                    ": " + (failed ? failed.message() : "a file of that name exists"));
+    if (::access(folder.c_str(), W_OK) != 0)
+        throw Error("write " + name.string() + ": the folder " + folder.string() +
+                    " is not writable: " + reason(errno));
 }
 
 void flush_to_disk(const std::filesystem::path& path) {
@@ -58,23 +99,7 @@ void rename_file(const std::filesystem::path& from, const std::filesystem::path&
 }  // namespace
 
 void check_writable(const std::filesystem::path& target) {
-    std::error_code failed;
-    std::error_code ignored;
-    const std::filesystem::path file = follow_links(target);
-    if (file.filename().empty() || std::filesystem::is_directory(file, ignored))
-        throw UsageError("write " + target.string() + ": this is a folder; give a file name");
-    // A file would be renamed over it.
-    if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
-        throw UsageError("write " + target.string() +
-                         ": this is a device, a pipe or a socket; give a file name");
-    const auto folder = folder_of(file);
-    std::filesystem::create_directories(folder, failed);
-    if (!std::filesystem::is_directory(folder, ignored))
-        throw Error("write " + target.string() + ": cannot make the folder " + folder.string() +
-                    ": " + (failed ? failed.message() : "a file of that name exists"));
-    if (::access(folder.c_str(), W_OK) != 0)
-        throw Error("write " + target.string() + ": the folder " + folder.string() +
-                    " is not writable: " + reason(errno));
+    check_place(target, follow_links(target));
 }
 
 std::filesystem::path follow_links(const std::filesystem::path& name) {
@@ -87,14 +112,20 @@ std::filesystem::path follow_links(const std::filesystem::path& name) {
         const std::filesystem::path to = std::filesystem::read_symlink(at, failed);
         if (failed)
             throw Error("write " + name.string() + ": " + failed.message());
+        if (!is_trusted(at))
+            throw Error("write " + name.string() + ": " + at.string() +
+                        " is a symbolic link of another user, in a folder that others may write "
+                        "to; allowed: the name that it leads to, " +
+                        to.string());
         at = at.parent_path() / to;
     }
     throw Error("write " + name.string() + ": too many symbolic links");
 }
 
-AtomicFile::AtomicFile(const std::filesystem::path& target)
-    : m_target(follow_links(target)), m_temporary(temporary_name(m_target)) {
-    check_writable(target);
+AtomicFile::AtomicFile(const std::filesystem::path& target, Links links)
+    : m_target(links == Links::kFollow ? follow_links(target) : target),
+      m_temporary(temporary_name(m_target)) {
+    check_place(target, m_target);
 }
 
 AtomicFile::~AtomicFile() {
@@ -115,11 +146,8 @@ void rename_durably(const std::filesystem::path& from, const std::filesystem::pa
 
 void AtomicFile::append(std::span<const std::byte> bytes) {
     if (m_fd < 0) {
-        // A killed process may have left a file of this name.
-        const int begin = m_is_begun ? 0 : O_TRUNC;
-        m_fd = ::open(m_temporary.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | begin, 0666);
-        if (m_fd < 0)
-            throw Error("write " + m_target.string() + ": " + reason(errno));
+        m_fd = open_to_write(m_temporary, O_WRONLY | O_APPEND | (m_is_begun ? 0 : O_CREAT | O_EXCL),
+                             0666, "write " + m_target.string());
         m_is_begun = true;
     }
     if (const int failed = write_all(m_fd, bytes); failed != 0)
@@ -158,8 +186,9 @@ void AtomicFile::commit_as_new() {
     m_committed = true;
 }
 
-void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes) {
-    AtomicFile file(target);
+void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes,
+                           Links links) {
+    AtomicFile file(target, links);
     file.append(bytes);
     file.commit();
 }

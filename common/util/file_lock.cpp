@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/printable.hpp"
 
 namespace terravox::util {
@@ -47,17 +48,14 @@ void sign(int fd) noexcept {
 }  // namespace
 
 std::optional<FileLock> FileLock::try_take(const std::filesystem::path& file) {
-    const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd < 0)
-        throw failed(file);
-    FileLock out(fd);
+    FileLock out(open_to_write(file, O_RDWR | O_CREAT, 0644, "lock " + file.string()));
     struct flock lock = whole_file();
-    if (::fcntl(fd, F_OFD_SETLK, &lock) != 0) {
+    if (::fcntl(out.m_fd, F_OFD_SETLK, &lock) != 0) {
         if (errno == EAGAIN || errno == EACCES)
             return std::nullopt;
         throw failed(file);
     }
-    sign(fd);
+    sign(out.m_fd);
     return out;
 }
 

@@ -1,8 +1,12 @@
 #include "common/util/files.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <string>
 #include <unordered_map>
 
@@ -90,6 +94,23 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
             add(file);
     }
     return out;
+}
+
+int open_to_write(const fs::path& file, int flags, unsigned mode, const std::string& attempt) {
+    // Opening a pipe would wait for its reader.
+    const int fd = ::open(file.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, mode);
+    const int why = errno;
+    std::error_code ignored;
+    if (fd < 0 && fs::is_symlink(file, ignored))
+        throw Error(attempt + ": " + file.string() +
+                    " is a symbolic link, which is not followed; allowed: a plain file, or none");
+    if (fd < 0)
+        throw Error(attempt + ": " + std::strerror(why));
+    struct stat facts{};
+    if (::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode))
+        return fd;
+    ::close(fd);
+    throw Error(attempt + ": " + file.string() + " is not a plain file; allowed: one, or none");
 }
 
 bool is_named(int fd, const fs::path& name) noexcept {

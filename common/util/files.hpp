@@ -4,6 +4,7 @@
 #include <functional>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +25,16 @@ namespace terravox::util {
 [[nodiscard]] std::vector<std::filesystem::path> expand_folders(
     const std::vector<std::filesystem::path>& paths, std::span<const std::string_view> endings,
     std::string_view what, const std::function<bool(const std::filesystem::path&)>& belongs);
+
+/// Opens a file to write to it in its place: a lock, a journal, an archive that grows. Never
+/// through a symbolic link at its name, nor anything but a plain file: where others may write to
+/// the folder, they could have put there what leads to any file of this user.
+/// @param flags of open(2), for writing; O_CLOEXEC and O_NOFOLLOW are added
+/// @param mode of a new file
+/// @param attempt begins the message: "lock a.lock"
+/// @throws Error
+[[nodiscard]] int open_to_write(const std::filesystem::path& file, int flags, unsigned mode,
+                                const std::string& attempt);
 
 /// Whether an open file still has this name. A file that is locked by its name has to be opened
 /// again where it has not: in between, another process may have removed or replaced it.

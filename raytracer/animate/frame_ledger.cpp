@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/write_all.hpp"
 
 namespace terravox::animate {
@@ -32,9 +33,10 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
                 ::close(fd);
         }
     };
-    const Descriptor out{::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666)};
-    if (out.fd < 0)
-        fail("written");
+    const Descriptor out{util::open_to_write(file, O_WRONLY | O_CREAT | O_APPEND, 0666,
+                                             "note that frame " + std::to_string(frame) +
+                                                 " is done: " + file.string() +
+                                                 " cannot be written")};
     while (::flock(out.fd, LOCK_EX) != 0) {
         if (errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL)
             break;  // a file system without locks

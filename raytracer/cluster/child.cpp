@@ -15,6 +15,7 @@
 #include <cstring>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "raytracer/animate/video.hpp"
 
 extern char** environ;
@@ -104,10 +105,7 @@ private:
 int open_log(const std::filesystem::path& log) {
     if (log.empty())
         return -1;
-    const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    if (file < 0)
-        throw util::Error("write " + log.string() + ": " + std::strerror(errno));
-    return file;
+    return util::open_to_write(log, O_WRONLY | O_CREAT | O_TRUNC, 0644, "write " + log.string());
 }
 
 }  // namespace

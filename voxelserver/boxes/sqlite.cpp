@@ -1,5 +1,8 @@
 #include "voxelserver/boxes/sqlite.hpp"
 
+#include <filesystem>
+#include <system_error>
+
 namespace terravox::boxes {
 namespace {
 
@@ -63,9 +66,15 @@ std::shared_ptr<const std::string> Statement::bytes(int column) const {
 }
 
 Database::Database(const std::string& file) {
-    const int flags =
-        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
-    if (sqlite3_open_v2(file.c_str(), &m_database, flags, nullptr) != SQLITE_OK) {
+    // Others may have put a link where the file belongs, to a database of this user. The flag wants
+    // a name in which nothing is one, so those before the last are resolved.
+    const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX |
+                      SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_NOFOLLOW;
+    const std::filesystem::path path = std::filesystem::absolute(file);
+    std::error_code failed;
+    const auto folder = std::filesystem::canonical(path.parent_path(), failed);
+    const std::string name = failed ? file : (folder / path.filename()).string();
+    if (sqlite3_open_v2(name.c_str(), &m_database, flags, nullptr) != SQLITE_OK) {
         const std::string why =
             m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
         sqlite3_close(m_database);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -73,10 +74,9 @@ void ArchiveWriter::fail(const char* what) const {
 void ArchiveWriter::open() {
     do {
         if (m_fd >= 0)
-            ::close(m_fd);
-        m_fd = ::open(m_part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        if (m_fd < 0)
-            fail(std::strerror(errno));
+            ::close(std::exchange(m_fd, -1));
+        m_fd = util::open_to_write(m_part, O_RDWR | O_CREAT, 0644,
+                                   "write the box archive " + m_file.string());
         struct flock lock{};
         lock.l_type = F_WRLCK;
         lock.l_whence = SEEK_SET;

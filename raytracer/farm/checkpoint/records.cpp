@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::farm {
 namespace {
@@ -85,7 +86,12 @@ std::optional<std::uint64_t> find_head(const OpenFile& file, std::uint64_t from,
 }  // namespace
 
 OpenFile::OpenFile(std::filesystem::path path, int flags, const std::string& attempt)
-    : m_path(std::move(path)), m_fd(::open(m_path.c_str(), flags | O_CLOEXEC, 0666)) {
+    : m_path(std::move(path)) {
+    if ((flags & O_ACCMODE) != O_RDONLY) {
+        m_fd = util::open_to_write(m_path, flags, 0666, attempt + " " + m_path.string());
+        return;
+    }
+    m_fd = ::open(m_path.c_str(), flags | O_CLOEXEC);
     const int why = errno;
     struct stat facts{};
     if (m_fd < 0)

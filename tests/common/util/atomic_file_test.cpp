@@ -1,12 +1,17 @@
 #include "common/util/atomic_file.hpp"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
@@ -83,14 +88,40 @@ TEST_CASE("a file that is committed as new replaces none", "[common][util][atomi
     CHECK(entries_in(folder.path()) == 1);
 }
 
-TEST_CASE("what a killed process has left is no part of a file", "[common][util][atomic_file]") {
+TEST_CASE("what lies at the name of a temporary file is not written to",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "picture.png";
-    AtomicFile file(target);
-    std::ofstream(file.temporary_path()) << "left";
-    file.append(bytes_of("whole"));
-    file.commit();
-    CHECK(text_of(target) == "whole");
+    const auto precious = folder.path() / "precious";
+    std::ofstream(precious) << "as it was";
+    {
+        AtomicFile file(target);
+        fs::create_symlink(precious, file.temporary_path());
+        CHECK_THROWS_WITH(file.append(bytes_of("new")),
+                          contains("write " + target.string()) &&
+                              contains(file.temporary_path().string() + " is a symbolic link"));
+    }
+    {
+        AtomicFile file(target);
+        fs::create_hard_link(precious, file.temporary_path());
+        CHECK_THROWS_WITH(file.append(bytes_of("new")), contains("File exists"));
+    }
+    CHECK(text_of(precious) == "as it was");
+    CHECK(entries_in(folder.path()) == 1);
+}
+
+TEST_CASE("the name of a temporary file does not tell that of the next",
+          "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    std::set<std::string> beginnings;
+    for (int i = 0; i < 20; ++i) {
+        const AtomicFile file(folder.path() / "a");
+        std::string name = file.temporary_path().filename().string();
+        REQUIRE(name.size() > 8);
+        name.resize(name.size() - 8);
+        beginnings.insert(name);
+    }
+    CHECK(beginnings.size() == 20);
 }
 
 TEST_CASE("an append that fails names the target and the reason", "[common][util][atomic_file]") {
@@ -98,9 +129,10 @@ TEST_CASE("an append that fails names the target and the reason", "[common][util
     const auto target = folder.path() / "archive.tvx";
     {
         AtomicFile file(target);
-        fs::create_symlink("/dev/full", file.temporary_path());
-        CHECK_THROWS_WITH(file.append(bytes_of("one")),
-                          contains(target.string()) && contains("No space left on device"));
+        file.append(bytes_of("one"));
+        const terravox::test::FullDisk full(3);
+        CHECK_THROWS_WITH(file.append(bytes_of("two")),
+                          contains(target.string()) && contains("File too large"));
     }
     CHECK(entries_in(folder.path()) == 0);
 }
@@ -225,6 +257,57 @@ TEST_CASE("what a link leads to is written, and the link stays", "[common][util]
     }
     CHECK(entries_in(at / "disk") == 2);
     CHECK(entries_in(at) == 3);
+}
+
+TEST_CASE("a link can be replaced instead, and leads to what it led to",
+          "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const fs::path& at = folder.path();
+    std::ofstream(at / "precious") << "as it was";
+    for (const char* const to : {"precious", "nothing", "/dev/null"}) {
+        CAPTURE(to);
+        fs::create_symlink(to, at / "plan.json");
+        write_file_atomically(at / "plan.json", "{}", Links::kReplace);
+        CHECK(fs::is_regular_file(fs::symlink_status(at / "plan.json")));
+        CHECK(text_of(at / "plan.json") == "{}");
+        CHECK(text_of(at / "precious") == "as it was");
+        CHECK_FALSE(fs::exists(at / "nothing"));
+        fs::remove(at / "plan.json");
+    }
+}
+
+TEST_CASE("a link of another user is followed only out of a folder that is theirs alone",
+          "[common][util][atomic_file]") {
+    if (::geteuid() != 0) {
+        SUCCEED("only root can make links of other users");
+        return;
+    }
+    constexpr uid_t kOther = 4711;
+    const TemporaryFolder folder;
+    const fs::path& at = folder.path();
+    std::ofstream(at / "precious") << "as it was";
+    fs::create_directory(at / "shared");
+    const fs::path link = at / "shared" / "picture.png";
+    fs::create_symlink(at / "precious", link);
+    REQUIRE(::lchown(link.c_str(), kOther, static_cast<gid_t>(-1)) == 0);
+    const auto set_folder = [&](uid_t owner, mode_t mode) {
+        REQUIRE(::chown((at / "shared").c_str(), owner, static_cast<gid_t>(-1)) == 0);
+        REQUIRE(::chmod((at / "shared").c_str(), mode) == 0);
+    };
+    for (const auto& [owner, mode] :
+         {std::pair<uid_t, mode_t>{0, 01777}, {0, 0755}, {kOther, 0777}, {kOther, 0775}}) {
+        CAPTURE(owner, mode);
+        set_folder(owner, mode);
+        CHECK_THROWS_WITH(write_file_atomically(link, "new"),
+                          contains(link.string() + " is a symbolic link of another user") &&
+                              contains("allowed: the name that it leads to, ") &&
+                              contains((at / "precious").string()));
+        CHECK_THROWS_AS(check_writable(link), Error);
+    }
+    CHECK(text_of(at / "precious") == "as it was");
+    set_folder(kOther, 0755);
+    write_file_atomically(link, "new");
+    CHECK(text_of(at / "precious") == "new");
 }
 
 TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {

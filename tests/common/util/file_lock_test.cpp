@@ -5,6 +5,8 @@
 
 #include <array>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
@@ -85,6 +87,17 @@ TEST_CASE("what cannot be locked is an error with its name", "[util][lock]") {
     const test::TemporaryFolder folder;
     CHECK_THROWS_AS(FileLock::try_take(folder.path() / "none" / "lock"), Error);
     CHECK(FileLock::holder(folder.path() / "none") == "another process");
+}
+
+TEST_CASE("a link at the name of a lock is refused, and what it leads to is not written",
+          "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto precious = folder.path() / "precious";
+    std::ofstream(precious) << "as it was";
+    std::filesystem::create_symlink(precious, folder.path() / "run.lock");
+    CHECK_THROWS_WITH(FileLock::try_take(folder.path() / "run.lock"),
+                      test::contains("run.lock is a symbolic link"));
+    CHECK(std::filesystem::file_size(precious) == 9);
 }
 
 }  // namespace terravox::util

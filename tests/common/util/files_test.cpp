@@ -1,5 +1,9 @@
 #include "common/util/files.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <fstream>
 
 #include "common/util/error.hpp"
@@ -67,4 +71,36 @@ TEST_CASE("a path without data is a mistake that is named", "[common][util][file
     CHECK_THROWS_AS(expand_folders({folder.path() / "absent"}, {".laz"}, "LiDAR data"), UsageError);
     CHECK_THROWS_WITH(expand_folders({folder.path() / "absent"}, {".laz"}, "LiDAR data"),
                       contains("absent: no such file or folder"));
+}
+
+TEST_CASE("a file that is written in its place is a plain one, and never behind a link",
+          "[common][util][files]") {
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    const auto open = [&](const char* name, int flags) {
+        return terravox::util::open_to_write(folder.path() / name, flags, 0644, "keep the notes");
+    };
+    const fs::path precious = folder.path() / "precious";
+    std::ofstream(precious) << "as it was";
+    fs::create_symlink("precious", folder.path() / "link");
+    fs::create_symlink("nothing", folder.path() / "link to nothing");
+    fs::create_directory(folder.path() / "folder");
+    REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+    for (const char* const name : {"link", "link to nothing"}) {
+        CAPTURE(name);
+        CHECK_THROWS_WITH(open(name, O_WRONLY | O_CREAT | O_TRUNC),
+                          contains("keep the notes: ") &&
+                              contains((folder.path() / name).string() + " is a symbolic link"));
+    }
+    CHECK(fs::file_size(precious) == 9);
+    CHECK_FALSE(fs::exists(folder.path() / "nothing"));
+    CHECK_THROWS_WITH(open("pipe", O_RDWR | O_CREAT), contains("pipe is not a plain file"));
+    CHECK_THROWS_WITH(open("pipe", O_WRONLY), contains("keep the notes: No such device"));
+    CHECK_THROWS_WITH(open("folder", O_RDWR | O_CREAT), contains("keep the notes: Is a directory"));
+    for (const char* const name : {"precious", "new"}) {
+        const int fd = open(name, O_WRONLY | O_CREAT | O_TRUNC);
+        CHECK(terravox::util::is_named(fd, folder.path() / name));
+        ::close(fd);
+        CHECK(fs::file_size(folder.path() / name) == 0);
+    }
 }

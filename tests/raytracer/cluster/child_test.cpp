@@ -58,4 +58,6 @@ TEST_CASE("a child's output goes to its log, from the start", "[cluster][child]"
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     CHECK(text == "out\nerr\n");
     CHECK_THROWS_AS(Child({"true"}, folder.path() / "none" / "log"), terravox::util::Error);
+    std::filesystem::create_symlink("log", folder.path() / "link");
+    CHECK_THROWS_AS(Child({"true"}, folder.path() / "link"), terravox::util::Error);
 }

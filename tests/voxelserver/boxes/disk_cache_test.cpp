@@ -171,6 +171,37 @@ TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][d
     CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "again");
 }
 
+TEST_CASE("a link at the name of the cache file is not followed", "[voxelserver][boxes][disk]") {
+    const test::TemporaryFolder folder;
+    const Inputs inputs;
+    const auto other = folder.path() / "other.sqlite";
+    sqlite3* database = nullptr;
+    REQUIRE(sqlite3_open(other.c_str(), &database) == SQLITE_OK);
+    REQUIRE(sqlite3_exec(database, "CREATE TABLE mine (a)", nullptr, nullptr, nullptr) ==
+            SQLITE_OK);
+    sqlite3_close(database);
+    const auto bytes = [&] {
+        std::ifstream in(other, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    const std::string before = bytes();
+    std::filesystem::create_symlink(other, folder.path() / "boxes.sqlite");
+    {
+        DiskCache cache(folder.path() / "boxes.sqlite", kPlenty, inputs.function());
+        cache.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
+        cache.flush();
+        CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+    }
+    CHECK((bytes() == before));
+    // Links in the names of folders are ordinary.
+    std::filesystem::create_directory(folder.path() / "disk");
+    std::filesystem::create_directory_symlink("disk", folder.path() / "cache");
+    DiskCache cache(folder.path() / "cache" / "boxes.sqlite", kPlenty, inputs.function());
+    cache.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
+    cache.flush();
+    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
+}
+
 TEST_CASE(
     "a file that is no database, or half of one, is begun anew; a folder that cannot be costs only "
     "the disk",

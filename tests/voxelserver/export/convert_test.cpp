@@ -217,6 +217,15 @@ TEST_CASE("two conversions to one place do not spoil each other", "[raytracer][c
     CHECK_THROWS_WITH(Journal(folder.path() / "j", "b"), contains("another conversion"));
 }
 
+TEST_CASE("a link at the name of a journal is refused, and leads to what it led to",
+          "[raytracer][convert][journal]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "precious") << "as it was";
+    fs::create_symlink("precious", folder.path() / "j");
+    CHECK_THROWS_WITH(Journal(folder.path() / "j", "a"), contains("j is a symbolic link"));
+    CHECK(fs::file_size(folder.path() / "precious") == 9);
+}
+
 TEST_CASE("a journal is continued when it is the same conversion's, whatever its end",
           "[raytracer][convert][journal]") {
     const TemporaryFolder folder;

@@ -49,9 +49,8 @@ void Journal::fail(const std::string& why) const {
 void Journal::open() {
     do {
         close();
-        m_fd = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-        if (m_fd < 0)
-            fail(std::strerror(errno));
+        m_fd = util::open_to_write(m_path, O_RDWR | O_CREAT | O_APPEND, 0644,
+                                   "write the journal " + m_path.string());
         if (::flock(m_fd, LOCK_EX | LOCK_NB) != 0)
             fail("another conversion is writing there");
     } while (!util::is_named(m_fd, m_path));

@@ -184,6 +184,18 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     }
 }
 
+TEST_CASE("a link at the name of an unfinished archive is refused, and leads to what it led to",
+          "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path precious = folder.path() / "precious";
+    write_bytes(precious, "as it was");
+    fs::create_symlink(precious, folder.path() / "a.tvx.part");
+    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "a.tvx", info_of(), 0),
+                      contains("a.tvx.part is a symbolic link"));
+    CHECK(bytes_of(precious) == "as it was");
+    CHECK_FALSE(fs::exists(folder.path() / "a.tvx"));
+}
+
 TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes",
           "[common][voxel][archive]") {
     const test::TemporaryFolder folder;

@@ -324,6 +324,16 @@ TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][check
     CHECK(farm::Checkpoint(file, small_key(), kResume).count() == 2);
 }
 
+TEST_CASE("a link at the name of a checkpoint is refused, and leads to what it led to",
+          "[raytracer][checkpoint]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "precious") << "as it was";
+    fs::create_symlink("precious", folder.path() / "a.tiles");
+    CHECK_THAT(message([&] { farm::Checkpoint(folder.path() / "a.tiles", small_key(), kResume); }),
+               contains("a.tiles is a symbolic link"));
+    CHECK(fs::file_size(folder.path() / "precious") == 9);
+}
+
 TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to",
           "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
