@@ -439,6 +439,21 @@ class Country(Case):
         run = country("run", self.plan, "-o", self.out, "--join")
         self.assertRefused(run, 1, "shard 1 of 2 is missing")
 
+    def test_a_plan_does_not_say_where_to_write_elsewhere(self):
+        """A plan may be a stranger's, and its run.json names any file of this user."""
+        self.make_plan(2)
+        plan = json.loads((self.plan / "plan.json").read_text())
+        elsewhere = self.folder / "mine" / "country.tvx"
+        note = {"plan": plan["id"], "archive": str(elsewhere), "before": "", "after": ""}
+        (self.plan / "run.json").write_text(json.dumps(note), encoding="utf-8")
+        for command in ("resume", "patch"):
+            with self.subTest(command):
+                run = country(command, self.plan, "--quiet")
+                self.assertRefused(run, 2, "its run.json names", f"allowed: -o {elsewhere}")
+                self.assertFalse(elsewhere.parent.exists())
+        self.assertDone(country("resume", self.plan, "-o", elsewhere, "--quiet"))
+        self.assertEqual(elsewhere.read_bytes(), whole())
+
     @unittest.skipIf(NO_SMALL_DISK, NO_SMALL_DISK)
     def test_a_full_disk_in_a_task_is_a_line_and_loses_nothing(self):
         with SmallDisk(40_000) as disk:

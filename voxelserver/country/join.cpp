@@ -9,6 +9,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/voxel/archive/archive_format.hpp"
 #include "common/voxel/archive/archive_index.hpp"
 #include "voxelserver/archive/merge.hpp"
 #include "voxelserver/archive/summary.hpp"
@@ -50,7 +51,8 @@ void write_target(const PlanFolder& folder, const Target& target) {
                    {"before", target.before},   {"after", target.after},
                    {"patched", target.patched}, {"is_patched", target.is_patched}};
     util::write_file_atomically(folder.run(),
-                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n",
+                                util::Links::kReplace);
 }
 
 std::optional<Target> read_target(const PlanFolder& folder) {
@@ -68,6 +70,31 @@ std::optional<Target> read_target(const PlanFolder& folder) {
     } catch (const Json::exception&) {
         return std::nullopt;
     }
+}
+
+fs::path confirmed_archive(const PlanFolder& folder, const Target& target, const fs::path& named,
+                           const std::string& attempt) {
+    const std::string archive = target.archive.string();
+    if (!named.empty()) {
+        std::error_code ignored;
+        const bool is_same = fs::absolute(named).lexically_normal() == target.archive ||
+                             fs::equivalent(named, target.archive, ignored);
+        if (!is_same)
+            throw util::UsageError(attempt + ": its run writes " + archive + ", not " +
+                                   named.string() + "; allowed: -o " + archive +
+                                   ", or terravox country run for another one");
+        return target.archive;
+    }
+    std::error_code failed;
+    const fs::path file = fs::weakly_canonical(util::follow_links(target.archive), failed);
+    const fs::path& plan = folder.path();
+    const bool is_near = file.parent_path() == plan || file.parent_path() == plan.parent_path();
+    if (failed || !is_near || file.extension() != voxel::archive::kEnding)
+        throw util::UsageError(attempt + ": its run.json names " + archive +
+                               ", which is no .tvx file in the plan's folder or beside it; "
+                               "allowed: -o " +
+                               archive + ", if that is where it shall go");
+    return target.archive;
 }
 
 std::string state_of_file(const fs::path& file) {

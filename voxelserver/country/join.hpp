@@ -28,6 +28,22 @@ void write_target(const PlanFolder& folder, const Target& target);
 /// @return nullopt when there is none, or it is damaged
 [[nodiscard]] std::optional<Target> read_target(const PlanFolder& folder);
 
+/// Help of the option that names it.
+inline constexpr const char* kConfirmedArchive =
+    "the archive of the plan's last run, which has to be named where it lies neither in the plan's "
+    "folder nor beside it";
+/// Where a run or a patch goes on to write. A plan may be a stranger's, and its run.json then names
+/// any file of this user: what lies neither in the plan's folder nor beside it, or is not named
+/// like a box archive, has to be named again.
+/// @param named by the user; empty: nothing
+/// @param attempt begins messages
+/// @return Target::archive
+/// @throws UsageError when it has to be named, or another one is
+[[nodiscard]] std::filesystem::path confirmed_archive(const PlanFolder& folder,
+                                                      const Target& target,
+                                                      const std::filesystem::path& named,
+                                                      const std::string& attempt);
+
 /// Size, time and number of a file; empty: there is none.
 [[nodiscard]] std::string state_of_file(const std::filesystem::path& file);
 

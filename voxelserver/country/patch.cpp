@@ -63,6 +63,8 @@ private:
 
     void find_archive() {
         const std::optional<Target> target = read_target(m_folder);
+        if (target)
+            (void)confirmed_archive(m_folder, *target, m_options.archive, attempt());
         m_goes_on = target && target->patched == m_old.id();
         if (!m_goes_on && (!target || !is_joined(m_folder, m_old, target->archive)))
             throw util::UsageError(attempt() +
@@ -181,7 +183,7 @@ private:
         put_in(change);
         // Facts of the data before, which the plan that is still there names, are all that a call
         // after an interruption up to here needs.
-        util::write_file_atomically(m_folder.known_squares(), known);
+        util::write_file_atomically(m_folder.known_squares(), known, util::Links::kReplace);
         write_plan(m_folder, m_plan);
         const fs::path& archive = m_outcome.archive;
         write_target(m_folder, {m_plan.id(), archive, "", state_of_file(archive), "", true});

@@ -14,7 +14,8 @@
 namespace terravox::country {
 
 struct PatchOptions {
-    int threads = 0;  ///< 0: one for each core
+    std::filesystem::path archive;  ///< as the user named it: confirmed_archive(); empty: not
+    int threads = 0;                ///< 0: one for each core
     /// As WorldOptions::memory_bytes. A square reads parts of eight others, some 250 MB for 7
     /// million points each; what does not fit is decoded more than once.
     std::size_t memory_bytes = std::size_t{2} << 30;
@@ -38,9 +39,10 @@ struct PatchOutcome {
 /// into the archive, which has the bytes of a conversion anew then. The plan becomes one of the
 /// data as they are. Killed at any time, the archive is the old or the new one, and the next call
 /// goes on.
-/// @throws UsageError when no archive of the plan is finished; Error when another process runs the
-/// plan, another program made it, photographs have changed, a square cannot be read, a square is
-/// gone of which the plan does not know where it lay, or the archive cannot be written
+/// @throws UsageError when no archive of the plan is finished, or where it is has to be confirmed;
+/// Error when another process runs the plan, another program made it, photographs have changed, a
+/// square cannot be read, a square is gone of which the plan does not know where it lay, or the
+/// archive cannot be written
 PatchOutcome patch_country(const PlanFolder& folder, const PatchOptions& options);
 
 }  // namespace terravox::country

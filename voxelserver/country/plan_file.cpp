@@ -216,7 +216,7 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
     out["squares"] = json_of(plan.squares, paths);
     out["images"] = json_of(plan.images, paths);
     try {
-        util::write_file_atomically(folder.plan(), out.dump(1) + "\n");
+        util::write_file_atomically(folder.plan(), out.dump(1) + "\n", util::Links::kReplace);
     } catch (const Json::type_error&) {
         throw util::UsageError("write the plan " + folder.plan().string() +
                                ": the path of an input is no UTF-8; allowed: UTF-8, which JSON is "

@@ -21,6 +21,11 @@ PlanFolder::PlanFolder(const fs::path& folder) {
         throw util::UsageError("open the plan " + folder.string() +
                                ": there is no such folder; allowed: one that terravox country "
                                "plan has written");
+    // A plan may be a stranger's.
+    if (fs::is_symlink(scratch(), failed))
+        throw util::UsageError("open the plan " + folder.string() + ": " + scratch().string() +
+                               " is a symbolic link, and folders behind it would be removed; "
+                               "allowed: a folder, or none");
 }
 
 fs::path PlanFolder::shard(int number) const {

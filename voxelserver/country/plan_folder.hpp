@@ -13,7 +13,7 @@ namespace terravox::country {
 class PlanFolder {
 public:
     /// @param folder that exists
-    /// @throws UsageError when it does not
+    /// @throws UsageError when it does not, or its scratch() is a link
     explicit PlanFolder(const std::filesystem::path& folder);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }

@@ -188,6 +188,11 @@ TaskOutcome make_shard(const PlanFolder& folder, const Plan& plan, int number,
                           util::FileLock::holder(folder.lock(number)) + " makes it");
     if (const auto there = finished_shard(folder, plan, number))
         return {false, *there, holes_of(folder, number)};
+    // Who writes an archive follows a link that a user has named; these names are our own.
+    std::error_code ignored;
+    if (fs::is_symlink(folder.shard(number), ignored))
+        throw util::Error(attempt_of(plan, number) + ": " + folder.shard(number).string() +
+                          " is a symbolic link, which is not followed; allowed: none");
     return Task(folder, plan, number, options).run();
 }
 

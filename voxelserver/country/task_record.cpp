@@ -23,7 +23,8 @@ void write_record(const std::filesystem::path& file, const TaskRecord& record) {
         {"holes", record.holes}, {"host", record.host},
         {"error", record.error}};
     util::write_file_atomically(file,
-                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n",
+                                util::Links::kReplace);
 }
 
 std::optional<TaskRecord> read_record(const std::filesystem::path& file) {

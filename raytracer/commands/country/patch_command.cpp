@@ -9,6 +9,7 @@
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "raytracer/commands/country/run_command.hpp"
+#include "voxelserver/country/join.hpp"
 #include "voxelserver/country/patch.hpp"
 
 namespace terravox::commands {
@@ -16,6 +17,7 @@ namespace {
 
 struct PatchArguments {
     std::string plan;
+    std::string out;
     int threads = 0;
     int memory_mib = 2048;  ///< it runs alone
     bool quiet = false;
@@ -37,6 +39,7 @@ util::ExitCode run_patch(const PatchArguments& args) {
     const country::PlanFolder folder{args.plan};
     const thread::StopSignals signals;
     country::PatchOptions options;
+    options.archive = args.out;
     options.threads = args.threads;
     options.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     options.quiet = args.quiet;
@@ -75,6 +78,7 @@ std::function<util::ExitCode()> add_country_patch(CLI::App& country) {
         "Bring the finished archive of a plan up to date: squares that have changed, are new or "
         "are gone since");
     command->add_option("plan", args->plan, "the plan's folder")->required();
+    command->add_option("-o,--output", args->out, country::kConfirmedArchive);
     command->add_option("--threads", args->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();

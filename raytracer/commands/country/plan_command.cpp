@@ -126,7 +126,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
     meter.finish();
     country::write_plan(folder, plan);
     unused.set_planned();
-    util::write_file_atomically(folder.known_squares(), known_squares);
+    util::write_file_atomically(folder.known_squares(), known_squares, util::Links::kReplace);
     args.scripts.write(folder, plan, args.out);
     const std::string said = args.json ? json_of(plan, args.out) + "\n" : text_of(plan);
     std::fputs(said.c_str(), stdout);

@@ -189,7 +189,8 @@ util::ExitCode run_resume(RunArguments args) {
         throw util::UsageError("resume the plan " + args.plan +
                                ": no run has begun; allowed: terravox country run first, which "
                                "says where the archive goes");
-    args.out = target->archive.string();
+    args.out = country::confirmed_archive(folder, *target, args.out, "resume the plan " + args.plan)
+                   .string();
     // What was to be written over then may be so now.
     args.overwrite =
         !target->before.empty() && country::state_of_file(target->archive) == target->before;
@@ -260,6 +261,7 @@ std::function<util::ExitCode()> add_country_resume(CLI::App& country) {
     CLI::App* const command =
         add_command(country, *args, "resume",
                     "Go on with the last run of a plan: the same as `run` with the same -o");
+    command->add_option("-o,--output", args->out, country::kConfirmedArchive);
     add_machine_options(*command, *args);
     return [args] { return run_resume(*args); };
 }

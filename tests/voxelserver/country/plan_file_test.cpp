@@ -4,7 +4,9 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "voxelserver/country/join.hpp"
 #include "voxelserver/country/plan_folder.hpp"
+#include "voxelserver/country/task.hpp"
 
 namespace terravox::country {
 namespace {
@@ -114,6 +116,67 @@ TEST_CASE("a plan with numbers that no world has is refused", "[country][plan]")
         write_plan(folder, plan);
         CHECK_THROWS_WITH(read_plan(folder), test::contains(c.said));
     }
+}
+
+TEST_CASE("a run goes on where its plan's folder is, and elsewhere only when that is named",
+          "[country][plan]") {
+    namespace fs = std::filesystem;
+    const test::TemporaryFolder place;
+    fs::create_directory(place.path() / "plan");
+    fs::create_directory(place.path() / "disk");
+    const PlanFolder folder(place.path() / "plan");
+    const fs::path at = folder.path().parent_path();
+    fs::create_symlink("../disk/a.tvx", at / "plan" / "inner.tvx");
+    fs::create_symlink("disk/a.tvx", at / "outer.tvx");
+    const auto confirmed = [&](const fs::path& archive, const fs::path& named) {
+        return confirmed_archive(folder, {"id", archive, "", "", ""}, named, "resume the plan");
+    };
+    for (const fs::path& near : {at / "plan" / "a.tvx", at / "a.tvx"}) {
+        CAPTURE(near);
+        CHECK(confirmed(near, "") == near);
+    }
+    for (const fs::path& far :
+         {at / "disk" / "a.tvx", at / "plan" / "deeper" / "a.tvx", at.parent_path() / "a.tvx",
+          at / "plan" / ".." / ".." / "a.tvx", at / "plan" / "inner.tvx", at / "outer.tvx",
+          at / "notes.txt", at / ".profile", fs::path("/etc/a.tvx"), fs::path("a.tvx"),
+          fs::path()}) {
+        CAPTURE(far);
+        CHECK_THROWS_WITH(confirmed(far, ""),
+                          test::contains("resume the plan: its run.json names " + far.string()) &&
+                              test::contains("allowed: -o " + far.string()));
+        CHECK_THROWS_AS(confirmed(far, ""), util::UsageError);
+    }
+    CHECK(confirmed(at / "disk" / "a.tvx", at / "disk" / "a.tvx") == at / "disk" / "a.tvx");
+    CHECK(confirmed(at / "disk" / "a.tvx", at / "plan" / ".." / "disk" / "a.tvx") ==
+          at / "disk" / "a.tvx");
+    CHECK_THROWS_WITH(confirmed(at / "a.tvx", at / "b.tvx"),
+                      test::contains("its run writes " + (at / "a.tvx").string()));
+}
+
+TEST_CASE("links in the folder of a plan lead no task to what lies elsewhere", "[country][plan]") {
+    namespace fs = std::filesystem;
+    const test::TemporaryFolder place;
+    const fs::path at = place.path();
+    fs::create_directory(at / "plan");
+    fs::create_directory(at / "mine");
+    std::ofstream(at / "mine" / "precious") << "as it was";
+    const Plan plan = some_plan();
+    {
+        const PlanFolder folder(at / "plan");
+        folder.make_folders();
+        fs::create_symlink(at / "mine" / "precious", folder.plan());
+        write_plan(folder, plan);
+        CHECK(fs::is_regular_file(fs::symlink_status(folder.plan())));
+        fs::create_symlink(at / "mine" / "precious", folder.shard(1));
+        CHECK_THROWS_WITH(make_shard(folder, plan, 1, {}),
+                          test::contains("00001.tvx is a symbolic link"));
+        fs::create_symlink(at / "mine" / "precious", folder.lock(2));
+        CHECK_THROWS_WITH(make_shard(folder, plan, 2, {}),
+                          test::contains("00002.lock is a symbolic link"));
+    }
+    fs::create_directory_symlink(at / "mine", at / "plan" / "scratch");
+    CHECK_THROWS_WITH(PlanFolder(at / "plan"), test::contains("scratch is a symbolic link"));
+    CHECK(fs::file_size(at / "mine" / "precious") == 9);
 }
 
 }  // namespace terravox::country
