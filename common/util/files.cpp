@@ -1,6 +1,7 @@
 #include "common/util/files.hpp"
 
 #include <fcntl.h>
+#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -111,6 +112,17 @@ int open_to_write(const fs::path& file, int flags, unsigned mode, const std::str
         return fd;
     ::close(fd);
     throw Error(attempt + ": " + file.string() + " is not a plain file; allowed: one, or none");
+}
+
+int open_unnamed(const fs::path& near, const std::string& attempt) {
+    const fs::path folder = near.parent_path().empty() ? fs::path(".") : near.parent_path();
+    std::string name = (folder / ("." + near.filename().string() + ".spool-XXXXXX")).string();
+    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
+    if (fd < 0)
+        throw Error(attempt + ": no file can be made in " + folder.string() + ": " +
+                    std::strerror(errno));
+    ::unlink(name.c_str());
+    return fd;
 }
 
 bool is_named(int fd, const fs::path& name) noexcept {

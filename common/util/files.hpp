@@ -36,6 +36,12 @@ namespace terravox::util {
 [[nodiscard]] int open_to_write(const std::filesystem::path& file, int flags, unsigned mode,
                                 const std::string& attempt);
 
+/// Opens a new file to read and write, without a name: it is gone once it is closed.
+/// @param near a file in whose folder it takes room
+/// @param attempt begins the message
+/// @throws Error
+[[nodiscard]] int open_unnamed(const std::filesystem::path& near, const std::string& attempt);
+
 /// Whether an open file still has this name. A file that is locked by its name has to be opened
 /// again where it has not: in between, another process may have removed or replaced it.
 /// @param fd of the open file

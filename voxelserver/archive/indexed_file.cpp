@@ -1,6 +1,5 @@
 #include "voxelserver/archive/indexed_file.hpp"
 
-#include <algorithm>
 #include <span>
 #include <string>
 
@@ -15,21 +14,7 @@ using voxel::archive::MadeRecord;
 IndexedFile::IndexedFile(const std::filesystem::path& file, voxel::archive::ArchiveIndex::Of of)
     : m_source(voxel::archive::file_source(file)),
       m_index(std::make_unique<voxel::archive::ArchiveIndex>(*m_source, of)),
-      m_entries(all_entries(*m_index)) {}
-
-const voxel::archive::Entry* IndexedFile::find(const voxel::BoxKey& key) const {
-    const voxel::archive::Key wanted = voxel::archive::key_of(key);
-    if (!voxel::archive::in_range(wanted))
-        return nullptr;
-    const auto found =
-        std::lower_bound(m_entries.begin(), m_entries.end(), wanted,
-                         [](const voxel::archive::Entry& entry, const voxel::archive::Key& k) {
-                             return voxel::archive::before(entry.key, k);
-                         });
-    if (found == m_entries.end() || voxel::archive::key_of(found->key) != key)
-        return nullptr;
-    return &*found;
-}
+      m_finder(std::make_unique<voxel::archive::EntryFinder>(*m_index)) {}
 
 MadeRecord IndexedFile::record(const voxel::archive::Entry& entry) const {
     MadeRecord out{voxel::archive::key_of(entry.key), entry.kind, {}};

@@ -151,10 +151,8 @@ MergeReport merge(std::span<const std::filesystem::path> files, const std::files
     const int below = std::min(kSubtreeLevel, info.levels - 1);
     voxel::archive::add_levels_above(writer, below, info.levels, threads);
     MergeReport report;
-    for (const Entry& entry : writer.entries()) {
-        ++report.records;
-        report.holes += entry.kind == Kind::kHole ? 1 : 0;
-    }
+    report.records = writer.entries();
+    report.holes = writer.holes();
     writer.finish(damage.size());
     unfinished.release();
     return report;

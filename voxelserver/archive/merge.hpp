@@ -16,7 +16,7 @@ struct MergeReport {
 /// shards would have made, byte for byte. Records are copied, not packed anew; only the levels
 /// above the shards' are made. The shards stay.
 ///
-/// Memory: 32 bytes a box for the index.
+/// Memory: that of voxel::ArchiveWriter, and 32 bytes a box of one shard at a time.
 /// @param shards in any order
 /// @param out may be a symbolic link, which is followed
 /// @param threads 0: one for each core

@@ -1,8 +1,9 @@
 #include "voxelserver/archive/open_changes.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "common/util/error.hpp"
 
@@ -26,45 +27,73 @@ struct SourcedRecord {
     Entry entry;
 };
 
-/// The records of the patched archive that it does not have from one of its changes, in the order
-/// of their keys: those of its finest level in some columns.
-/// @param columns nullptr: all
-std::vector<SourcedRecord> records_of_others(const IndexedFile& archive,
-                                             std::span<const OpenChange> changes,
-                                             const ColumnSet& replaced, const OpenChange& change,
-                                             const ColumnSet* columns) {
-    std::vector<SourcedRecord> out;
-    const auto add = [&](const IndexedFile& file, const auto& is_from) {
-        for (const Entry& entry : file.entries()) {
-            const BoxKey key = voxel::archive::key_of(entry.key);
-            if (key.level == 0 && (columns == nullptr || columns->touches(key)) && is_from(key))
-                out.push_back({&file, entry});
-        }
-    };
-    add(archive, [&](const BoxKey& key) { return !replaced.touches(key); });
-    for (const OpenChange& other : changes)
-        add(other.file, [&](const BoxKey& key) {
-            return !change.facts.replaced.touches(key) &&
-                   changed_entry(changes, key).first == &other;
-        });
-    std::sort(out.begin(), out.end(), [](const SourcedRecord& a, const SourcedRecord& b) {
-        return voxel::archive::before(a.entry.key, b.entry.key);
-    });
-    return out;
-}
+/// The records that a patched archive has of others than one of its changes, in its finest level.
+class OtherRecords {
+public:
+    OtherRecords(const IndexedFile& archive, std::span<const OpenChange> changes,
+                 const ColumnSet& replaced, const OpenChange& change)
+        : m_archive(archive), m_changes(changes), m_replaced(replaced), m_change(change) {}
 
-/// Whether the records are those that a change has in the columns that it compares.
-bool are_alike(std::span<const SourcedRecord> records, const OpenChange& change) {
-    std::vector<Entry> compared;
-    for (const Entry& entry : change.file.entries())
-        if (change.facts.compared.touches(voxel::archive::key_of(entry.key)))
-            compared.push_back(entry);
-    return std::equal(records.begin(), records.end(), compared.begin(), compared.end(),
-                      [&](const SourcedRecord& record, const Entry& entry) {
-                          const MadeRecord a = record.file->record(record.entry);
-                          const MadeRecord b = change.file.record(entry);
-                          return a.key == b.key && a.kind == b.kind && a.frame == b.frame;
-                      });
+    /// @param columns nullptr: all
+    [[nodiscard]] std::uint64_t count(const ColumnSet* columns) const {
+        std::uint64_t out = 0;
+        const auto add = [&](const IndexedFile& file) {
+            file.each_entry([&](const Entry& entry) {
+                const BoxKey key = voxel::archive::key_of(entry.key);
+                if (key.level == 0 && (columns == nullptr || columns->touches(key)) &&
+                    source_of(key) == &file)
+                    ++out;
+            });
+        };
+        add(m_archive);
+        for (const OpenChange& other : m_changes)
+            add(other.file);
+        return out;
+    }
+    [[nodiscard]] std::optional<SourcedRecord> find(const BoxKey& key) const {
+        const IndexedFile* const file = source_of(key);
+        const auto entry = file == nullptr ? std::nullopt : file->find(key);
+        if (!entry)
+            return std::nullopt;
+        return SourcedRecord{file, *entry};
+    }
+
+private:
+    /// @return nullptr: the archive has air there, or what is of the change
+    [[nodiscard]] const IndexedFile* source_of(const BoxKey& key) const {
+        if (!m_replaced.touches(key))
+            return &m_archive;
+        if (m_change.facts.replaced.touches(key))
+            return nullptr;
+        const OpenChange* const change = change_of(m_changes, key);
+        return change == nullptr ? nullptr : &change->file;
+    }
+
+    const IndexedFile& m_archive;
+    const std::span<const OpenChange> m_changes;
+    const ColumnSet& m_replaced;
+    const OpenChange& m_change;
+};
+
+/// Whether a change has the records of others in the columns that it compares, and no more.
+bool are_alike(const OtherRecords& others, const OpenChange& change) {
+    std::uint64_t compared = 0;
+    bool is_alike = true;
+    change.file.each_entry([&](const Entry& entry) {
+        const BoxKey key = voxel::archive::key_of(entry.key);
+        if (!is_alike || !change.facts.compared.touches(key))
+            return;
+        ++compared;
+        const auto other = others.find(key);
+        if (!other) {
+            is_alike = false;
+            return;
+        }
+        const MadeRecord a = other->file->record(other->entry);
+        const MadeRecord b = change.file.record(entry);
+        is_alike = a.kind == b.kind && a.frame == b.frame;
+    });
+    return is_alike && compared == others.count(&change.facts.compared);
 }
 
 }  // namespace
@@ -78,12 +107,11 @@ OpenChange open_change(const std::filesystem::path& path) {
     return {std::move(file), std::move(facts)};
 }
 
-std::pair<const OpenChange*, const Entry*> changed_entry(std::span<const OpenChange> changes,
-                                                         const BoxKey& key) {
-    for (const OpenChange& change : changes)
-        if (change.facts.replaced.touches(key))
-            return {&change, change.file.find(key)};
-    return {nullptr, nullptr};
+const OpenChange* change_of(std::span<const OpenChange> changes, const BoxKey& key) {
+    const auto found = std::find_if(changes.begin(), changes.end(), [&](const OpenChange& change) {
+        return change.facts.replaced.touches(key);
+    });
+    return found == changes.end() ? nullptr : &*found;
 }
 
 void check_worlds(const IndexedFile& archive, std::span<const OpenChange> changes) {
@@ -104,11 +132,10 @@ void check_compared(const IndexedFile& archive, std::span<const OpenChange> chan
     for (const OpenChange& change : changes) {
         const ColumnSet& compared = change.facts.compared;
         const bool compares = compared.count() > 0;
-        const auto others =
-            records_of_others(archive, changes, replaced, change, compares ? &compared : nullptr);
+        const OtherRecords others(archive, changes, replaced, change);
         const std::string attempt =
             "patch " + archive.source().name() + " with " + change.file.source().name() + ": ";
-        if (!compares && !others.empty())
+        if (!compares && others.count(nullptr) > 0)
             throw util::UsageError(
                 attempt +
                 "it has no boxes to compare with those that stay; allowed: a change that has, as "

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <span>
-#include <utility>
 
 #include "common/voxel/archive/change.hpp"
 #include "voxelserver/archive/indexed_file.hpp"
@@ -17,10 +16,10 @@ struct OpenChange {
 /// @throws UsageError when the file is no change; Error when it is damaged
 [[nodiscard]] OpenChange open_change(const std::filesystem::path& path);
 
-/// Where a patched archive has a box of level 0 from that one of the changes replaces.
-/// @return nullptr twice: none of them does; nullptr for the entry: air
-[[nodiscard]] std::pair<const OpenChange*, const voxel::archive::Entry*> changed_entry(
-    std::span<const OpenChange> changes, const voxel::BoxKey& key);
+/// The change from which a patched archive has a box of level 0.
+/// @return nullptr: none of them replaces it
+[[nodiscard]] const OpenChange* change_of(std::span<const OpenChange> changes,
+                                          const voxel::BoxKey& key);
 
 /// Refuses changes of another world than that of an archive, or of another one than each other.
 /// @param changes not empty

@@ -68,24 +68,17 @@ public:
         std::atomic<std::uint64_t> kept{0};
         voxel::archive::add_levels_above(writer, top_level(), info().levels, threads,
                                          [&](const BoxKey& key) -> std::optional<MadeRecord> {
-                                             const Entry* const there =
-                                                 is_new(key) ? nullptr : m_old->find(key);
-                                             if (there == nullptr)
+                                             const auto there =
+                                                 is_new(key) ? std::nullopt : m_old->find(key);
+                                             if (!there)
                                                  return std::nullopt;
                                              ++kept;
                                              return m_old->record(*there);
                                          });
         m_report.kept += kept;
-        std::uint64_t old_holes = 0;
-        for (const Entry& entry : writer.entries()) {
-            m_report.holes += entry.kind == Kind::kHole ? 1 : 0;
-            old_holes += entry.kind == Kind::kHole && entry.key.level == 0 &&
-                                 !m_replaced.touches(voxel::archive::key_of(entry.key))
-                             ? 1
-                             : 0;
-        }
-        m_report.made = writer.entries().size() - m_report.kept;
-        writer.finish(damage(old_holes > 0));
+        m_report.holes = writer.holes();
+        m_report.made = writer.entries() - m_report.kept;
+        writer.finish(damage());
         unfinished.release();
         return m_report;
     }
@@ -123,21 +116,24 @@ private:
 
     /// The boxes at the tops of the subtrees that may hold anything, in the order of a conversion.
     [[nodiscard]] std::vector<BoxKey> tops() const {
-        std::set<std::tuple<std::int32_t, std::int32_t, std::int32_t>> places;
+        std::vector<BoxKey> out;
         const auto add = [&](const Entry& entry) {
             if (entry.key.level > top_level())
                 return;
             const int up = top_level() - entry.key.level;
-            places.emplace(entry.key.bz >> up, entry.key.bx >> up, entry.key.by >> up);
+            const BoxKey top{top_level(), entry.key.bx >> up, entry.key.by >> up,
+                             entry.key.bz >> up};
+            // Those of a level and a subtree follow each other in the index.
+            if (out.empty() || out.back() != top)
+                out.push_back(top);
         };
-        for (const Entry& entry : m_old->entries())
-            add(entry);
+        m_old->each_entry(add);
         for (const OpenChange& change : m_changes)
-            for (const Entry& entry : change.file.entries())
-                add(entry);
-        std::vector<BoxKey> out;
-        for (const auto& [bz, bx, by] : places)
-            out.push_back({top_level(), bx, by, bz});
+            change.file.each_entry(add);
+        std::sort(out.begin(), out.end(), [](const BoxKey& a, const BoxKey& b) {
+            return std::tie(a.bz, a.bx, a.by) < std::tie(b.bz, b.bx, b.by);
+        });
+        out.erase(std::unique(out.begin(), out.end()), out.end());
         return out;
     }
 
@@ -147,8 +143,11 @@ private:
         thread::in_order(
             all.size(), threads, [&](std::size_t i) { return subtree(all[i]); },
             [&](std::size_t i, const PatchedSubtree& made) {
-                for (const MadeRecord& record : made.records)
+                for (const MadeRecord& record : made.records) {
                     writer.add(record.key, record.kind, record.frame);
+                    m_has_old_holes |= record.kind == Kind::kHole && record.key.level == 0 &&
+                                       !m_replaced.touches(record.key);
+                }
                 m_report.kept += made.kept;
                 if (progress)
                     progress(i + 1, all.size());
@@ -196,15 +195,16 @@ private:
                 children[static_cast<std::size_t>(i)] =
                     place(voxel::archive::child_of(key, i), is_made, out);
         if (!is_made) {
-            const Entry* const there = m_old->find(key);
-            if (there == nullptr)
+            const auto there = m_old->find(key);
+            if (!there)
                 return {};
             out.push_back({*there, {}, true});
             return wanted ? m_old->box(*there) : MadeBox{};
         }
         if (key.level == 0) {
-            const auto [change, entry] = changed_entry(m_changes, key);
-            if (entry == nullptr)
+            const OpenChange* const change = change_of(m_changes, key);
+            const auto entry = change == nullptr ? std::nullopt : change->file.find(key);
+            if (!entry)
                 return {};
             out.push_back({{}, change->file.record(*entry), false});
             return change->file.box(*entry);
@@ -220,17 +220,18 @@ private:
         return m_replaced.touches(key) || key.level >= m_old->index().info().levels;
     }
 
-    [[nodiscard]] std::size_t damage(bool has_old_holes) const {
+    [[nodiscard]] std::size_t damage() const {
         std::set<std::string> lines;
         for (const OpenChange& change : m_changes)
             lines.insert(change.facts.damage.begin(), change.facts.damage.end());
-        return lines.size() + (has_old_holes ? m_old->index().header().damage : 0);
+        return lines.size() + (m_has_old_holes ? m_old->index().header().damage : 0);
     }
 
     std::optional<IndexedFile> m_old;  ///< opened once the new one is locked
     std::vector<OpenChange> m_changes;
     voxel::archive::ColumnSet m_replaced;
     PatchReport m_report;
+    bool m_has_old_holes = false;  ///< that the changes do not replace
 };
 
 }  // namespace

@@ -23,7 +23,8 @@ struct PatchReport {
 /// The new archive is written next to its name and renamed, and may replace the old one: programs
 /// that have the old one open go on with it. Nothing is written in place.
 ///
-/// Memory: 64 bytes a box for the indices.
+/// Memory: a byte or two a box for what is coarse, some subtrees for each thread, and up to 200 MiB
+/// for parts of the indices.
 /// @param changes of one state of the data, in any order; not empty
 /// @param out may be a symbolic link, which is followed
 /// @param threads 0: one for each core; the bytes do not depend on it

@@ -36,12 +36,15 @@ using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t tota
                                   const VerifyProgress& progress = {});
 
 /// The same without unpacking boxes: what is stored is what was written, but whether that was right
-/// is not looked at. Reads in the order of the file. Memory: 32 bytes a box.
+/// is not looked at. Reads stretches of the index one after the other, and what each names in the
+/// order of the file. Memory: 32 MiB, and 16 MiB for each thread.
 [[nodiscard]] Verification verify_stored(const ArchiveFiles& archive, int threads = 0,
                                          const VerifyProgress& progress = {});
 /// As verify_stored(), for an archive that is open.
 /// @param bytes of its files
+/// @param stretch of the index that is in memory at a time, boxes
 [[nodiscard]] Verification verify_open(voxel::archive::ByteSource& archive, std::uint64_t bytes,
-                                       int threads = 0, const VerifyProgress& progress = {});
+                                       int threads = 0, const VerifyProgress& progress = {},
+                                       std::size_t stretch = std::size_t{1} << 20);
 
 }  // namespace terravox::archive_tools

@@ -62,6 +62,64 @@ std::vector<std::string> problems_in(voxel::archive::ByteSource& source,
     return out;
 }
 
+class StoredVerifier {
+public:
+    StoredVerifier(voxel::archive::ByteSource& source, const ArchiveIndex& index, int threads,
+                   const VerifyProgress& progress)
+        : m_source(source), m_index(index), m_threads(threads), m_progress(progress) {
+        for (const voxel::archive::Leaf& leaf : index.leaves())
+            m_total += leaf.entries;
+    }
+
+    /// @param stretch of the index that is in memory at a time, in entries
+    Verification run(std::uint64_t file_bytes, std::size_t stretch) {
+        std::vector<Entry> entries;
+        const WalkedIndex walked =
+            walk_index(m_index, m_out, [&](std::size_t, const std::vector<Entry>& some) {
+                entries.insert(entries.end(), some.begin(), some.end());
+                if (entries.size() >= stretch)
+                    verify(entries);
+            });
+        verify(entries);
+        check_size(m_source, m_index, walked, file_bytes, m_out);
+        return std::move(m_out);
+    }
+
+private:
+    /// Leaves no entries.
+    void verify(std::vector<Entry>& entries) {
+        for (const Entry& entry : entries)
+            ++(entry.kind == voxel::archive::Kind::kHole ? m_out.holes : m_out.boxes);
+        // In the order of the file: a disk reads that fastest.
+        std::sort(entries.begin(), entries.end(),
+                  [](const Entry& a, const Entry& b) { return a.offset < b.offset; });
+        const std::vector<std::size_t> ends =
+            batches_of(entries, batch_bytes(entries, thread::thread_count(m_threads)));
+        thread::in_order(
+            ends.size(), m_threads,
+            [&](std::size_t i) {
+                const std::size_t begin = i == 0 ? 0 : ends[i - 1];
+                return problems_in(m_source, std::span(entries).subspan(begin, ends[i] - begin));
+            },
+            [&](std::size_t i, const std::vector<std::string>& problems) {
+                for (const std::string& problem : problems)
+                    m_out.note(problem);
+                if (m_progress)
+                    m_progress(m_done + ends[i], m_total);
+            });
+        m_done += entries.size();
+        entries.clear();
+    }
+
+    voxel::archive::ByteSource& m_source;
+    const ArchiveIndex& m_index;
+    const int m_threads;
+    const VerifyProgress& m_progress;
+    Verification m_out;
+    std::uint64_t m_total = 0;
+    std::uint64_t m_done = 0;
+};
+
 }  // namespace
 
 Verification verify_stored(const ArchiveFiles& archive, int threads,
@@ -71,35 +129,9 @@ Verification verify_stored(const ArchiveFiles& archive, int threads,
 }
 
 Verification verify_open(voxel::archive::ByteSource& source, std::uint64_t bytes, int threads,
-                         const VerifyProgress& progress) {
+                         const VerifyProgress& progress, std::size_t stretch) {
     const ArchiveIndex index(source, ArchiveIndex::Of::kAnyFile);
-    Verification out;
-    std::vector<Entry> entries;
-    const WalkedIndex walked =
-        walk_index(index, out, [&](std::size_t, const std::vector<Entry>& some) {
-            entries.insert(entries.end(), some.begin(), some.end());
-        });
-    for (const Entry& entry : entries)
-        ++(entry.kind == voxel::archive::Kind::kHole ? out.holes : out.boxes);
-    // In the order of the file: a disk reads that fastest.
-    std::sort(entries.begin(), entries.end(),
-              [](const Entry& a, const Entry& b) { return a.offset < b.offset; });
-    const std::vector<std::size_t> ends =
-        batches_of(entries, batch_bytes(entries, thread::thread_count(threads)));
-    thread::in_order(
-        ends.size(), threads,
-        [&](std::size_t i) {
-            const std::size_t begin = i == 0 ? 0 : ends[i - 1];
-            return problems_in(source, std::span(entries).subspan(begin, ends[i] - begin));
-        },
-        [&](std::size_t i, const std::vector<std::string>& problems) {
-            for (const std::string& problem : problems)
-                out.note(problem);
-            if (progress)
-                progress(ends[i], walked.records);
-        });
-    check_size(source, index, walked, bytes, out);
-    return out;
+    return StoredVerifier(source, index, threads, progress).run(bytes, stretch);
 }
 
 }  // namespace terravox::archive_tools

@@ -14,6 +14,7 @@
 namespace terravox::voxel::archive {
 namespace {
 
+constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
 constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
 constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
@@ -158,6 +159,36 @@ std::vector<Entry> ArchiveIndex::entries(std::size_t index) const {
                         ", which lies outside of its bounds");
     }
     return entries;
+}
+
+EntryFinder::EntryFinder(const ArchiveIndex& index) : m_index(index), m_leaves(kLeafCache_bytes) {}
+
+std::shared_ptr<const EntryFinder::Entries> EntryFinder::leaf_at(const Key& key) {
+    const std::span<const Leaf> root = m_index.leaves();
+    const auto after =
+        std::upper_bound(root.begin(), root.end(), key,
+                         [](const Key& k, const Leaf& leaf) { return before(k, leaf.first); });
+    if (after == root.begin())
+        return nullptr;
+    const auto leaf = static_cast<std::size_t>(after - root.begin()) - 1;
+    return m_leaves.get(
+        leaf, [&] { return std::make_shared<const Entries>(m_index.entries(leaf)); },
+        [](const auto& made) { return made->size() * sizeof(Entry); });
+}
+
+std::optional<Entry> EntryFinder::find(const BoxKey& box) {
+    const Key key = key_of(box);
+    if (!in_range(key))
+        return std::nullopt;
+    const auto entries = leaf_at(key);
+    if (!entries)
+        return std::nullopt;
+    const auto found =
+        std::lower_bound(entries->begin(), entries->end(), key,
+                         [](const Entry& e, const Key& k) { return before(e.key, k); });
+    if (found == entries->end() || key_of(found->key) != box)
+        return std::nullopt;
+    return *found;
 }
 
 }  // namespace terravox::voxel::archive

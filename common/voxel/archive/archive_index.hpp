@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/util/cache.hpp"
 #include "common/voxel/archive/archive_format.hpp"
 #include "common/voxel/archive/byte_source.hpp"
 #include "common/voxel/world.hpp"
@@ -56,6 +59,29 @@ private:
     FileKind m_kind = FileKind::kArchive;
     WorldInfo m_info;
     std::vector<Leaf> m_root;
+};
+
+/// Looks entries of an index up. The leaves that were used last are kept, up to a limit of 64 MiB.
+/// Thread-safe.
+class EntryFinder {
+public:
+    using Entries = std::vector<Entry>;
+
+    /// @param index must outlive this
+    explicit EntryFinder(const ArchiveIndex& index);
+
+    /// @return nullopt: there is no such box
+    /// @throws Error as ArchiveIndex::entries()
+    [[nodiscard]] std::optional<Entry> find(const BoxKey& key);
+    /// The leaf that begins last of those that begin at the key or before: no other has an entry
+    /// with it.
+    /// @return nullptr: all begin after it
+    /// @throws Error as ArchiveIndex::entries()
+    [[nodiscard]] std::shared_ptr<const Entries> leaf_at(const Key& key);
+
+private:
+    const ArchiveIndex& m_index;
+    util::Cache<std::size_t, Entries> m_leaves;
 };
 
 }  // namespace terravox::voxel::archive

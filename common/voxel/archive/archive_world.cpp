@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <optional>
 
-#include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_index.hpp"
 #include "common/voxel/box_codec.hpp"
@@ -15,8 +13,6 @@ namespace {
 
 using namespace archive;
 
-constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
-
 class ArchiveWorld final : public World {
 public:
     explicit ArchiveWorld(std::unique_ptr<ByteSource> source)
@@ -24,7 +20,7 @@ public:
           m_index(*m_source),
           m_info(m_index.info()),
           m_root(m_index.leaves()),
-          m_leaves(kLeafCache_bytes) {}
+          m_finder(m_index) {}
 
     [[nodiscard]] const WorldInfo& info() const noexcept override { return m_info; }
 
@@ -33,7 +29,7 @@ public:
             throw util::UsageError("read a box of " + m_source->name() + ": level " +
                                    std::to_string(key.level) + "; allowed: 0 to " +
                                    std::to_string(m_info.levels - 1));
-        const auto entry = find(key);
+        const auto entry = m_finder.find(key);
         if (!entry)
             return nullptr;
         const std::string name = m_source->name() + " box " + to_string(key);
@@ -85,32 +81,6 @@ public:
     void stop() noexcept override { m_source->stop(); }
 
 private:
-    using Entries = std::vector<Entry>;
-
-    [[nodiscard]] std::shared_ptr<const Entries> entries_of(std::size_t index) {
-        return m_leaves.get(
-            index, [&] { return std::make_shared<const Entries>(m_index.entries(index)); },
-            [](const auto& made) { return made->size() * sizeof(Entry); });
-    }
-
-    [[nodiscard]] std::optional<Entry> find(const BoxKey& box) {
-        const Key key = key_of(box);
-        if (!in_range(key))
-            return std::nullopt;
-        const auto after =
-            std::upper_bound(m_root.begin(), m_root.end(), key,
-                             [](const Key& k, const Leaf& leaf) { return before(k, leaf.first); });
-        if (after == m_root.begin())
-            return std::nullopt;
-        const auto entries = entries_of(static_cast<std::size_t>(after - m_root.begin()) - 1);
-        const auto found =
-            std::lower_bound(entries->begin(), entries->end(), key,
-                             [](const Entry& e, const Key& k) { return before(e.key, k); });
-        if (found == entries->end() || key_of(found->key) != box)
-            return std::nullopt;
-        return *found;
-    }
-
     static constexpr int kMaxUp = 21;  ///< 2^21 boxes: the range of the index
 
     /// 2^up boxes along each axis, from a box whose coordinates are multiples of that: a contiguous
@@ -132,9 +102,9 @@ private:
                              [](const Key& k, const Leaf& leaf) { return before(k, leaf.first); });
         if (after != m_root.end() && within(after->first))
             return true;
-        if (after == m_root.begin())
+        const auto entries = m_finder.leaf_at(cube.low);
+        if (!entries)
             return false;
-        const auto entries = entries_of(static_cast<std::size_t>(after - m_root.begin()) - 1);
         const auto found =
             std::lower_bound(entries->begin(), entries->end(), cube.low,
                              [](const Entry& e, const Key& k) { return before(e.key, k); });
@@ -172,7 +142,7 @@ private:
     const ArchiveIndex m_index;
     const WorldInfo& m_info;
     const std::span<const Leaf> m_root;
-    util::Cache<std::size_t, Entries> m_leaves;
+    EntryFinder m_finder;
 };
 
 }  // namespace

@@ -36,7 +36,7 @@ std::filesystem::path part_of(std::filesystem::path file) {
 
 ArchiveWriter::ArchiveWriter(const std::filesystem::path& file, const WorldInfo& info,
                              std::uint64_t keep)
-    : m_file(util::follow_links(file)), m_part(part_of(m_file)) {
+    : m_file(util::follow_links(file)), m_part(part_of(m_file)), m_entries(m_file) {
     util::check_writable(file);
     bool is_begun_anew = false;
     try {
@@ -110,11 +110,18 @@ void ArchiveWriter::take_over(std::uint64_t keep) {
         const auto frame = frame_of(entry);
         if (XXH64(frame.data(), frame.size(), 0) != record.checksum)
             fail("the records to keep are damaged");
-        m_entries.push_back(entry);
+        note(entry);
         m_at = entry.offset + entry.bytes;
     }
     if (::ftruncate(m_fd, static_cast<off_t>(m_at)) != 0)
         fail(std::strerror(errno));
+}
+
+void ArchiveWriter::note(const Entry& entry) {
+    m_entries.add(entry);
+    if (entry.key.level >= kSubtreeLevel)
+        m_coarse.push_back(entry);
+    m_holes += entry.kind == Kind::kHole ? 1 : 0;
 }
 
 void ArchiveWriter::write(std::span<const std::byte> bytes) {
@@ -149,7 +156,7 @@ void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte>
     const Record record{key_of(key), static_cast<std::uint32_t>(frame.size()), kind,
                         XXH64(frame.data(), frame.size(), 0)};
     write(bytes_of(record));
-    m_entries.push_back({record.key, m_at, record.bytes, kind});
+    note({record.key, m_at, record.bytes, kind});
     write(frame);
 }
 
@@ -183,21 +190,27 @@ void ArchiveWriter::finish_with_end(const char (&magic)[8], const std::string& f
 }
 
 void ArchiveWriter::write_index() {
-    std::sort(m_entries.begin(), m_entries.end(),
-              [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
     std::vector<Leaf> root;
     std::vector<std::byte> frame(ZSTD_compressBound(kLeafEntries * sizeof(Entry)));
-    for (std::size_t i = 0; i < m_entries.size(); i += kLeafEntries) {
-        const std::size_t count = std::min<std::size_t>(kLeafEntries, m_entries.size() - i);
+    std::vector<Entry> leaf;
+    const auto write_leaf = [&] {
         constexpr int kLeafLevel = 9;
-        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), &m_entries[i],
-                                               count * sizeof(Entry), kLeafLevel);
+        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), leaf.data(),
+                                               leaf.size() * sizeof(Entry), kLeafLevel);
         if (ZSTD_isError(size) != 0)
             fail(ZSTD_getErrorName(size));
-        root.push_back({m_entries[i].key, m_at, static_cast<std::uint32_t>(size),
-                        static_cast<std::uint32_t>(count), XXH64(frame.data(), size, 0)});
+        root.push_back({leaf.front().key, m_at, static_cast<std::uint32_t>(size),
+                        static_cast<std::uint32_t>(leaf.size()), XXH64(frame.data(), size, 0)});
         write(std::span(frame).first(size));
-    }
+        leaf.clear();
+    };
+    m_entries.each_sorted([&](const Entry& entry) {
+        leaf.push_back(entry);
+        if (leaf.size() == kLeafEntries)
+            write_leaf();
+    });
+    if (!leaf.empty())
+        write_leaf();
     m_header.root_offset = m_at;
     const auto root_bytes = std::as_bytes(std::span(root));
     write(root_bytes);

@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "common/voxel/archive/archive_format.hpp"
+#include "common/voxel/archive/entry_runs.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::voxel {
 
 /// Writes a box archive: first to FILE.part; finish() adds the index and renames it. An interrupted
 /// archive can be continued. Not thread-safe. The bytes depend only on the added records and their
-/// order.
+/// order. Memory: half a byte a box, and up to 32 MiB; what more the index needs meanwhile lies on
+/// the disk of the archive, 32 bytes a box.
 class ArchiveWriter {
 public:
     /// @param info the description of the world to store in the archive
@@ -32,8 +34,13 @@ public:
     /// Writes all added records to the file; does not wait for the disk.
     /// @return the offset of the next record
     std::uint64_t flush();
-    /// The entries so far, in the order in which they were added.
-    [[nodiscard]] const std::vector<archive::Entry>& entries() const noexcept { return m_entries; }
+    /// Entries of the records so far.
+    [[nodiscard]] std::uint64_t entries() const noexcept { return m_entries.size(); }
+    [[nodiscard]] std::uint64_t holes() const noexcept { return m_holes; }
+    /// Those of levels of kSubtreeLevel and more, in the order in which they were added.
+    [[nodiscard]] const std::vector<archive::Entry>& coarse_entries() const noexcept {
+        return m_coarse;
+    }
     /// Reads the frame of an entry back.
     /// @throws Error
     [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
@@ -57,6 +64,7 @@ private:
     void open();
     void begin(const std::string& info);
     void take_over(std::uint64_t keep);
+    void note(const archive::Entry& entry);
     void write(std::span<const std::byte> bytes);
     void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
     [[noreturn]] void fail(const char* what) const;
@@ -66,7 +74,9 @@ private:
     int m_fd = -1;
     std::uint64_t m_at = 0;  ///< bytes written so far, including those in m_waiting
     std::vector<std::byte> m_waiting;
-    std::vector<archive::Entry> m_entries;
+    archive::EntryRuns m_entries;
+    std::vector<archive::Entry> m_coarse;
+    std::uint64_t m_holes = 0;
     archive::Header m_header{};
 };
 

@@ -23,7 +23,7 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
     writer.flush();
     std::map<BoxKey, Entry> below;
     std::set<BoxKey> parents;
-    for (const Entry& e : writer.entries()) {
+    for (const Entry& e : writer.coarse_entries()) {
         const BoxKey key = key_of(e.key);
         if (key.level != level - 1)
             continue;

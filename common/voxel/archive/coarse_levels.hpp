@@ -41,7 +41,7 @@ struct MadeRecord {
 using KeptRecord = std::function<std::optional<MadeRecord>(const BoxKey&)>;
 
 /// Adds the boxes of levels below + 1 to levels - 1, level by level in the order of their keys,
-/// from those of the level `below` that the writer has.
+/// from those of the level `below` that the writer has: kSubtreeLevel or more, or the coarsest.
 /// @param threads 0: one for each core; the bytes do not depend on it
 /// @param kept records that need not be made; empty: none
 /// @throws Error when what was written cannot be read back

@@ -1,5 +1,6 @@
 #include "voxelserver/archive/verify.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -8,6 +9,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
@@ -196,6 +198,53 @@ TEST_CASE("verify: any byte that changes is found", "[archive]") {
     CHECK(is_refused(whole + "more"));
     for (const std::size_t bytes : {whole.size() - 1, whole.size() / 2, std::size_t{64}})
         CHECK(is_refused(whole.substr(0, bytes)));
+}
+
+TEST_CASE("verify: what is stored is verified in stretches, of any length", "[archive]") {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "a.tvx";
+    voxel::WorldInfo info;
+    info.bounds = {{0, 0, 0}, {100 * voxel::kBoxSizeX, 10, 50 * voxel::kBoxSizeZ}};
+    info.levels = voxel::levels_for(info.bounds);
+    std::vector<BoxKey> keys;
+    for (std::int32_t bx = 0; bx < 100; ++bx)
+        for (std::int32_t bz = 0; bz < 50; ++bz)
+            keys.push_back({0, bx, 0, bz});
+    std::shuffle(keys.begin(), keys.end(), std::mt19937(3));
+    voxel::ArchiveWriter writer(file, info, 0);
+    for (const BoxKey& key : keys) {
+        const std::string frame = voxel::to_string(key);
+        writer.add(key, key.bx == key.bz ? Kind::kHole : Kind::kBox,
+                   std::as_bytes(std::span(frame)));
+    }
+    writer.finish();
+    {
+        const std::string last = voxel::to_string(keys.back());
+        const std::size_t at = bytes_of(file).find(last);
+        std::fstream(file, std::ios::in | std::ios::out).seekp(static_cast<std::streamoff>(at))
+            << "x";
+    }
+    const ArchiveFiles archive(file);
+    const auto source = archive.open();
+    for (const std::size_t stretch : {std::size_t{1}, std::size_t{2000}, std::size_t{1} << 20}) {
+        INFO(stretch);
+        std::uint64_t done = 0;
+        std::uint64_t total = 0;
+        const Verification found = verify_open(
+            *source, archive.bytes(), 2,
+            [&](std::uint64_t now, std::uint64_t all) {
+                CHECK(now > done);
+                done = now;
+                total = all;
+            },
+            stretch);
+        CHECK(found.boxes == 4950);
+        CHECK(found.holes == 50);
+        CHECK(done == 5000);
+        CHECK(total == 5000);
+        REQUIRE(found.problems == 1);
+        CHECK(found.first_problems[0] == "box " + voxel::to_string(keys.back()) + " is damaged");
+    }
 }
 
 TEST_CASE("verify: progress ends with all records", "[archive]") {

@@ -1,15 +1,12 @@
 #include "voxelserver/export/shape/byte_file.hpp"
 
-#include <fcntl.h>
-#include <stdlib.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::exports {
 namespace {
@@ -30,14 +27,8 @@ ByteFile::ByteFile(const std::filesystem::path& path, std::string named)
 
 ByteFile ByteFile::spool_for(const std::filesystem::path& target) {
     util::check_writable(target);
-    const auto folder =
-        target.parent_path().empty() ? std::filesystem::path(".") : target.parent_path();
-    std::string name = (folder / ("." + target.filename().string() + ".spool-XXXXXX")).string();
-    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
-    if (fd >= 0)
-        ::unlink(name.c_str());
-    return {fd < 0 ? nullptr : ::fdopen(fd, "w+b"),
-            target.string() + " (the data spooled next to it)"};
+    const std::string named = target.string() + " (the data spooled next to it)";
+    return {::fdopen(util::open_unnamed(target, "write " + named), "w+b"), named};
 }
 
 void ByteFile::fail() const {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <random>
+#include <set>
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_world.hpp"
@@ -11,6 +12,7 @@
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
 
@@ -165,7 +167,7 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     CHECK_THROWS_WITH(open(broken.string() + ".part"), contains("never finished"));
     {
         ArchiveWriter writer(broken, info_of(), keep);
-        CHECK(writer.entries().size() == 20);
+        CHECK(writer.entries() == 20);
         for (std::size_t i = 20; i < keys.size(); ++i)
             add(writer, keys[i]);
         writer.finish();
@@ -182,6 +184,46 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
         CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep),
                           contains("the records to keep are"));
     }
+}
+
+TEST_CASE("entries come back in the order of an index, however many are in memory at a time",
+          "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    std::mt19937 random(7);
+    for (const std::size_t count : {0, 1, 5, 10, 11, 20'000}) {
+        std::vector<archive::Entry> entries;
+        for (std::size_t i = 0; i < count; ++i)
+            entries.push_back({archive::key_of(BoxKey{static_cast<int>(random() % 3),
+                                                      static_cast<std::int32_t>(i) - 9, 2, -3}),
+                               i, 7, archive::Kind::kBox});
+        std::shuffle(entries.begin(), entries.end(), random);
+        for (const std::size_t run : {1, 5, 9'000, 1 << 20}) {
+            if (count / run > 1000)
+                continue;
+            CAPTURE(count, run);
+            archive::EntryRuns runs(folder.path() / "a.tvx", run);
+            for (const archive::Entry& entry : entries)
+                runs.add(entry);
+            CHECK(runs.size() == count);
+            std::vector<archive::Entry> sorted;
+            runs.each_sorted([&](const archive::Entry& entry) { sorted.push_back(entry); });
+            CHECK(std::adjacent_find(sorted.begin(), sorted.end(),
+                                     [](const archive::Entry& a, const archive::Entry& b) {
+                                         return !archive::before(a.key, b.key);
+                                     }) == sorted.end());
+            std::set<std::uint64_t> offsets;
+            for (const archive::Entry& entry : sorted)
+                offsets.insert(entry.offset);
+            CHECK(sorted.size() == count);
+            CHECK(offsets.size() == count);
+            CHECK(fs::is_empty(folder.path()));
+        }
+    }
+    archive::EntryRuns full(folder.path() / "a.tvx", 1);
+    const test::FullDisk disk(sizeof(archive::Entry));
+    full.add({});
+    full.add({});
+    CHECK_THROWS_WITH(full.add({}), contains("write the index of") && contains("too large"));
 }
 
 TEST_CASE("a link at the name of an unfinished archive is refused, and leads to what it led to",
