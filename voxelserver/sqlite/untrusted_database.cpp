@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <system_error>
 
 #include "common/util/error.hpp"
 
@@ -24,10 +25,18 @@ std::string uri_of(const std::filesystem::path& file, bool immutable) {
             out += static_cast<char>(c);
         }
     }
-    return out + (immutable ? "?immutable=1" : "");
+    // The index of a write-ahead log is memory that is shared through a file, which SQLite would
+    // make, and leave behind.
+    return out + (immutable ? "?immutable=1" : "?readonly_shm=1");
 }
 
 }  // namespace
+
+bool is_settled(const std::filesystem::path& file) {
+    std::error_code failed;
+    const auto bytes = std::filesystem::file_size(file.string() + "-wal", failed);
+    return failed || bytes == 0;
+}
 
 void CloseDatabase::operator()(sqlite3* database) const noexcept {
     sqlite3_close(database);
@@ -35,6 +44,13 @@ void CloseDatabase::operator()(sqlite3* database) const noexcept {
 
 Connection open_untrusted(const std::filesystem::path& file, const UntrustedFileOptions& options,
                           const std::string& attempt) {
+    std::error_code failed;
+    if (!options.immutable && !is_settled(file) &&
+        !std::filesystem::exists(file.string() + "-shm", failed))
+        throw util::Error(attempt +
+                          ": it has a write-ahead log (-wal), but not the file (-shm) by which "
+                          "that is read; allowed: both, or neither, as they are once the program "
+                          "that writes it has closed it");
     const int flags =
         SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
     sqlite3* opened = nullptr;

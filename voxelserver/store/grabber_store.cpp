@@ -305,16 +305,13 @@ GrabberStore read_grabber_store(const fs::path& folder) {
     // immutable: SQLite creates no file next to it that the grabber, as another user, could not
     // write to, and a read-only disk suffices. If the grabber starts meanwhile, the store is read
     // again.
-    const auto log_is_empty = [&] {
-        return length_of(folder / "fishnet.gpkg-wal").value_or(0) == 0;
-    };
-    if (log_is_empty()) {
+    if (sqlite::is_settled(file)) {
         try {
             GrabberStore out = read_fishnet(folder, true);
-            if (log_is_empty())
+            if (sqlite::is_settled(file))
                 return out;
         } catch (const util::Error&) {
-            if (log_is_empty())
+            if (sqlite::is_settled(file))
                 throw;
         }
     }

@@ -2,8 +2,10 @@
 
 #include <sqlite3.h>
 
+#include <array>
+#include <fstream>
 #include <map>
-#include <optional>
+#include <system_error>
 
 #include "common/util/error.hpp"
 
@@ -49,6 +51,15 @@ std::optional<BlockPlace> place_of(sqlite3_stmt* row, bool is_encoded) noexcept 
                       mirrored(static_cast<std::int32_t>(z))};
 }
 
+/// Whether the file is a database whose changes go into a write-ahead log first, as its head says.
+bool is_in_wal_mode(const std::filesystem::path& file) {
+    constexpr std::size_t kReadVersionAt = 19;
+    constexpr char kWal = 2;
+    std::array<char, kReadVersionAt + 1> head{};
+    std::ifstream in(file, std::ios::binary);
+    return in.read(head.data(), head.size()) && head[kReadVersionAt] == kWal;
+}
+
 /// Resets a statement at the end of a block, so that it holds no lock on the file.
 class StatementReset {
 public:
@@ -68,12 +79,38 @@ void MapDatabase::Finalize::operator()(sqlite3_stmt* statement) const noexcept {
 }
 
 MapDatabase::MapDatabase(const std::filesystem::path& file)
-    : m_attempt("read the map " + file.string()),
-      m_database(sqlite::open_untrusted(file, {.max_value_bytes = kMaxValue_bytes}, m_attempt)) {
-    find_schema();
+    : m_file(file), m_attempt("read the map " + file.string()) {
+    open();
 }
 
 MapDatabase::~MapDatabase() = default;
+
+// In WAL mode a reader needs files next to the map, which SQLite would make. A map that its server
+// has closed is read without them: nothing says then when it is opened again, so that its state is
+// compared after each reading.
+void MapDatabase::open() {
+    m_select.reset();
+    m_settled.reset();
+    if (const FileState now = state(); now.is_settled && is_in_wal_mode(m_file))
+        m_settled = now;
+    m_database = sqlite::open_untrusted(
+        m_file, {.immutable = m_settled.has_value(), .max_value_bytes = kMaxValue_bytes},
+        m_attempt);
+    find_schema();
+}
+
+MapDatabase::FileState MapDatabase::state() const {
+    std::error_code ignored;
+    FileState out;
+    out.bytes = std::filesystem::file_size(m_file, ignored);
+    out.changed = std::filesystem::last_write_time(m_file, ignored);
+    out.is_settled = sqlite::is_settled(m_file);
+    return out;
+}
+
+bool MapDatabase::has_changed() const {
+    return m_settled && state() != *m_settled;
+}
 
 void MapDatabase::fail() const {
     throw util::Error(m_attempt + ": " + sqlite::last_error(m_database.get()));
@@ -124,6 +161,8 @@ void MapDatabase::find_schema() {
 
 std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPlace&)>& visit) {
     const std::lock_guard lock(m_mutex);
+    if (has_changed())
+        open();
     const Statement keys =
         prepare(m_encoded ? "SELECT pos FROM blocks" : "SELECT x, y, z FROM blocks");
     std::uint64_t misplaced = 0;
@@ -133,11 +172,30 @@ std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPl
         else
             ++misplaced;
     }
+    if (has_changed())
+        throw util::Error(m_attempt + ": its server has opened it meanwhile; allowed: once more");
     return misplaced;
 }
 
 std::vector<std::uint8_t> MapDatabase::read(const BlockPlace& place) {
     const std::lock_guard lock(m_mutex);
+    constexpr int kTries = 3;
+    for (int i = 0; i < kTries; ++i) {
+        if (has_changed())
+            open();
+        try {
+            std::vector<std::uint8_t> out = read_now(place);
+            if (!has_changed())
+                return out;
+        } catch (const util::Error&) {
+            if (!has_changed())
+                throw;
+        }
+    }
+    throw util::Error("the server of the map opens and closes it again and again");
+}
+
+std::vector<std::uint8_t> MapDatabase::read_now(const BlockPlace& place) {
     sqlite3_stmt* const select = m_select.get();
     const StatementReset resetting(select);
     if (m_encoded) {

@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <random>
 
@@ -7,6 +8,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/worlds/luanti/made_luanti.hpp"
+#include "voxelserver/worlds/luanti/map_database.hpp"
 
 namespace terravox::luanti {
 namespace {
@@ -29,6 +31,23 @@ MadeBlock stone() {
     out.ids.fill(1);
     return out;
 }
+
+std::string hex_of(const Bytes& bytes) {
+    std::string out;
+    for (const std::uint8_t byte : bytes) {
+        char digits[3];
+        std::snprintf(digits, sizeof digits, "%02x", byte);
+        out += digits;
+    }
+    return out;
+}
+
+std::ptrdiff_t files_in(const fs::path& folder) {
+    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+/// Puts a block into a map, at x.
+using Insert = std::function<void(int x)>;
 
 TEST_CASE("a damaged map block is air, named with its place and reason, and the rest is there",
           "[luanti]") {
@@ -143,12 +162,7 @@ TEST_CASE("a map that a server writes to is read as it is, and the server goes o
         return sqlite3_exec(server, sql.c_str(), nullptr, nullptr, nullptr);
     };
     REQUIRE(run(std::string("PRAGMA journal_mode = ") + mode) == SQLITE_OK);
-    std::string hex;
-    for (const std::uint8_t byte : map_block_blob(stone(), 29)) {
-        char digits[3];
-        std::snprintf(digits, sizeof digits, "%02x", byte);
-        hex += digits;
-    }
+    const std::string hex = hex_of(map_block_blob(stone(), 29));
     REQUIRE(run("INSERT INTO blocks VALUES (0, 0, 0, x'" + hex + "')") == SQLITE_OK);
     const auto world = open_made(file);
     CHECK(voxel_of(*world, 0, 0, -1) == Material::kRock);
@@ -156,6 +170,67 @@ TEST_CASE("a map that a server writes to is read as it is, and the server goes o
     CHECK(voxel_of(*world, 0, 1, -1) == Material::kRock);
     CHECK(world->damage().empty());
     sqlite3_close(server);
+}
+
+TEST_CASE("a map that is closed in WAL mode is read without a file next to it", "[luanti]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "map.sqlite";
+    const Bytes block = map_block_blob(stone(), 29);
+    {
+        const MadeMap map(file, Schema::kXyz);
+    }
+    const auto serve = [&](const std::function<void(const Insert&)>& during) {
+        sqlite3* server = nullptr;
+        REQUIRE(sqlite3_open(file.string().c_str(), &server) == SQLITE_OK);
+        const auto run = [&](const std::string& sql) {
+            REQUIRE(sqlite3_exec(server, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
+        };
+        run("PRAGMA journal_mode = WAL");
+        during([&](int x) {
+            run("INSERT INTO blocks VALUES (" + std::to_string(x) + ", 0, 0, x'" + hex_of(block) +
+                "')");
+        });
+        sqlite3_close(server);
+    };
+    const auto place = [](int x) { return BlockPlace{x, 0, mirrored(0)}; };
+    serve([](const Insert& insert) { insert(0); });
+    REQUIRE(files_in(folder.path()) == 1);
+    MapDatabase map(file);
+    std::size_t count = 0;
+    CHECK(map.for_each_place([&](const BlockPlace&) { ++count; }) == 0);
+    CHECK(count == 1);
+    CHECK(map.read(place(0)) == block);
+    CHECK(files_in(folder.path()) == 1);
+
+    SECTION("and read anew after its server has written to it") {
+        serve([](const Insert& insert) { insert(1); });
+        CHECK(map.read(place(1)) == block);
+        CHECK(files_in(folder.path()) == 1);
+    }
+    SECTION("and read while its server writes to it") {
+        serve([&](const Insert& insert) {
+            for (int x = 1; x < 3; ++x) {
+                insert(x);
+                CHECK(map.read(place(x)) == block);
+            }
+        });
+        CHECK(map.read(place(2)) == block);
+    }
+    SECTION("but not without what a server that was killed has left in its log") {
+        const fs::path copy = folder.path() / "copy";
+        serve([&](const Insert& insert) {
+            insert(1);
+            fs::create_directory(copy);
+            for (const char* const ending : {"", "-wal", "-shm"})
+                fs::copy_file(file.string() + ending, copy / ("map.sqlite" + std::string(ending)));
+        });
+        CHECK(MapDatabase(copy / "map.sqlite").read(place(1)) == block);
+        CHECK(files_in(copy) == 3);
+        fs::remove(copy / "map.sqlite-shm");
+        CHECK_THROWS_WITH(MapDatabase(copy / "map.sqlite"),
+                          contains("it has a write-ahead log (-wal)") && contains("allowed: both"));
+        CHECK(files_in(copy) == 2);
+    }
 }
 
 TEST_CASE("no changed byte of a map.sqlite does more than damage", "[luanti]") {
