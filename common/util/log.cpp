@@ -4,14 +4,18 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/near_words.hpp"
 #include "common/util/printable.hpp"
 
 namespace terravox::util {
@@ -86,13 +90,9 @@ spdlog::level::level_enum level_of(LogLevel level) noexcept {
 }  // namespace
 
 void set_up_log(const std::string& level, LogFormat format) {
-    static constexpr std::array kLevels = {"trace", "debug", "info", "warn", "error", "off"};
-    bool known = false;
-    for (const char* name : kLevels)
-        known = known || level == name;
-    if (!known)
-        throw UsageError("set the log level: '" + level +
-                         "'; allowed: trace, debug, info, warn, error, off");
+    const std::vector<std::string> levels = {"trace", "debug", "info", "warn", "error", "off"};
+    if (std::find(levels.begin(), levels.end(), level) == levels.end())
+        throw UsageError("set the log level: --log '" + level + "'" + allowed_words(level, levels));
     auto logger = std::make_shared<spdlog::logger>(
         "terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     logger->set_formatter(log_formatter(format));

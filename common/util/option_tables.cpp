@@ -68,6 +68,10 @@ std::vector<std::string> words_of(const std::string& value, const std::string& t
     return value == "VALUE" ? words_in_brackets(text) : std::vector<std::string>{};
 }
 
+bool is_flag(const CLI::Option& option) {
+    return option.get_items_expected_max() == 0;
+}
+
 Json names_of(const CLI::Option& option) {
     Json names = Json::array();
     for (const std::string& name : option.get_snames())
@@ -78,8 +82,6 @@ Json names_of(const CLI::Option& option) {
 }
 
 Json table_of(const CLI::Option& option) {
-    const bool is_flag = option.get_items_expected_max() == 0;
-    const std::string value = is_flag ? "" : option.get_type_name();
     Json out;
     out["names"] = names_of(option);
     out["positional"] = option.get_positional() ? option.get_name(true) : "";
@@ -88,8 +90,8 @@ Json table_of(const CLI::Option& option) {
     out["default"] = option.get_default_str();
     out["required"] = option.get_required();
     out["repeats"] = option.get_items_expected_max() > 1;
-    out["value"] = value;
-    out["words"] = is_flag ? std::vector<std::string>{} : words_of(value, option.get_description());
+    out["value"] = is_flag(option) ? "" : option.get_type_name();
+    out["words"] = find_value_words(option);
     return out;
 }
 
@@ -118,6 +120,12 @@ bool wants_option_tables(int argc, const char* const* argv) {
 
 std::string option_tables(const CLI::App& app) {
     return table_of(app).dump(1) + "\n";
+}
+
+std::vector<std::string> find_value_words(const CLI::Option& option) {
+    if (is_flag(option))
+        return {};
+    return words_of(option.get_type_name(), option.get_description());
 }
 
 }  // namespace terravox::util

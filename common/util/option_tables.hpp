@@ -1,10 +1,12 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace terravox::util {
 
@@ -19,5 +21,8 @@ namespace terravox::util {
 ///         - `group`, `text`, `default` (or ""), `required`, `repeats` (takes several values)
 ///         - `value` ("TEXT"; "" of a flag that takes none) and `words` (all values, or none)
 [[nodiscard]] std::string option_tables(const CLI::App& app);
+
+/// All values of an option, where its type or its help lists them.
+[[nodiscard]] std::vector<std::string> find_value_words(const CLI::Option& option);
 
 }  // namespace terravox::util

@@ -5,8 +5,9 @@
 #include <exception>
 #include <iostream>
 #include <optional>
-#include <string>
+#include <span>
 
+#include "common/util/command_line.hpp"
 #include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
 #include "common/util/option_tables.hpp"
@@ -24,13 +25,18 @@ namespace terravox::util {
         std::cout << option_tables(app);
         return static_cast<int>(ExitCode::kDone);
     }
+    const std::span arguments(argv + 1, argc > 1 ? static_cast<std::size_t>(argc) - 1 : 0);
+    refuse_misread_arguments(app, arguments);
     try {
         app.parse(argc, argv);
         return std::nullopt;
+    } catch (const CLI::CallForHelp&) {
+        std::cout << help_text(app, arguments);
+        return static_cast<int>(ExitCode::kDone);
     } catch (const CLI::Success& exit) {
         return app.exit(exit);
     } catch (const CLI::ParseError& e) {
-        throw UsageError(std::string(e.what()) + "; --help lists what is allowed");
+        throw UsageError(usage_message(app, e, arguments));
     }
 }
 

@@ -1,8 +1,9 @@
 #include "raytracer/scene/names.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
+
+#include "common/util/near_words.hpp"
 
 namespace terravox::scene {
 namespace {
@@ -48,20 +49,6 @@ std::string folded(const std::string& name) {
     return out;
 }
 
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({change, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
 std::vector<std::string> near_names(const std::string& asked, const std::vector<std::string>& names,
                                     std::size_t max) {
     constexpr std::size_t kLongest = 200;  // longer than any name: not worth the time
@@ -71,7 +58,7 @@ std::vector<std::string> near_names(const std::string& asked, const std::vector<
         return {};
     for (const std::string& name : names) {
         const std::string known = folded(name);
-        const std::size_t distance = edit_distance(wanted, known);
+        const std::size_t distance = util::edit_distance(wanted, known);
         const bool holds =
             wanted.size() >= 3 && known.size() >= 3 &&
             (known.find(wanted) != std::string::npos || wanted.find(known) != std::string::npos);

@@ -10,10 +10,6 @@ namespace terravox::scene {
 /// UTF-8), words separated by one blank.
 [[nodiscard]] std::string folded(const std::string& name);
 
-/// Number of bytes to change, insert or delete to turn one string into the other. Ref: Wagner &
-/// Fischer, "The String-to-String Correction Problem", 1974.
-[[nodiscard]] std::size_t edit_distance(const std::string& a, const std::string& b);
-
 /// The names that may have been meant: nearly the same, or one contains the other; the nearest
 /// first, at most `max`.
 [[nodiscard]] std::vector<std::string> near_names(const std::string& asked,

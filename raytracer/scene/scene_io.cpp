@@ -10,6 +10,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/util/near_words.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/scene/scene_fields.hpp"
 #include "raytracer/scene/scene_table.hpp"
@@ -32,14 +33,17 @@ std::string plain(double v) {
                                                     : number(v);
 }
 
+std::vector<std::string> words(const FieldRule& rule) {
+    std::vector<std::string> out;
+    for (const auto w : rule.words)
+        if (!w.empty())
+            out.emplace_back(w);
+    return out;
+}
+
 std::string allowed(const FieldRule& rule) {
-    if (!rule.words.empty()) {
-        std::string out;
-        for (const auto w : rule.words)
-            if (!w.empty())
-                out += (out.empty() ? "" : ", ") + std::string(w);
-        return out;
-    }
+    if (!rule.words.empty())
+        return util::comma_list(words(rule));
     return number(rule.min) + " to " + number(rule.max);
 }
 
@@ -64,14 +68,14 @@ public:
     void put(const std::string& value, std::string& field) const {
         if (!m_rule.words.empty() &&
             std::find(m_rule.words.begin(), m_rule.words.end(), value) == m_rule.words.end())
-            fail("'" + value + "'", allowed(m_rule));
+            fail_as_word(value);
         field = value;
     }
     template <core::WordEnum Enum>
     void put(const std::string& value, Enum& field) const {
         const std::optional<Enum> known = core::from_word<Enum>(value);
         if (!known)
-            fail("'" + value + "'", allowed(m_rule));
+            fail_as_word(value);
         field = *known;
     }
     void put(const std::vector<double>& value, std::optional<Triple>& field) const {
@@ -109,6 +113,10 @@ public:
     }
 
 private:
+    [[noreturn]] void fail_as_word(const std::string& value) const {
+        throw util::UsageError(m_where + " = '" + value + "'" +
+                               util::allowed_words(value, words(m_rule)));
+    }
     [[nodiscard]] double checked(double value) const {
         if (!(value >= m_rule.min && value <= m_rule.max))
             fail(number(value), allowed(m_rule));
@@ -118,22 +126,26 @@ private:
     const FieldRule& m_rule;
 };
 
-double parse_number(const Setter& setter, const std::string& text) {
+std::optional<double> find_number(const std::string& text) {
     double value = 0;
     const char* end = text.data() + text.size();
     const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || at != end)
-        setter.fail("'" + text + "'", "a number");
-    return value;
+    return failed == std::errc{} && at == end ? std::optional(value) : std::nullopt;
 }
 
-std::vector<double> parse_numbers(const Setter& setter, const std::string& text, char separator) {
+double parse_number(const Setter& setter, const std::string& text) {
+    const auto value = find_number(text);
+    if (!value)
+        setter.fail("'" + text + "'", "a number");
+    return *value;
+}
+
+std::vector<double> parse_numbers(const Setter& setter, const std::string& text) {
     std::vector<double> out;
-    if (text.ends_with(separator))
-        setter.fail("'" + text + "'",
-                    "numbers with '" + std::string(1, separator) + "' between them");
+    if (text.ends_with(','))
+        setter.fail("'" + text + "'", "numbers with ',' between them");
     std::istringstream stream(text);
-    for (std::string part; std::getline(stream, part, separator);)
+    for (std::string part; std::getline(stream, part, ',');)
         out.push_back(parse_number(setter, part));
     return out;
 }
@@ -154,10 +166,21 @@ void put_text(const Setter& s, const std::string& text, std::string& f) {
     s.put(text, f);
 }
 void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) {
-    s.put(parse_numbers(s, text, ','), f);
+    s.put(parse_numbers(s, text), f);
 }
 void put_text(const Setter& s, const std::string& text, Size& f) {
-    s.put(parse_numbers(s, text, 'x'), f);
+    std::vector<double> sides;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, 'x');) {
+        const auto side = find_number(part);
+        if (!side)
+            break;
+        sides.push_back(*side);
+    }
+    const bool has_two_parts = std::count(text.begin(), text.end(), 'x') == 1;
+    if (sides.size() != 2 || !has_two_parts)
+        s.fail("'" + text + "'", "WIDTHxHEIGHT in pixels, such as 1280x720");
+    s.put(sides, f);
 }
 void put_text(const Setter& s, const std::string& text, TileSize& f) {
     s.put(text, f);
@@ -302,6 +325,13 @@ std::string flag_text(const Triple& v) {
     return plain(v[0]) + "," + plain(v[1]) + "," + plain(v[2]);
 }
 
+/// The end of a message about an unknown name: one that is near, or else where all are listed.
+std::string near_or(std::string_view name, const std::set<std::string>& known,
+                    const std::string& list) {
+    const std::string near = util::did_you_mean(name, std::vector(known.begin(), known.end()));
+    return near.empty() ? "; " + list : near;
+}
+
 }  // namespace
 
 void read_scene_table(const toml::table& root, const std::string& attempt, Scene& scene) {
@@ -335,11 +365,13 @@ void read_scene_table(const toml::table& root, const std::string& attempt, Scene
         for (const auto& [key, value] : *table)
             if (const std::string path = std::string(section.str()) + "." + std::string(key.str());
                 !known.contains(path))
-                throw util::UsageError(attempt + ": unknown field '" + path +
-                                       "'; docs/formats/scene.md lists all fields");
+                throw util::UsageError(
+                    attempt + ": unknown field '" + path + "'" +
+                    near_or(path, known, "docs/formats/scene.md lists all fields"));
         if (!sections.contains(std::string(section.str())))
-            throw util::UsageError(attempt + ": unknown section '" + std::string(section.str()) +
-                                   "'; docs/formats/scene.md lists all sections");
+            throw util::UsageError(
+                attempt + ": unknown section '" + std::string(section.str()) + "'" +
+                near_or(section.str(), sections, "docs/formats/scene.md lists all sections"));
     }
 }
 
@@ -380,16 +412,36 @@ void parse_scene(const std::string& text, const std::string& name, Scene& scene)
     read_scene_root(util::parse_toml(text, name, refusing(attempt)), attempt, scene);
 }
 
-void set_field(Scene& scene, const std::string& path, const std::string& text) {
+namespace {
+
+/// @param where begins every message
+void set_field_at(Scene& scene, const std::string& path, const std::string& text,
+                  const std::string& where) {
     bool found = false;
     visit_fields(scene, [&](std::string_view name, auto& field, const FieldRule& rule) {
         if (name != path)
             return;
         found = true;
-        put_text(Setter("set " + path, rule), text, field);
+        put_text(Setter(where, rule), text, field);
     });
     if (!found)
-        throw util::UsageError("set " + path + ": no such field of a scene");
+        throw util::UsageError(where + ": no such field of a scene");
+}
+
+}  // namespace
+
+void set_field(Scene& scene, const std::string& path, const std::string& text) {
+    set_field_at(scene, path, text, "set " + path);
+}
+
+std::string find_fault(const std::string& path, const std::string& text, const std::string& flag) {
+    try {
+        Scene scene;
+        set_field_at(scene, path, text, flag);
+        return {};
+    } catch (const util::UsageError& e) {
+        return e.what();
+    }
 }
 
 std::string to_toml(const Scene& scene) {

@@ -26,6 +26,12 @@ void parse_scene(const std::string& text, const std::string& name, Scene& scene)
 /// @throws UsageError naming field, value and allowed range
 void set_field(Scene& scene, const std::string& path, const std::string& text);
 
+/// What set_field() would refuse, whatever the scene: for a message that names the flag.
+/// @param flag "--camera-fov-deg"
+/// @return "--camera-fov-deg = 'wide'; allowed: a number"; "" for a value that the field may have
+[[nodiscard]] std::string find_fault(const std::string& path, const std::string& text,
+                                     const std::string& flag);
+
 /// The scene as a TOML file that read_scene takes.
 [[nodiscard]] std::string to_toml(const Scene& scene);
 

@@ -4,6 +4,7 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/near_words.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/scene/names.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -64,13 +65,6 @@ NamedView read_view(const toml::node& node, const std::filesystem::path& file,
     return out;
 }
 
-std::string joined(const std::vector<std::string>& names) {
-    std::string out;
-    for (const auto& name : names)
-        out += (out.empty() ? "" : ", ") + name;
-    return out;
-}
-
 [[noreturn]] void refuse_look(const std::string& look, const std::vector<NamedView>& views,
                               const std::filesystem::path& folder) {
     constexpr std::size_t kMax = 30;
@@ -85,13 +79,13 @@ std::string joined(const std::vector<std::string>& names) {
     if (all.empty())
         throw util::UsageError(attempt + "; there is none in " + folder.string());
     if (const auto near = near_names(look, names); !near.empty())
-        throw util::UsageError(attempt + "; near: " + joined(near));
+        throw util::UsageError(attempt + util::did_you_mean(near));
     std::sort(all.begin(), all.end());
     if (all.size() > kMax) {
         all.resize(kMax);
         all.emplace_back("...");
     }
-    throw util::UsageError(attempt + "; allowed: " + joined(all));
+    throw util::UsageError(attempt + "; allowed: " + util::comma_list(all));
 }
 
 bool is_called(const NamedView& view, const std::string& wanted) {

@@ -124,20 +124,26 @@ class BadInput(Case):
 
     def test_flags(self):
         cases = {
-            "unknown flag": (2, ["--no-such-flag"], "--no-such-flag"),
-            "a flag without its value": (2, ["--fov"], "--camera-fov-deg"),
-            "a word for a number": (2, ["--fov", "wide"], "'wide'"),
+            "unknown flag": (2, ["--no-such-flag"], "unknown option --no-such-flag"),
+            "a mistyped flag": (2, ["--otho", "a.tif"], "--otho; did you mean --ortho?"),
+            "a flag without its value": (2, ["--fov"], "--fov: its value is missing"),
+            "a word for a number": (2, ["--fov", "wide"], "--fov = 'wide'; allowed: a number"),
+            "a mistyped word": (2, ["--integrator", "pahts"], "did you mean path?"),
             "light out of range": (
                 2,
                 ["--sun-light", "1e39,1,1"],
-                "sun.light = 1e+39; allowed: 0 to 1e+06",
+                "--sun-light = 1e+39; allowed: 0 to 1e+06",
             ),
             "out of range": (
                 2,
                 ["--fov", "200"],
                 "camera.fov_deg = 200; allowed for a perspective: 1 to 170",
             ),
-            "a size given twice": (2, ["--output-size", "4x4"], "--output-size"),
+            "a size given twice": (
+                2,
+                ["--output-size", "4x4"],
+                "--output-size, --size: given 2 times; allowed: once",
+            ),
             "another word": (2, ["--colour", "red"], "allowed: material, true, mix"),
             "unknown class table": (2, ["--classes", "nonsense"], "asprs"),
             "unknown CRS": (2, ["--crs", "EPSG:99999999"], "EPSG:99999999"),

@@ -2,7 +2,9 @@
 
 #include <charconv>
 #include <CLI/CLI.hpp>
+#include <span>
 
+#include "common/util/command_line.hpp"
 #include "common/util/error.hpp"
 #include "common/util/option_tables.hpp"
 #include "common/util/version.hpp"
@@ -219,16 +221,18 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
         answer = util::option_tables(app);
         return std::nullopt;
     }
+    const std::span arguments(argv + 1, argc > 1 ? static_cast<std::size_t>(argc) - 1 : 0);
+    util::refuse_misread_arguments(app, arguments);
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        answer = app.help();
+        answer = util::help_text(app, arguments);
         return std::nullopt;
     } catch (const CLI::CallForVersion& version) {
         answer = std::string(version.what()) + "\n";
         return std::nullopt;
     } catch (const CLI::ParseError& error) {
-        throw util::UsageError(std::string(error.what()) + "; --help lists what is allowed");
+        throw util::UsageError(util::usage_message(app, error, arguments));
     }
     return checked(texts);
 }

@@ -85,6 +85,10 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
             continue;
         const std::string section = flag.path.substr(0, flag.path.find('.'));
         const auto keep = [&args, path = flag.path](const std::string& text) {
+            // Here, since only the parser knows by which of its names the flag was typed.
+            if (const std::string fault = scene::find_fault(path, text, scene::flag_of(path));
+                !fault.empty())
+                throw CLI::ValidationError(fault);
             args.fields.emplace_back(path, text);
         };
         command.add_option_function<std::string>(flag.names, keep, flag.help)

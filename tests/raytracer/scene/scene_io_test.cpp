@@ -246,6 +246,11 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
         {"a huge whole number", "[quality]\nsamples = 1e300", "quality.samples"},
         {"another word", "[quality]\ncolour = \"red\"",
          "quality.colour = 'red'; allowed: material, true, mix"},
+        {"a mistyped word", "[quality]\nintegrator = \"pahts\"",
+         "quality.integrator = 'pahts'; did you mean path? allowed: direct, path"},
+        {"a mistyped field", "[camera]\nfov_dge = 40",
+         "unknown field 'camera.fov_dge'; did you mean camera.fov_deg?"},
+        {"a mistyped section", "[camra]", "unknown section 'camra'; did you mean camera?"},
         {"another order", "[quality]\ntile_order = \"zigzag\"",
          "allowed: spiral, vertical, vertical-split, hilbert, rows"},
         {"a tile of no size", "[quality]\ntile = 0",
@@ -266,7 +271,7 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
         {"an infinite coordinate", "[camera]\nposition = [1, inf, 3]", "camera.position"},
         {"a position that is text", "[camera]\nposition = \"1,2,3\"", "camera.position"},
         {"half a size", "[output]\nsize = \"640\"",
-         "output.size = 1 numbers; allowed: WIDTHxHEIGHT"},
+         "output.size = '640'; allowed: WIDTHxHEIGHT in pixels"},
         {"no height", "[output]\nsize = [640, 0]", "output.size = 0"},
         {"a size with a fraction", "[output]\nsize = [640.5, 480]", "output.size = 640.5"},
         {"a size in words", "[output]\nsize = \"widexhigh\"", "output.size"},
@@ -328,7 +333,7 @@ TEST_CASE(
         {"quality.shadows", "maybe", "allowed: yes, no"},
         {"quality.shadows", "", "allowed: yes, no"},
         {"output.size", "640", "WIDTHxHEIGHT"},
-        {"output.size", "640x480x3", "3 numbers"},
+        {"output.size", "640x480x3", "WIDTHxHEIGHT"},
         {"output.size", "640X480", "'640X480'"},
         {"output.size", "640x", "'640x'"},
         {"output.size", "0x0", "allowed: whole numbers from 1 to 65536"},
@@ -349,6 +354,14 @@ TEST_CASE(
                           contains(c.path) && contains(c.said));
         CHECK(values_of(scene) == values_of(scene::Scene{}));
     }
+}
+
+TEST_CASE("a fault of a value is told by the name of its flag", "[raytracer][scene]") {
+    CHECK(scene::find_fault("camera.fov_deg", "wide", "--camera-fov-deg") ==
+          "--camera-fov-deg = 'wide'; allowed: a number");
+    CHECK(scene::find_fault("quality.integrator", "pth", "--quality-integrator") ==
+          "--quality-integrator = 'pth'; did you mean path? allowed: direct, path");
+    CHECK(scene::find_fault("camera.fov_deg", "40", "--camera-fov-deg").empty());
 }
 
 TEST_CASE("text after the last part of a list is not passed over", "[raytracer][scene]") {

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/near_words.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -24,11 +27,11 @@ void switch_all(bool on, Settings::Steps& steps) {
 }
 
 [[noreturn]] void refuse(std::string_view word) {
-    std::string allowed = std::string(kAll) + ", " + std::string(kNone);
+    std::vector<std::string> allowed{std::string(kAll), std::string(kNone)};
     for (const StepSwitch& step : kStepSwitches)
-        allowed += ", " + key_of(step);
+        allowed.push_back(key_of(step));
     throw util::UsageError("choose the steps of voxelization: '" + std::string(word) +
-                           "' is no step; allowed: " + allowed +
+                           "' is no step" + util::allowed_words(word, allowed) +
                            ", each step also with - before it to leave it out");
 }
 
