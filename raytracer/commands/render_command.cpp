@@ -7,9 +7,10 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
+#include "common/util/near_words.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/commands/run_report.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -24,12 +25,12 @@ struct RenderArguments {
     std::string save_scene;
     std::string report;
     std::string part;
-    bool quiet = false;
+    Verbosity verbosity;
     bool resume = false;
 };
 
 util::ExitCode run_render(const RenderArguments& args) {
-    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     const scene::Scene scene = args.world.scene();
     // Reject what cannot be written before any work is done.
@@ -46,20 +47,23 @@ util::ExitCode run_render(const RenderArguments& args) {
     if (!args.save_scene.empty())
         util::write_file_atomically(args.save_scene, scene::to_toml(scene));
 
-    render::PictureRenderer renderer(args.world.options(scene), render_pool, scene, args.quiet);
+    render::PictureRenderer renderer(args.world.options(scene), render_pool, scene,
+                                     args.verbosity.quiet);
     const render::RenderStatistics statistics = renderer.render(scene, args.outputs, keep, start);
     if (!args.report.empty())
         util::write_file_atomically(
             args.report,
             render::report_of(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
-    if (!args.quiet) {
-        render::print_statistics(statistics, renderer.times());
+    if (!args.verbosity.quiet) {
+        if (args.verbosity.verbose || !args.report.empty())
+            render::print_statistics(statistics, renderer.times());
         if (keep.part)
-            std::printf("wrote %s: terravox merge makes a picture of all parts\n",
-                        farm::checkpoint_path(args.outputs.front(), keep.part).c_str());
+            std::printf("wrote %s in %.1f s: terravox merge makes a picture of all parts\n",
+                        farm::checkpoint_path(args.outputs.front(), keep.part).c_str(),
+                        statistics.seconds);
         else
-            for (const std::string& output : args.outputs)
-                std::printf("wrote %s\n", output.c_str());
+            std::printf("wrote %s in %.1f s\n", util::comma_list(args.outputs).c_str(),
+                        statistics.seconds);
     }
     return report_gaps(statistics, "picture");
 }
@@ -89,7 +93,7 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
         "with those that are there");
     command->add_option("--part", args->part,
                         "I/N: only part I of N of the tiles, kept for terravox merge; no picture");
-    command->add_flag("-q,--quiet", args->quiet, "print errors only");
+    add_verbosity_flags(*command, args->verbosity);
     return [args] { return run_render(*args); };
 }
 

@@ -36,7 +36,7 @@ from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temp
 
 def scarce(kind):
     """@return flags with which some to some thousand boxes are loaded again, as the statistics of a
-    run without --quiet say
+    run with --verbose say
 
     All boxes take 2 to 4 MiB. With a MiB less than here they are loaded so often that the sky takes
     ten times as long, for nothing that would be found by it.

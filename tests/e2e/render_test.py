@@ -2,6 +2,7 @@
 """Pictures of a synthetic survey: formats, scenes, reports, and the same bits on any machine."""
 
 import json
+import re
 import unittest
 
 from support import Case, Run, binary, compare, entries, render, square, survey, temporary_folder
@@ -212,7 +213,23 @@ class Render(Case):
         self.assertDone(run)
         for line in run.err.splitlines():
             self.assertFalse(line.startswith(("[warn", "[error")), run.err)
-        self.assertIn("wrote", run.out)
+        self.assertRegex(run.out, rf"\Awrote {re.escape(str(out / 'a.png'))} in [0-9.]+ s\n\Z")
+
+    def test_what_a_run_cost_is_printed_on_request(self):
+        out = temporary_folder()
+        small = ("generated:7", "--size", "32x18", "--samples", "1", "-o", out / "a.png")
+        for flags in (["--verbose"], ["-v"], ["--report", out / "a.json"]):
+            with self.subTest(str(flags)):
+                run = render(*small, *flags)
+                self.assertDone(run)
+                for part in (
+                    "ray tracing (clock)",
+                    "steps a ray",
+                    "MiB of boxes at most",
+                    "wrote ",
+                ):
+                    self.assertIn(part, run.out)
+        self.assertRefused(render(*small, "-v", "-q"), 2, "-q and -v are given")
 
     def test_a_missing_folder_of_the_picture_is_made(self):
         out = temporary_folder()

@@ -206,7 +206,7 @@ class Worlds(Case):
         flags = ["--size", "80x45", "--samples", "1", "--quiet"]
         a = self.picture("a.png", "generated:7", *flags)
         b = self.out / "b.png"
-        scarce = [*flags[:-1], "--threads", "1", "--memory-mib", "2"]
+        scarce = [*flags[:-1], "--verbose", "--threads", "1", "--memory-mib", "2"]
         run = self.done(render("generated:7", *scarce, "-o", b))
         again = re.findall(r"(\d+) of them loaded again", run.out)
         self.assertGreater(sum(int(boxes) for boxes in again), 0, str(run))

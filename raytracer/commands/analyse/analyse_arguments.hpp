@@ -12,6 +12,7 @@
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/commands/run_report.hpp"
 
 namespace terravox::commands {
 
@@ -32,7 +33,7 @@ struct AnalyseArguments {
     FacadeArguments facades;
     std::string part;
     bool resume = false;
-    bool quiet = false;
+    Verbosity verbosity;
 };
 
 }  // namespace terravox::commands

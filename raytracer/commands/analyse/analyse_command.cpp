@@ -30,7 +30,7 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
     command->add_option("--part", args.part,
                         "I/N: only part I of N of the tiles, kept for terravox merge; no raster");
     add_report_options(*command, args.reports);
-    command->add_flag("-q,--quiet", args.quiet, "print errors only");
+    add_verbosity_flags(*command, args.verbosity);
     std::vector<std::string> sections = own_fields(kind);
     sections.insert(sections.end(), {"world", "generated", "processing", "quality.tile"});
     add_opening_arguments(*command, args.world, sections);

@@ -20,7 +20,7 @@
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/analyse/shadow_times.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
-#include "raytracer/commands/gaps.hpp"
+#include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/use_weather.hpp"
@@ -80,8 +80,8 @@ public:
         place_grid();
         complete_scene();
         const thread::StopSignals signals;
-        render::PictureRenderer renderer(m_loaded, pool, m_scene, m_args.quiet || m_args.as_json,
-                                         signals.token());
+        render::PictureRenderer renderer(m_loaded, pool, m_scene,
+                                         m_args.verbosity.quiet || m_args.as_json, signals.token());
         if (!m_args.sun.times.empty())
             return report(write_shadow_times(m_args, m_scene, m_grid, *m_loaded, renderer));
         return make_raster(renderer, signals.token());
@@ -178,24 +178,31 @@ private:
     }
 
     util::ExitCode report(const render::RenderStatistics& statistics) const {
-        if (!m_args.quiet && m_part) {
-            render::print_statistics(statistics, m_loaded->times);
-            std::printf("wrote %s: terravox merge makes a raster of all parts\n",
-                        farm::checkpoint_path(m_args.output, m_part).c_str());
-        } else if (!m_args.quiet && !m_args.as_json) {
-            render::print_statistics(statistics, m_loaded->times);
-            for (const std::string& file : {m_args.output, m_args.objects.file, m_args.facades.file,
-                                            m_args.reports.map, m_args.reports.page})
-                if (!file.empty())
-                    std::printf("wrote %s\n", file.c_str());
+        if (!m_args.verbosity.quiet && (m_part || !m_args.as_json)) {
+            if (m_args.verbosity.verbose)
+                render::print_statistics(statistics, m_loaded->times);
+            print_files(statistics);
         }
         return report_gaps(statistics, "raster");
+    }
+
+    void print_files(const render::RenderStatistics& statistics) const {
+        if (m_part) {
+            std::printf("wrote %s in %.1f s: terravox merge makes a raster of all parts\n",
+                        farm::checkpoint_path(m_args.output, m_part).c_str(), statistics.seconds);
+            return;
+        }
+        std::printf("wrote %s in %.1f s\n", m_args.output.c_str(), statistics.seconds);
+        for (const std::string& file :
+             {m_args.objects.file, m_args.facades.file, m_args.reports.map, m_args.reports.page})
+            if (!file.empty())
+                std::printf("wrote %s\n", file.c_str());
     }
 
     void print(const analyse::SightSummary& seen) const {
         if (m_args.as_json)
             std::printf("%s\n", analyse::json_of(seen).c_str());
-        else if (!m_args.quiet)
+        else if (!m_args.verbosity.quiet)
             std::printf("%s", analyse::table_of(seen).c_str());
     }
 
@@ -219,7 +226,7 @@ private:
 }  // namespace
 
 util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
-    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
     if (args.sun.times.empty())
         analyse::check_raster_target(args.output);
     else

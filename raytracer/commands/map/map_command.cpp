@@ -16,10 +16,10 @@
 #include "common/util/markup.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/grid_arguments.hpp"
 #include "raytracer/commands/map/map_file.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/picture_check.hpp"
 #include "voxelserver/export/core/part.hpp"
@@ -39,7 +39,7 @@ struct MapArguments {
     std::string attribution;
     std::string report;
     bool resume = false;
-    bool quiet = false;
+    Verbosity verbosity;
 };
 
 /// The scene of a map, without its camera: that depends on the world.
@@ -88,7 +88,7 @@ MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
     if (!args.zooms.empty())
         (void)zooms_of(args);
     only_of_tiles("--tiles-px", args.tile_px > 0 ? std::to_string(args.tile_px) : "");
-    out.quiet = args.quiet;
+    out.quiet = args.verbosity.quiet;
     if (args.tiles == "png")
         out.tiles = pmtiles::TileFormat::kPng;
     out.threads = thread::task_thread_count(scene.processing.threads.value_or(0));
@@ -138,7 +138,7 @@ pmtiles::WebArea web_area(const MapArguments& args, const analyse::CellGrid& gri
 }
 
 util::ExitCode run_map(const MapArguments& args) {
-    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
     scene::Scene scene = scene_of(args);
     MapFileOptions file = file_of(args, scene);
@@ -163,7 +163,8 @@ util::ExitCode run_map(const MapArguments& args) {
 
     const thread::StopSignals signals;
     file.is_stopped = [&] { return signals.token().stop_requested(); };
-    render::PictureRenderer renderer(loaded, render_pool, scene, args.quiet, signals.token());
+    render::PictureRenderer renderer(loaded, render_pool, scene, args.verbosity.quiet,
+                                     signals.token());
     std::optional<MapFile> map;
     const auto begin = [&]() -> output::TileSink& {
         map.emplace(file, shape, info_of(args, renderer, grid, world));
@@ -180,10 +181,11 @@ util::ExitCode run_map(const MapArguments& args) {
         util::write_file_atomically(
             args.report,
             render::report_of(statistics, loaded->times, renderer.view()).dump(2) + "\n");
-    if (!args.quiet) {
-        render::print_statistics(statistics, loaded->times);
-        std::printf("wrote %s: %d x %d cells of %g m", args.output.c_str(), grid.columns, grid.rows,
-                    grid.edge_m);
+    if (!args.verbosity.quiet) {
+        if (args.verbosity.verbose || !args.report.empty())
+            render::print_statistics(statistics, loaded->times);
+        std::printf("wrote %s in %.1f s: %d x %d cells of %g m", args.output.c_str(),
+                    statistics.seconds, grid.columns, grid.rows, grid.edge_m);
         if (file.in_tiles())
             std::printf(", %llu tiles of zooms %d to %d", static_cast<unsigned long long>(tiles),
                         file.area.min_zoom, file.area.max_zoom);
@@ -224,7 +226,7 @@ std::function<util::ExitCode()> add_map_command(CLI::App& app) {
     command->add_flag("--resume", args->resume,
                       "keep finished tiles in OUT.tiles until the map is finished, and go on with "
                       "those that are there");
-    command->add_flag("-q,--quiet", args->quiet, "print errors only");
+    add_verbosity_flags(*command, args->verbosity);
     add_opening_arguments(
         *command, args->world,
         {"world", "generated", "processing", "sun", "sky", "quality", "output.exposure_ev",

@@ -14,7 +14,7 @@
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/commands/analyse/own_fields.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
-#include "raytracer/commands/gaps.hpp"
+#include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 
 namespace terravox::commands {

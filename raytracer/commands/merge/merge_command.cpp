@@ -10,8 +10,8 @@
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/commands/gaps.hpp"
 #include "raytracer/commands/merge/joined_raster.hpp"
+#include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/joined_pictures.hpp"
 #include "raytracer/scene/scene_io.hpp"
 

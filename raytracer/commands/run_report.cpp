@@ -1,9 +1,17 @@
-#include "raytracer/commands/gaps.hpp"
+#include "raytracer/commands/run_report.hpp"
+
+#include <CLI/CLI.hpp>
 
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
 
 namespace terravox::commands {
+
+void add_verbosity_flags(CLI::App& command, Verbosity& args) {
+    CLI::Option* const quiet = command.add_flag("-q,--quiet", args.quiet, "print errors only");
+    command.add_flag("-v,--verbose", args.verbose, "print the time of each step and the memory")
+        ->excludes(quiet);
+}
 
 util::ExitCode report_gaps(const render::RenderStatistics& statistics, const std::string& what) {
     if (!statistics.counts.holes.empty())
