@@ -8,6 +8,8 @@ PREFIX=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 PROGRAMS=$PREFIX/lib/terravox
 COMMANDS_FILE=$PREFIX/share/terravox/setup/commands.txt
 GRABBER=$PROGRAMS/grabber
+# shellcheck disable=SC2034
+OWN_COMMANDS=(help)
 
 # shellcheck source=config/setup/say.sh
 . "$PREFIX/share/terravox/setup/say.sh"
@@ -18,11 +20,11 @@ show_help() {
     cat <<'TEXT'
 Terravox: real places as ray-traced voxel landscapes.
 
-Usage: terravox COMMAND [arguments]     (each command explains itself with --help)
+Usage: terravox COMMAND [arguments]     (terravox help COMMAND explains one)
 
 TEXT
     list_commands
-    printf '  %s\n\n' 'help, --version'
+    printf '  %s\n\n' 'help [COMMAND], --version'
     list_environment
 }
 
@@ -50,10 +52,16 @@ start() {
     exec "$PROGRAMS/$1" "${@:2}"
 }
 
-command=${1:-help}
-(($# == 0)) || shift
+if (($# == 0)); then
+    # shellcheck disable=SC2119 # no lines of its own
+    show_start
+    exit
+fi
+command=$1
+shift
 case $command in
-    help | -h | --help) show_help ;;
+    help) run_help "$@" ;;
+    -h | --help) show_help ;;
     --version | version) start terravox-raytracer --version ;;
     *) run_command "$command" "$@" ;;
 esac

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "common/util/command_line.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
@@ -101,6 +102,9 @@ std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer 
     command->add_flag("--list", args->frames.list,
                       "say which frames are still to be made, one number a line, and make none");
     command->add_flag("-q,--quiet", args->frames.quiet, "print errors only");
+    util::list_first(*command,
+                     {"--output", "--video", "--first", "--last", "--every", "--again", "--list",
+                      "--ortho", "--crs", "--voxel", "--scene", "--size", "--samples", "--quiet"});
     return [args, open = std::move(open)] { return run_animate(*args, open); };
 }
 

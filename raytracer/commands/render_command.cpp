@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/atomic_file.hpp"
+#include "common/util/command_line.hpp"
 #include "common/util/log.hpp"
 #include "common/util/near_words.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
@@ -74,8 +75,6 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     auto args = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
-    add_world_arguments(*command, args->world);
-    add_render_pool_arguments(*command, args->render_pool);
     command
         ->add_option(
             "-o,--output", args->outputs,
@@ -84,6 +83,8 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
         ->expected(1)
         ->take_all()
         ->allow_extra_args(false);
+    add_world_arguments(*command, args->world);
+    add_render_pool_arguments(*command, args->render_pool);
     command->add_option("--save-scene", args->save_scene,
                         "write the scene with all flags applied to this file");
     command->add_option("--report", args->report, "write times and counts to this file (JSON)");
@@ -94,6 +95,9 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     command->add_option("--part", args->part,
                         "I/N: only part I of N of the tiles, kept for terravox merge; no picture");
     add_verbosity_flags(*command, args->verbosity);
+    util::list_first(*command, {"--output", "--ortho", "--crs", "--voxel", "--scene", "--look",
+                                "--zoom", "--size", "--date", "--sun-time-h", "--samples",
+                                "--denoise", "--report", "--verbose", "--quiet"});
     return [args] { return run_render(*args); };
 }
 

@@ -115,6 +115,36 @@ class Installed(Case):
                     self.assertDone(run)
                     self.assertIn("--help", run.out)
 
+    def test_a_newcomer_is_told_what_to_do_first(self):
+        for run in (self.run_installed(), Run([ROOT / "terravox"])):
+            self.assertDone(run)
+            self.assertLessEqual(len(run.out.splitlines()), 12)
+            for part in ("terravox render DATA", "terravox help lists all commands"):
+                self.assertIn(part, run.out)
+        self.assertIn("terravox demo", run.out)
+
+    def test_help_explains_a_command(self):
+        self.assertEqual(
+            self.run_installed("help", "laz", "info").out,
+            self.run_installed("laz", "info", "--help").out,
+        )
+        self.assertEqual(self.run_installed("help", "help").out, self.run_installed("help").out)
+        self.assertRefused(self.run_installed("help", "paint"), 2, "unknown command 'paint'")
+
+    def test_a_mistyped_command_is_told_what_was_meant(self):
+        for typed, meant in {
+            "rendr": "render",
+            "Render": "render",
+            "sreve": "serve",
+            "analyze": "analyse",
+            "grabb": "grab",
+        }.items():
+            with self.subTest(typed):
+                self.assertRefused(self.run_installed(typed), 2, f"; did you mean {meant}? ")
+                self.assertRefused(Run([ROOT / "terravox", typed]), 2, f"did you mean {meant}? ")
+        self.assertRefused(Run([ROOT / "terravox", "biuld"]), 2, "did you mean build? ")
+        self.assertRefused(self.run_installed("frobnicate"), 2, "'frobnicate'; terravox help lists")
+
     def test_a_checkout_offers_the_same_commands_and_those_of_developers(self):
         checkout = Run([ROOT / "terravox", "help"])
         self.assertDone(checkout)

@@ -62,7 +62,9 @@ class Manual(Case):
     def help_of(self, page):
         words = page.split("-")[1:]
         # Commands of the grabber have hyphens in none of their names, and neither have the others.
-        return Run([*hidden(), self.prefix / "bin" / "terravox", *words, "--help"])
+        # Its help has one part.
+        which = [] if words[:1] == ["grab"] else ["all"]
+        return Run([*hidden(), self.prefix / "bin" / "terravox", *words, "--help", *which])
 
     def test_each_command_has_a_page(self):
         for page in ("render", "analyse-sky", "laz-index", "world-info", "cluster-slurm", "serve"):

@@ -1,4 +1,4 @@
-"""Which options the programs have, by their --help."""
+"""Which options the programs have, by their --help all."""
 
 import functools
 import re
@@ -57,7 +57,7 @@ def options_of(command):
     if command in TEXTS:
         return "".join(file.read_text(encoding="utf-8") for file in TEXTS[command])
     variable, *words = PROGRAMS[command]
-    run = Run([binary(variable), *words, "--help"])
+    run = Run([binary(variable), *words, "--help", "all"])
     if run.code != 0:
         raise AssertionError(run)
     # Further arguments of the cluster's commands are those of these.

@@ -200,7 +200,7 @@ class Render(Case):
 
     def test_the_help_lists_the_steps(self):
         for command in ("render", "preview", "animate", "convert"):
-            run = Run([binary("RAYTRACER"), command, "--help"])
+            run = Run([binary("RAYTRACER"), command, "--help", "all"])
             self.assertEqual(run.code, 0, str(run))
             self.assertIn("neighbourhood_filters", run.out)
         run = Run([binary("VOXELSERVER"), "--help"])

@@ -59,7 +59,7 @@ def variables(**values):
 
 class Help(unittest.TestCase):
     def test_the_server_names_the_inputs_that_the_renderer_names(self):
-        rendered = Run([binary("RAYTRACER"), "render", "--help"]).out
+        rendered = Run([binary("RAYTRACER"), "render", "--help", "all"]).out
         inputs = re.search(r"inputs TEXT \.\.\. REQUIRED\s+(.+)", rendered).group(1).split(", ")
         self.assertGreater(len(inputs), 6)
         served = serve("--help").out

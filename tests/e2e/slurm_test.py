@@ -281,7 +281,7 @@ class OnSlurm(Case):
     def test_a_picture_by_workers_of_which_some_die(self):
         if (
             not has_command("worker")
-            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
         ):
             self.skipTest("this raytracer has no worker --join and render --listen")
         look = ["--size", "960x540", "--samples", "16"]
@@ -398,7 +398,7 @@ class OnSlurm(Case):
     def test_a_picture_whose_coordinator_is_a_job(self):
         if (
             not has_command("worker")
-            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
         ):
             self.skipTest("this raytracer has no worker --join and render --listen")
         whole = self.folder / "whole.exr"
@@ -426,7 +426,7 @@ class OnSlurm(Case):
     def test_a_picture_in_parts(self):
         if (
             not has_command("merge")
-            or "--part" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+            or "--part" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
         ):
             self.skipTest("this raytracer has no merge and render --part")
         whole = self.folder / "whole.exr"

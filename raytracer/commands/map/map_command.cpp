@@ -11,6 +11,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
+#include "common/util/command_line.hpp"
 #include "common/util/int_range.hpp"
 #include "common/util/log.hpp"
 #include "common/util/markup.hpp"
@@ -232,6 +233,9 @@ std::function<util::ExitCode()> add_map_command(CLI::App& app) {
         {"world", "generated", "processing", "sun", "sky", "quality", "output.exposure_ev",
          "output.adaptation", "output.tone", "output.credit"});
     add_render_pool_arguments(*command, args->render_pool);
+    util::list_first(*command, {"--output", "--area", "--resolution", "--ortho", "--crs", "--voxel",
+                                "--scene", "--date", "--sun-time-h", "--samples", "--zooms",
+                                "--title", "--report", "--verbose", "--quiet"});
     return [args] { return run_map(*args); };
 }
 

@@ -11,6 +11,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop_signals.hpp"
 #include "common/util/atomic_file.hpp"
+#include "common/util/command_line.hpp"
 #include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
@@ -112,6 +113,9 @@ std::function<util::ExitCode()> add_preview_options(CLI::App& app) {
     app.add_option("--ui-scale", args->ui_scale,
                    "size of text and handles, 0.5 to 4; default: as the monitor says")
         ->check(CLI::Range(0.5, 4.0));
+    util::list_first(app,
+                     {"--ortho", "--crs", "--voxel", "--scene", "--save-scene", "--look", "--date",
+                      "--sun-time-h", "--window", "--light", "--ui-scale", "--threads"});
     return [args] { return run(*args); };
 }
 
