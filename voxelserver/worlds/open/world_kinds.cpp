@@ -1,14 +1,20 @@
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
+#include <unistd.h>
+
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "common/util/error.hpp"
 #include "voxelserver/worlds/archive/archive_kind.hpp"
 #include "voxelserver/worlds/heightmap/heightmap_kind.hpp"
+#include "voxelserver/worlds/kind/http_address.hpp"
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
 #include "voxelserver/worlds/luanti/luanti_kind.hpp"
 #include "voxelserver/worlds/minecraft/minecraft_kind.hpp"
+#include "voxelserver/worlds/open/remedies.hpp"
 #include "voxelserver/worlds/procedural/procedural_kind.hpp"
 #include "voxelserver/worlds/remote/remote_kind.hpp"
 
@@ -41,22 +47,44 @@ std::string allowed_inputs() {
     return out;
 }
 
+namespace {
+
+/// Without this check a folder that cannot be read would hold no world.
+void check_readable(const std::string& input, const fs::file_status& status) {
+    const bool is_folder = fs::is_directory(status);
+    if (fs::exists(status) && ::access(input.c_str(), is_folder ? R_OK | X_OK : R_OK) != 0)
+        throw util::Error("open the world: the " + std::string(is_folder ? "folder " : "file ") +
+                          input + ": " + std::strerror(errno) +
+                          "; allowed: what the user of this program may read");
+}
+
+[[noreturn]] void refuse(const std::string& input, const fs::file_status& status) {
+    const std::string what = !fs::exists(status) ? input + " does not exist"
+                             : fs::is_directory(status)
+                                 ? "the folder " + input + " holds no world"
+                                 : "the file " + input + " is of no known kind";
+    const std::string remedy = find_remedy(input);
+    throw util::UsageError("open the world: " + what + (remedy.empty() ? "" : ": " + remedy) +
+                           (remedy.ends_with('?') ? "" : ";") + " allowed: " + allowed_inputs());
+}
+
+}  // namespace
+
 const WorldKind& kind_of(const std::string& input) {
+    const bool is_address = is_http_address(input);
+    if (const std::string remedy = is_address ? find_address_remedy(input) : ""; !remedy.empty())
+        throw util::UsageError("open the world: " + input + ": " + remedy);
     std::error_code failed;
     const fs::file_status status = fs::status(input, failed);
+    if (failed && status.type() != fs::file_type::not_found && !is_address)
+        throw util::Error("open the world: " + input + ": " + failed.message());
+    check_readable(input, status);
     for (const WorldKind* const kind : world_kinds()) {
         const bool may_be = !kind->is_path || fs::exists(status);
         if (may_be && kind->recognises(input))
             return *kind;
     }
-    const std::string allowed = "; allowed: " + allowed_inputs();
-    if (!fs::exists(status)) {
-        throw util::UsageError("open the world: " + input + " does not exist" + allowed);
-    }
-    if (fs::is_directory(status)) {
-        throw util::UsageError("open the world: the folder " + input + " holds no world" + allowed);
-    }
-    throw util::UsageError("open the world: the file " + input + " is of no known kind" + allowed);
+    refuse(input, status);
 }
 
 }  // namespace terravox::worlds
