@@ -1,10 +1,14 @@
 #include "voxelserver/grid/frame.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 
 namespace terravox::grid {
 
@@ -27,8 +31,15 @@ Frame::Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n)
 geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y) {
     if (!file_crs.geographic())
         return file_crs;
+    if (!(std::abs(centre_x) <= 360 && std::abs(centre_y) <= 90))
+        throw util::UsageError("place the data: " + file_crs.name() +
+                               " has degrees, but the middle of the data is " +
+                               fmt::format("{:.1f}, {:.1f}", centre_x, centre_y) +
+                               "; allowed: --crs with the system in metres that the data are in");
     const int zone = std::clamp(static_cast<int>(std::floor((centre_x + 180) / 6)) + 1, 1, 60);
-    return geo::Crs::from_text("EPSG:" + std::to_string((centre_y < 0 ? 32700 : 32600) + zone));
+    const std::string name = "EPSG:" + std::to_string((centre_y < 0 ? 32700 : 32600) + zone);
+    util::log_info("coordinates in degrees ({}): drawn in {}", file_crs.name(), name);
+    return geo::Crs::from_text(name);
 }
 
 }  // namespace terravox::grid
