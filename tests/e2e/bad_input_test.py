@@ -8,6 +8,7 @@ import os
 import struct
 import unittest
 
+import mistakes
 from support import Case, Run, binary, entries, render, square, temporary_folder
 
 SMALL = ["--size", "48x27", "--samples", "1", "--quiet"]
@@ -278,6 +279,18 @@ class BadInput(Case):
 
     def test_a_full_disk_jpg(self):
         self.full_disk(".jpg")
+
+
+class Mistakes(Case):
+    def test_the_message_of_a_plausible_mistake_names_the_remedy(self):
+        files, out = mistakes.wrong_files(), temporary_folder()
+        for mistake in mistakes.read_mistakes():
+            if mistake.is_test:
+                with self.subTest(mistake.line):
+                    ended, missing = mistakes.run(mistake, files, out)
+                    self.assertRefused(ended, mistake.code)
+                    self.assertEqual(missing, [], str(ended))
+        self.assertEqual(entries(out), [])
 
 
 if __name__ == "__main__":
