@@ -158,7 +158,7 @@ inline PictureFile read_with_gdal(const std::filesystem::path& file) {
         out.channels.push_back({found != names.end() ? found->second : "band" + std::to_string(c),
                                 bytes ? "uint8" : "float"});
     }
-    char** const items = GDALGetMetadata(in.get(), nullptr);
+    const char* const* const items = GDALGetMetadata(in.get(), nullptr);
     for (int i = 0; items != nullptr && items[i] != nullptr; ++i) {
         const std::string item = items[i];
         const std::size_t end = item.find('=');

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "common/util/error.hpp"
 #include "raytracer/analyse/report/html_report.hpp"
 #include "raytracer/analyse/report/map_picture.hpp"
 #include "tests/catch.hpp"

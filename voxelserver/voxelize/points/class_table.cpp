@@ -1,6 +1,7 @@
 #include "voxelserver/voxelize/points/class_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>

@@ -1,6 +1,7 @@
 #include "voxelserver/voxelize/points/settings.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
