@@ -53,6 +53,12 @@ bool changes_again(const InputEvent& event, const std::vector<InputEvent>& frame
 
 }  // namespace
 
+void InputQueue::push(const InputEvent& event) {
+    const auto* key = std::get_if<KeyInput>(&event);
+    if (key == nullptr || !key->repeats || m_events.empty())
+        m_events.push_back(event);
+}
+
 std::vector<InputEvent> InputQueue::next_frame() {
     std::vector<InputEvent> frame;
     Ending ended = Ending::kNone;

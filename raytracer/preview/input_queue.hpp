@@ -12,6 +12,7 @@ struct KeyInput {
     int scancode = 0;
     int mods = 0;
     bool down = false;
+    bool repeats = false;  ///< it went down before, and is held
     bool operator==(const KeyInput&) const = default;
 };
 struct CharacterInput {
@@ -38,8 +39,8 @@ using InputEvent = std::variant<KeyInput, CharacterInput, CursorInput, ButtonInp
 
 /// Input events in the order in which they happened, split into frames.
 ///
-/// Dear ImGui 1.86 reads the state of keys and buttons once a frame, and a widget that is clicked
-/// in one frame takes keys from the next frame on. On a slow machine a click and the keys after it
+/// Dear ImGui reads the state of keys and buttons once a frame, and a widget that is clicked in one
+/// frame takes keys from the next frame on. On a slow machine a click and the keys after it
 /// arrive within one frame; read at once, the keys would go to whatever had the focus before the
 /// click, and a key that is pressed and released would not be seen at all. So a frame ends after
 /// each event that can change where the following events belong: a key press with its characters,
@@ -47,7 +48,9 @@ using InputEvent = std::variant<KeyInput, CharacterInput, CursorInput, ButtonInp
 /// and frames are on the window's thread.
 class InputQueue {
 public:
-    void push(const InputEvent& event) { m_events.push_back(event); }
+    /// The repetition of a key is dropped while other events wait: frames that are slower than it
+    /// would go on with it after the key was released.
+    void push(const InputEvent& event);
     [[nodiscard]] bool empty() const noexcept { return m_events.empty(); }
     /// @return the events of the next frame, oldest first: not empty unless the queue is; of a run
     /// of cursor positions the last only

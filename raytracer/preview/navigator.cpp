@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/preview/keys.hpp"
-
 namespace terravox::preview {
 namespace {
 
@@ -27,13 +25,15 @@ bool parallel(const scene::Scene& scene) {
 
 }  // namespace
 
-bool Navigator::handle(EditorState& editor_state, const Gamepad& gamepad, double seconds) {
+bool Navigator::handle(EditorState& editor_state, const Keyboard& keyboard, const Gamepad& gamepad,
+                       double seconds) {
     m_click.reset();
     m_moving = false;
     const Viewpoint before = editor_state.viewpoint;
     const std::optional<double> height = editor_state.scene.camera.height_m;
+    m_pace = keyboard.shift() ? kFast : keyboard.alt() ? kSlow : 1;
     bool moved = drag(editor_state);
-    moved |= keys(editor_state, seconds);
+    moved |= keys(editor_state, keyboard, seconds);
     moved |= pad(editor_state, gamepad, seconds);
     if (!moved ||
         (before == editor_state.viewpoint && height == editor_state.scene.camera.height_m))
@@ -44,11 +44,7 @@ bool Navigator::handle(EditorState& editor_state, const Gamepad& gamepad, double
 
 // Speed of movement, voxels per second.
 double Navigator::reach(const EditorState& editor_state) const noexcept {
-    const ImGuiIO& io = ImGui::GetIO();
-    return editor_state.viewpoint.distance() * kReachPerSecond *
-           (io.KeyShift ? kFast
-            : io.KeyAlt ? kSlow
-                        : 1);
+    return editor_state.viewpoint.distance() * kReachPerSecond * m_pace;
 }
 
 bool Navigator::closer(EditorState& editor_state, double factor) {
@@ -117,18 +113,18 @@ bool Navigator::drag(EditorState& editor_state) {
     return moved;
 }
 
-bool Navigator::keys(EditorState& editor_state, double seconds) {
+bool Navigator::keys(EditorState& editor_state, const Keyboard& keyboard, double seconds) {
     const ImGuiIO& io = ImGui::GetIO();
     // A key of a command, such as Ctrl+S, does not move the viewpoint if Ctrl is released first.
-    std::erase_if(m_commands, [](int key) { return !is_key_down(key); });
-    if (Window::typing() || io.KeyCtrl || io.KeySuper) {
+    std::erase_if(m_commands, [&](int key) { return !keyboard.down(key); });
+    if (Window::typing() || keyboard.ctrl() || keyboard.super()) {
         for (const int key : kMoving)
-            if (is_key_down(key))
+            if (keyboard.down(key))
                 m_commands.insert(key);
         return false;
     }
     const auto down = [&](int key) {
-        return is_key_down(key) && !m_commands.contains(key) ? 1.0 : 0.0;
+        return keyboard.down(key) && !m_commands.contains(key) ? 1.0 : 0.0;
     };
     const auto axis = [&](int minus, int plus) { return down(plus) - down(minus); };
     const double right = axis(GLFW_KEY_A, GLFW_KEY_D);

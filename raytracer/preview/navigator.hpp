@@ -16,7 +16,8 @@ public:
     /// Handles the input of a frame, after Dear ImGui has begun it.
     /// @param seconds since the last frame
     /// @return whether the viewpoint has moved
-    bool handle(EditorState& editor_state, const Gamepad& pad, double seconds);
+    bool handle(EditorState& editor_state, const Keyboard& keyboard, const Gamepad& pad,
+                double seconds);
 
     struct Click {
         double x = 0;
@@ -30,7 +31,7 @@ public:
 
 private:
     bool drag(EditorState& editor_state);
-    bool keys(EditorState& editor_state, double seconds);
+    bool keys(EditorState& editor_state, const Keyboard& keyboard, double seconds);
     bool pad(EditorState& editor_state, const Gamepad& pad, double seconds);
     [[nodiscard]] double reach(const EditorState& editor_state) const noexcept;
     bool closer(EditorState& editor_state, double factor);
@@ -38,6 +39,7 @@ private:
     std::optional<Click> m_click;
     std::set<int> m_commands;  ///< keys that are down for something other than movement
     std::array<float, 2> m_pressed_at{};
+    double m_pace = 1;  ///< of movement: faster with Shift, slower with Alt
     bool m_pressed = false;
     bool m_dragged = false;
     bool m_moving = false;

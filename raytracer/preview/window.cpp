@@ -96,6 +96,10 @@ Window::Window(int width_px, int height_px, const char* title, double scale)
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // no file is written to the working folder
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+#if IMGUI_VERSION_NUM >= 18700
+    // Our queue splits events into frames; what it hands over is of one.
+    ImGui::GetIO().ConfigInputTrickleEventQueue = false;
+#endif
     ImGui_ImplGlfw_InitForOpenGL(m_window, true);
     queue_input();
     ImGui_ImplOpenGL3_Init("#version 330");
@@ -143,10 +147,15 @@ void Window::restyle() {
     style.GrabRounding = 3;
     style.Colors[ImGuiCol_WindowBg].w = 0.94f;
     style.ScaleAllSizes(static_cast<float>(m_scale));
+    const float text_px = std::round(kText_px * static_cast<float>(m_scale));
+#if IMGUI_VERSION_NUM >= 19200
+    style.FontSizeBase = text_px;  // glyphs are drawn when they are needed, in any size
+    ImGui::GetStyle() = style;
+#else
     ImGui::GetStyle() = style;
     if (m_scale != m_styled.first) {
         ImFontConfig font;
-        font.SizePixels = std::round(kText_px * static_cast<float>(m_scale));
+        font.SizePixels = text_px;
         ImGui::GetIO().Fonts->Clear();
         ImGui::GetIO().Fonts->AddFontDefault(&font);
         // Not all that it has of OpenGL: 1.86 would take its new, empty buffers for as large as the
@@ -154,6 +163,7 @@ void Window::restyle() {
         ImGui_ImplOpenGL3_DestroyFontsTexture();
         ImGui_ImplOpenGL3_CreateFontsTexture();
     }
+#endif
     m_styled = {m_scale, m_light};
 }
 
@@ -163,12 +173,11 @@ void Window::queue_input() {
     static constexpr auto kQueue = [](GLFWwindow* window) -> InputQueue& {
         return static_cast<Window*>(glfwGetWindowUserPointer(window))->m_input;
     };
-    glfwSetKeyCallback(m_window,
-                       [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
-                           // Dear ImGui repeats keys itself.
-                           if (action != GLFW_REPEAT)
-                               kQueue(w).push(KeyInput{key, scancode, mods, action == GLFW_PRESS});
-                       });
+    glfwSetKeyCallback(
+        m_window, [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
+            kQueue(w).push(
+                KeyInput{key, scancode, mods, action != GLFW_RELEASE, action == GLFW_REPEAT});
+        });
     glfwSetCharCallback(m_window, [](GLFWwindow* w, unsigned code_point) noexcept {
         kQueue(w).push(CharacterInput{code_point});
     });
@@ -194,8 +203,10 @@ void Window::queue_input() {
 
 void Window::hand_over(const InputEvent& event) {
     if (const auto* key = std::get_if<KeyInput>(&event)) {
-        ImGui_ImplGlfw_KeyCallback(m_window, key->key, key->scancode,
-                                   key->down ? GLFW_PRESS : GLFW_RELEASE, key->mods);
+        // Dear ImGui repeats keys itself.
+        if (!key->repeats)
+            ImGui_ImplGlfw_KeyCallback(m_window, key->key, key->scancode,
+                                       key->down ? GLFW_PRESS : GLFW_RELEASE, key->mods);
     } else if (const auto* character = std::get_if<CharacterInput>(&event)) {
         ImGui_ImplGlfw_CharCallback(m_window, character->code_point);
     } else if (const auto* wheel = std::get_if<WheelInput>(&event)) {
@@ -209,10 +220,31 @@ void Window::hand_over(const InputEvent& event) {
     }
 }
 
+// Its backend has read the mouse's position, and since 1.89 the modifiers, as they are now: ahead
+// of events that are still in the queue.
+void Window::hand_over_state() {
+    ImGuiIO& io = ImGui::GetIO();
+#if IMGUI_VERSION_NUM >= 18900
+    io.AddKeyEvent(ImGuiMod_Ctrl, m_keyboard.ctrl());
+    io.AddKeyEvent(ImGuiMod_Shift, m_keyboard.shift());
+    io.AddKeyEvent(ImGuiMod_Alt, m_keyboard.alt());
+    io.AddKeyEvent(ImGuiMod_Super, m_keyboard.super());
+#endif
+#if IMGUI_VERSION_NUM >= 18700
+    io.AddMousePosEvent(static_cast<float>(m_cursor.x), static_cast<float>(m_cursor.y));
+    for (std::size_t i = 0; i < m_buttons_down.size(); ++i)
+        io.AddMouseButtonEvent(static_cast<int>(i), m_buttons_down[i]);
+#else
+    io.MousePos = {static_cast<float>(m_cursor.x), static_cast<float>(m_cursor.y)};
+    std::copy(m_buttons_down.begin(), m_buttons_down.end(), io.MouseDown);
+#endif
+}
+
 void Window::begin_frame(double wait_s) {
     wait_s > 0 && m_input.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
     const std::vector<InputEvent> events = m_input.next_frame();
     m_had_input = !events.empty();
+    m_keyboard.begin_frame(events);
     for (const InputEvent& event : events)
         hand_over(event);
     float x = 1;
@@ -226,11 +258,7 @@ void Window::begin_frame(double wait_s) {
     if (m_styled != std::pair(m_scale, m_light))
         restyle();
     ImGui_ImplGlfw_NewFrame();
-    // Dear ImGui has read the current mouse position, which would overtake events that are still in
-    // the queue.
-    ImGuiIO& io = ImGui::GetIO();
-    io.MousePos = {static_cast<float>(m_cursor.x), static_cast<float>(m_cursor.y)};
-    std::copy(m_buttons_down.begin(), m_buttons_down.end(), io.MouseDown);
+    hand_over_state();
     ImGui::NewFrame();
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "raytracer/preview/input_queue.hpp"
+#include "raytracer/preview/keyboard.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/pane.hpp"
 
@@ -70,6 +71,7 @@ public:
     [[nodiscard]] std::pair<int, int> size_px() const noexcept;
     /// Whether the current frame has any input.
     [[nodiscard]] bool had_input() const noexcept { return m_had_input; }
+    [[nodiscard]] const Keyboard& keyboard() const noexcept { return m_keyboard; }
     [[nodiscard]] double scale() const noexcept { return m_scale; }
     void set_light(bool light) noexcept { m_light = light; }  ///< from the next frame on
     void copy_text(const std::string& text);
@@ -88,6 +90,7 @@ private:
     void restyle();
     void queue_input();
     void hand_over(const InputEvent& event);
+    void hand_over_state();
     GLFWwindow* m_window = nullptr;
     std::unique_ptr<Texture> m_picture;  ///< destroyed before the context
     unsigned m_framebuffer = 0;
@@ -97,6 +100,7 @@ private:
     std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
     std::vector<std::string> m_dropped;
     InputQueue m_input;  ///< events that Dear ImGui has not received yet
+    Keyboard m_keyboard;
     bool m_had_input = false;
     CursorInput m_cursor;  ///< position in the last event that it has received
     std::array<bool, 5> m_buttons_down{};

@@ -109,7 +109,7 @@ void App::handle_input(double passed_s) {
         m_side_panel.files().open_scene(m_editor_state, file);
     handle_shortcuts({m_window, m_editor_state, m_picture.progressive(), m_final,
                       m_side_panel.files(), m_path, m_pick, m_pane});
-    m_navigator.handle(m_editor_state, Window::gamepad(), passed_s);
+    m_navigator.handle(m_editor_state, m_window.keyboard(), Window::gamepad(), passed_s);
     if (const auto& click = m_navigator.click())
         m_pick.click(m_editor_state, *click, m_pane, m_picture.progressive().view());
     m_pick.update(m_editor_state);

@@ -92,8 +92,8 @@ void MapPanel::draw(preview::EditorState& editor_state, preview::PickTool& tool,
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     const ImVec2 low = ImGui::GetCursorScreenPos();
-    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(m_texture.name())),
-                 size);
+    // A pointer before Dear ImGui 1.91.4, a number since.
+    ImGui::Image(ImTextureID(std::uintptr_t{m_texture.name()}), size);
     widgets::report_place("map");
     if (ImGui::IsItemClicked() && view) {
         const ImVec2 mouse = ImGui::GetIO().MousePos;

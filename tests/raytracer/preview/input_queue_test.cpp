@@ -92,6 +92,17 @@ TEST_CASE("of positions in a row only the last counts", "[preview][input]") {
           std::vector<Frame>{{at(3, 3), button(0, true)}, {at(5, 5)}, {button(0, false)}});
 }
 
+TEST_CASE("a key's repetition is dropped while others wait", "[preview][input]") {
+    const preview::InputEvent repeat = preview::KeyInput{'a', 0, 0, true, true};
+    CHECK(frames_of({repeat, repeat, release('a'), repeat}) ==
+          std::vector<Frame>{{repeat}, {release('a')}});
+    preview::InputQueue queue;
+    for (int i = 0; i < 2; ++i) {
+        queue.push(repeat);
+        CHECK(queue.next_frame() == Frame{repeat});
+    }
+}
+
 TEST_CASE("no event is lost, and none overtakes another, wherever frames end", "[preview][input]") {
     const auto seed = GENERATE(range(0U, 50U));
     std::minstd_rand random(seed + 1);
