@@ -3,13 +3,12 @@
 #include <cpl_conv.h>
 #include <cpl_error.h>
 #include <gdal.h>
-#include <sys/mman.h>
 
 #include <mutex>
-#include <new>
 
 #include "common/geo/gdal_messages.hpp"
 #include "common/geo/raster_gate.hpp"
+#include "common/util/free_memory.hpp"
 
 namespace terravox::geo {
 namespace {
@@ -38,12 +37,7 @@ void limit_gdal_cache(std::int64_t bytes) {
 }
 
 void check_memory_for_gdal() {
-    // Mapped rather than allocated: a compiler may optimise away an unused allocation.
-    void* const room = ::mmap(nullptr, kGdalHeadroom_bytes, PROT_READ | PROT_WRITE,
-                              MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (room == MAP_FAILED)
-        throw std::bad_alloc();
-    ::munmap(room, kGdalHeadroom_bytes);
+    util::check_memory(kGdalHeadroom_bytes);
 }
 
 }  // namespace terravox::geo

@@ -18,7 +18,7 @@ namespace terravox::thread {
 /// one per core) and no more than there are cores, use() runs serially in ascending order, with at
 /// most twice as many items in flight as there are threads. The output is therefore independent of
 /// the number of threads.
-/// @throws what the first failing call threw
+/// @throws what the first failing call threw; std::bad_alloc
 template <class Make, class Use>
 void in_order(std::size_t count, int threads, const Make& make, const Use& use) {
     namespace tbb = oneapi::tbb;
@@ -30,6 +30,7 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
     };
     using ItemPtr = std::shared_ptr<Item>;
     const int max_threads = task_thread_count(threads);
+    check_memory_for_tasks();
     tbb::task_arena arena(max_threads);
     std::size_t next = 0;
     // When a filter throws, TBB leaks the items in flight: exceptions are therefore held back until

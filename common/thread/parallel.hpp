@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/thread/tsan_order.hpp"
+#include "common/util/free_memory.hpp"
 
 namespace terravox::thread {
 
@@ -35,11 +36,24 @@ namespace terravox::thread {
     return std::min(thread_count(requested), usable_cores());
 }
 
+/// To be called before each use of TBB. When the first thread that uses it lacks memory, oneTBB
+/// 2022 spins for ever: what throws asks whether it may, under a lock that the thread already
+/// holds.
+/// @throws std::bad_alloc when the thread is new to TBB and memory is short
+inline void check_memory_for_tasks() {
+    constexpr std::size_t kHeadroom_bytes = std::size_t{8} << 20;  // some KiB for each core
+    namespace tbb = oneapi::tbb;
+    // While a thread that has used it lives, TBB keeps what it has made at first.
+    if (tbb::this_task_arena::current_thread_index() == tbb::task_arena::not_initialized)
+        util::check_memory(kHeadroom_bytes);
+}
+
 /// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one per core) and no
 /// more than there are cores, in unspecified order.
-/// @throws what the first failing call threw, after the others have ended
+/// @throws what the first failing call threw, after the others have ended; std::bad_alloc
 template <class Work>
 void parallel_for(std::size_t count, int threads, const Work& work) {
+    check_memory_for_tasks();
     oneapi::tbb::task_arena arena(task_thread_count(threads));
     TsanTasks tasks;
     const auto one = [&](std::size_t i) {

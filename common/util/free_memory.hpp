@@ -3,6 +3,10 @@
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <new>
 
 namespace terravox::util {
 
@@ -12,6 +16,17 @@ inline void trim_heap() noexcept {
 #ifdef __GLIBC__
     malloc_trim(0);
 #endif
+}
+
+/// To be called before a library that cannot bear to run out of memory. Takes microseconds.
+/// @throws std::bad_alloc unless so many bytes can be allocated now
+inline void check_memory(std::size_t bytes) {
+    // Mapped rather than allocated: a compiler may optimise away an unused allocation.
+    void* const room =
+        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (room == MAP_FAILED)
+        throw std::bad_alloc();
+    ::munmap(room, bytes);
 }
 
 }  // namespace terravox::util

@@ -1,13 +1,18 @@
 #include "common/thread/parallel.hpp"
 
 #include <sched.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 
 #include <atomic>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
+#include "common/thread/in_order.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/child_process.hpp"
+#include "tests/common/emulated.hpp"
 
 using namespace terravox::thread;
 
@@ -32,6 +37,31 @@ TEST_CASE("what parallel work throws arrives with its type", "[common][thread]")
                                  }),
                     std::out_of_range);
 }
+
+// Of the sanitizers, their own memory would be refused, too.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_CASE("without memory for tasks a new thread's work ends with an error", "[common][thread]") {
+    if (terravox::test::emulated()) {
+        WARN("not tried: the emulator would be without memory, too");
+        return;
+    }
+    const bool in_order_too = GENERATE(false, true);
+    const terravox::test::ChildEnd end = terravox::test::run_in_child([&] {
+        std::thread([&] {
+            const rlimit none_left{1, 1};
+            ::setrlimit(RLIMIT_AS, &none_left);
+            if (in_order_too)
+                in_order(2, 2, [](std::size_t i) { return i; }, [](std::size_t, std::size_t) {});
+            else
+                parallel_for(2, 2, [](std::size_t) {});
+        }).join();
+    });
+    CHECK(WIFEXITED(end.status));
+    CHECK(WEXITSTATUS(end.status) == 1);
+    CHECK(end.error_output ==
+          "terravox: out of memory; lower memory limits or a smaller task may help\n");
+}
+#endif
 
 TEST_CASE("a thread count of zero means all cores that may be used", "[common][thread]") {
     // On a thread of its own, so that the others keep their cores.
