@@ -26,6 +26,7 @@ void start_gdal() {
         // Drivers that lack memory for their descriptions are registered without them.
         check_memory_for_gdal();
         CPLSetErrorHandler(print_gdal_message);
+        take_tiff_messages();
         register_raster_drivers();
         limit(kGdalCache_bytes);
     });

@@ -1,7 +1,11 @@
 #include "common/geo/gdal_messages.hpp"
 
+#include <dlfcn.h>
+
 #include <atomic>
 #include <csignal>
+#include <cstdarg>
+#include <cstdio>
 #include <new>
 #include <string>
 
@@ -28,7 +32,39 @@ extern "C" void end_program_if_memory_was_missing(int signal) {
     // After a return from here, abort() ends the program by its signal, as without a handler.
 }
 
+// libtiff's TIFFErrorHandler, and the function that sets it. libtiff is GDAL's affair: the one that
+// it has brought is asked, and none is linked.
+using TiffHandler = void (*)(const char* module, const char* format, std::va_list arguments);
+using SetTiffHandler = TiffHandler (*)(TiffHandler handler);
+
+void pass_on(CPLErr severity, const char* module, const char* format,
+             std::va_list arguments) noexcept {
+    char text[1000];
+    std::vsnprintf(text, sizeof text, format, arguments);
+    CPLError(severity, CPLE_AppDefined, "%s: %s", module != nullptr ? module : "libtiff", text);
+}
+
+extern "C" void pass_tiff_error(const char* module, const char* format,
+                                std::va_list arguments) noexcept {
+    pass_on(CE_Failure, module, format, arguments);
+}
+
+extern "C" void pass_tiff_warning(const char* module, const char* format,
+                                  std::va_list arguments) noexcept {
+    pass_on(CE_Warning, module, format, arguments);
+}
+
+void set_tiff_handler(const char* function, TiffHandler handler) noexcept {
+    if (const auto set = reinterpret_cast<SetTiffHandler>(::dlsym(RTLD_DEFAULT, function)))
+        set(handler);
+}
+
 }  // namespace
+
+void take_tiff_messages() noexcept {
+    set_tiff_handler("TIFFSetErrorHandler", pass_tiff_error);
+    set_tiff_handler("TIFFSetWarningHandler", pass_tiff_warning);
+}
 
 void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
                                    const char* message) noexcept {

@@ -22,6 +22,11 @@ void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
 /// does nothing. Allocates no memory.
 void end_program_if_fatal(CPLErr severity, CPLErrorNum number, const char* message) noexcept;
 
+/// Makes messages of libtiff that belong to no open file GDAL's, as GDAL made them itself until it
+/// gave each file handlers of its own: libtiff would print them. Does nothing where GDAL's libtiff
+/// is inside of it and cannot be reached. Not thread-safe.
+void take_tiff_messages() noexcept;
+
 /// To be called on the same thread when GDAL has returned: from now on abort() has other reasons.
 void forget_missing_memory() noexcept;
 

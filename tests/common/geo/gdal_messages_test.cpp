@@ -1,11 +1,14 @@
 #include "common/geo/gdal_messages.hpp"
 
+#include <gdal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -14,6 +17,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/child_process.hpp"
 #include "tests/common/emulated.hpp"
+#include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
 
@@ -125,6 +129,33 @@ TEST_CASE("errors of GDAL that do not end the program are dropped or printed", "
                                     fail();
                                 }).error_output;
     CHECK(printed.find("a file is damaged") != std::string::npos);
+}
+
+TEST_CASE("a full disk is told by GDAL's messages, not by libtiff's own", "[common][geo]") {
+    const test::TemporaryFolder folder;
+    const std::string path = folder.path() / "full.tif";
+    const test::ChildEnd end = test::run_in_child([&] {
+        geo::start_gdal();
+        const geo::GdalErrorScope errors;
+        // Writes fail with EFBIG then.
+        const rlimit few{kFewBytes / 2, kFewBytes / 2};
+        ::setrlimit(RLIMIT_FSIZE, &few);
+        std::signal(SIGXFSZ, SIG_IGN);
+        constexpr int kSide = 2000;
+        std::string row(kSide, 'x');
+        GDALDatasetH file = GDALCreate(GDALGetDriverByName("GTiff"), path.c_str(), kSide, kSide, 1,
+                                       GDT_Byte, nullptr);
+        CPLErr worst = file != nullptr ? CE_None : CE_Failure;
+        for (int y = 0; y < kSide && file != nullptr; ++y)
+            worst = std::max(worst, GDALRasterIO(GDALGetRasterBand(file, 1), GF_Write, 0, y, kSide,
+                                                 1, row.data(), kSide, 1, GDT_Byte, 0, 0));
+        if (file != nullptr)
+            GDALClose(file);
+        if (std::max(worst, CPLGetLastErrorType()) != CE_Failure)
+            throw std::runtime_error("it was written");
+    });
+    CHECK(end.error_output.empty());
+    CHECK(end.status == 0);
 }
 
 TEST_CASE("what a file says in a message of GDAL does not speak to the terminal", "[common][geo]") {
