@@ -34,6 +34,8 @@ pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
 pkg_check_modules(highway REQUIRED IMPORTED_TARGET libhwy)
 if(TERRAVOX_PREVIEW)
   find_package(glfw3 REQUIRED)
+  # libGL on every system: CMake would take libOpenGL where its package happens to be installed.
+  set(OpenGL_GL_PREFERENCE LEGACY)
   find_package(OpenGL REQUIRED)
   pkg_check_modules(imgui REQUIRED IMPORTED_TARGET imgui)
 endif()

@@ -23,7 +23,7 @@ from support import ROOT, Case, binary, has_sanitizers
 
 # Of optional parts of a build: multicast DNS where Avahi is missing, the preview window
 # (TERRAVOX_PREVIEW).
-OPTIONAL = {"libavahi-client", "libavahi-common", "libglfw", "libOpenGL", "libstb"}
+OPTIONAL = {"libavahi-client", "libavahi-common", "libGL", "libglfw", "libstb"}
 
 
 def build():
@@ -123,6 +123,14 @@ class ThirdParty(Case):
             [row[0] for row in self.tables["Packages of the web page"] if row[4] == "yes"],
             [name for name, _, _ in inside],
         )
+
+    def test_the_version_of_laszip_is_that_of_its_sources(self):
+        header = (ROOT / "build" / "deps" / "laszip" / "src" / "laszip.hpp").read_text(
+            encoding="utf-8"
+        )
+        numbers = re.findall(r"^#define LASZIP_VERSION_M\w+\s+(\d+)", header, re.MULTILINE)
+        versions = [row[2] for row in self.tables["Compiled in"] if short_name(row) == "LASzip"]
+        self.assertEqual(versions, [".".join(numbers)])
 
     def test_packages_of_python_are_those_that_are_pinned(self):
         wanted = {
