@@ -32,7 +32,7 @@ std::string allowed_formats() {
     return out;
 }
 
-const Format& format_of(const std::string& name, const std::filesystem::path& out) {
+const Format& format_of(std::string_view name, const std::filesystem::path& out) {
     const std::string extension = util::lower_extension(out);
     for (const Format* const format : formats()) {
         if (name.empty() ? format->extension == extension : format->name == name)
@@ -42,7 +42,7 @@ const Format& format_of(const std::string& name, const std::filesystem::path& ou
         throw util::UsageError("convert to " + out.string() + ": it ends in '" + extension +
                                "'; allowed: " + allowed_formats() + ", or say which with --to");
     }
-    throw util::UsageError("convert: --to " + name + "; allowed: " + allowed_formats());
+    throw util::UsageError("convert: --to " + std::string(name) + "; allowed: " + allowed_formats());
 }
 
 }  // namespace terravox::exports

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "voxelserver/export/core/format.hpp"
 
@@ -17,6 +18,6 @@ namespace terravox::exports {
 /// @param name for --to; empty: by the extension of `out`, where none means a Minecraft world's
 /// folder
 /// @throws UsageError
-[[nodiscard]] const Format& format_of(const std::string& name, const std::filesystem::path& out);
+[[nodiscard]] const Format& format_of(std::string_view name, const std::filesystem::path& out);
 
 }  // namespace terravox::exports

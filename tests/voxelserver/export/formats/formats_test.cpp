@@ -70,7 +70,7 @@ TEST_CASE("a file that is there is replaced only with --overwrite, a folder neve
 
 TEST_CASE("parts of a divided volume count as that volume", "[voxelserver][export][format]") {
     const TemporaryFolder folder;
-    const Format& vdb = format_of("vdb", "");
+    const Format& vdb = format_of("vdb", folder.path());
     const fs::path out = folder.path() / "place.vdb";
     write_file(folder.path() / "other_0_0.vdb");
     CHECK_NOTHROW(vdb.check_target(out, {}));

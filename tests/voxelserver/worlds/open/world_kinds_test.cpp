@@ -82,7 +82,8 @@ TEST_CASE("a file comes before a world of its name", "[voxelserver][worlds]") {
     const fs::path before = fs::current_path();
     fs::current_path(folder.path());
     write(folder.path() / "generated", "LASF");
-    const WorldKind& kind = kind_of("generated");
+    const std::string input = "generated";
+    const WorldKind& kind = kind_of(input);
     fs::current_path(before);
     CHECK(&kind == &kLidarKind);
 }
