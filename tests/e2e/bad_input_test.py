@@ -149,9 +149,9 @@ class BadInput(Case):
             "unknown class table": (2, ["--classes", "nonsense"], "asprs"),
             "unknown CRS": (2, ["--crs", "EPSG:99999999"], "EPSG:99999999"),
             "a CRS in degrees, for coordinates that are none": (
-                1,
+                2,
                 ["--crs", "EPSG:4326"],
-                "EPSG:4326",
+                "EPSG:4326 has degrees",
             ),
             "a level too high": (2, ["--level", "15"], "quality.level = 15; this world has 0 to"),
             "a bad date": (2, ["--sun-date", "yesterday"], "sun.date = 'yesterday'"),
@@ -159,7 +159,7 @@ class BadInput(Case):
             "half a camera": (2, ["--camera-position", "1,2,3"], "camera.target is missing"),
             "a bad log level": (2, ["--log", "loud"], "loud"),
             "a scene that is not there": (2, ["--scene", self.inputs / "none.toml"], "none.toml"),
-            "a voxel of no size": (2, ["--voxel", "0"], "world.voxel_m = 0"),
+            "a voxel of no size": (2, ["--voxel", "0"], "--voxel = 0; allowed: 0.01 to 1000"),
         }
         for name, (code, flags, said) in cases.items():
             with self.subTest(name):

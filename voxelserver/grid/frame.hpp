@@ -33,8 +33,8 @@ private:
     double m_units_per_voxel;
 };
 
-/// The CRS in which voxels are made for data in `file_crs`: the same, or the UTM zone of the
-/// location for degrees.
+/// The CRS in which voxels are made for data in `file_crs`: the same, or, logged, the UTM zone of
+/// the centre for degrees. @throws UsageError for a centre that is not in degrees
 [[nodiscard]] geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y);
 
 }  // namespace terravox::grid
