@@ -225,7 +225,7 @@ class Refusals(Case):
                 ["terrain", square(), "-o", "a.tif", "--add", "0,0,10,10"],
                 "TOP",
             ),
-            "no kind": ([], "subcommand"),
+            "no kind": ([], "a command is missing; allowed: terrain, sky"),
         }
         for name, (arguments, says, *code) in cases.items():
             with self.subTest(name):

@@ -189,16 +189,16 @@ _POINT = ["--camera-position", "462400,101400,700", "--camera-target"]
 _ON_EARTH = ["--camera-space", "latlon", "--camera-target", "46,14,0"]
 # Invalid cameras, suns and pictures: flags, and a part of the message.
 REFUSED = {
-    "a field of view of 0": (["--fov", "0"], "camera.fov_deg = 0; allowed: 1 to 360"),
-    "of 1000": (["--fov", "1000"], "camera.fov_deg = 1000"),
-    "of no number": (["--fov", "NaN"], "camera.fov_deg = nan"),
+    "a field of view of 0": (["--fov", "0"], "--fov = 0; allowed: 1 to 360"),
+    "of 1000": (["--fov", "1000"], "--fov = 1000"),
+    "of no number": (["--fov", "NaN"], "--fov = nan"),
     "of 175, perspective": (
         ["--fov", "175"],
         "camera.fov_deg = 175; allowed for a perspective: 1 to 170",
     ),
     "a fisheye of 361": (
         ["--projection", "fisheye", "--fov", "361"],
-        "camera.fov_deg = 361",
+        "--fov = 361",
     ),
     "a panorama with a lens": (
         ["--projection", "panorama", "--camera-aperture-m", "1"],
@@ -210,12 +210,12 @@ REFUSED = {
     ),
     "a map of no height": (
         ["--projection", "orthographic", "--camera-height-m", "0"],
-        "camera.height_m = 0",
+        "--camera-height-m = 0",
     ),
     "target where the camera is": ([*_POINT, "462400,101400,700"], "the same point"),
     "a place that is no number": (
         [*_POINT, "nan,1,2"],
-        "camera.target = (nan, 1, 2); allowed: three finite numbers",
+        "--camera-target = (nan, 1, 2); allowed: three finite numbers",
     ),
     "a place beyond all maps": (
         [*_POINT, "1e300,1,2"],
@@ -229,7 +229,7 @@ REFUSED = {
         [*_ON_EARTH, "--camera-position", "46,500,900"],
         "longitude = 500",
     ),
-    "an unknown view": (["--look", "Bled iland"], "names no view; near: Bled island"),
+    "an unknown view": (["--look", "Bled iland"], "names no view; did you mean Bled island"),
     "a view in no file": (["--look", "./nothing.toml"], "nothing.toml"),
     "30 February": (
         ["--sun-date", "2026-02-30"],
@@ -240,17 +240,17 @@ REFUSED = {
         "sun.date = '2026-13-01' is no day of the calendar",
     ),
     "the year 99999": (["--sun-date", "99999-01-01"], "allowed: YYYY-MM-DD"),
-    "25 o'clock": (["--sun-time-h", "25"], "sun.time_h = 25; allowed: 0 to 24"),
-    "no time": (["--sun-time-h", "nan"], "sun.time_h = nan"),
+    "25 o'clock": (["--sun-time-h", "25"], "--sun-time-h = 25; allowed: 0 to 24"),
+    "no time": (["--sun-time-h", "nan"], "--sun-time-h = nan"),
     "no zone": (["--sun-zone", "Europe/Atlantis"], "'Europe/Atlantis' is not known"),
     "a zone that is a path": (["--sun-zone", "../../etc/passwd"], "is not known"),
-    "UTC+15": (["--sun-utc-offset-h", "15"], "sun.utc_offset_h = 15; allowed: -14 to 14"),
+    "UTC+15": (["--sun-utc-offset-h", "15"], "--sun-utc-offset-h = 15; allowed: -14 to 14"),
     "half a sun": (["--sun-altitude-deg", "20"], "sun.azimuth_deg is missing"),
-    "two colours": (["--sky-colour", "1,1"], "sky.colour = 2 numbers"),
-    "a dark colour": (["--sky-colour=-1,1,1"], "sky.colour = -1; allowed: 0 to"),
+    "two colours": (["--sky-colour", "1,1"], "--sky-colour = 2 numbers"),
+    "a dark colour": (["--sky-colour=-1,1,1"], "--sky-colour = -1; allowed: 0 to"),
     "another curve": (["--tone", "sepia"], "allowed: photographic, filmic, agx, linear"),
-    "noise below none": (["--noise", "-1"], "quality.noise = -1"),
-    "time below none": (["--time", "-1"], "quality.time_s = -1"),
+    "noise below none": (["--noise", "-1"], "--noise = -1"),
+    "time below none": (["--time", "-1"], "--time = -1"),
 }
 
 

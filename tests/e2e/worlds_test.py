@@ -399,7 +399,7 @@ class Worlds(Case):
             "a setting out of range": (
                 2,
                 ["generated:1", "a.tvx", "--generated-world-height", "1"],
-                ["world_height", "8 to"],
+                ["--generated-world-height = 1; allowed: 8 to"],
             ),
         }
 
