@@ -264,10 +264,10 @@ class Refused(Case):
 
     def test_sizes(self):
         cases = {
-            "0x0": (["-o", "a.exr"], "output.size = 0; allowed: whole numbers from 1 to 65536"),
+            "0x0": (["-o", "a.exr"], "--size = 0; allowed: whole numbers from 1 to 65536"),
             "100000x100000": (
                 ["-o", "a.exr"],
-                "output.size = 100000; allowed: whole numbers from 1 to 65536",
+                "--size = 100000; allowed: whole numbers from 1 to 65536",
             ),
             "65536x65536": (
                 ["-o", "a.png"],
