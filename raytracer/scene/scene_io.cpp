@@ -329,7 +329,7 @@ std::string flag_text(const Triple& v) {
 std::string near_or(std::string_view name, const std::set<std::string>& known,
                     const std::string& list) {
     const std::string near = util::did_you_mean(name, std::vector(known.begin(), known.end()));
-    return near.empty() ? "; " + list : near;
+    return near.empty() ? list : near;
 }
 
 }  // namespace
@@ -367,11 +367,11 @@ void read_scene_table(const toml::table& root, const std::string& attempt, Scene
                 !known.contains(path))
                 throw util::UsageError(
                     attempt + ": unknown field '" + path + "'" +
-                    near_or(path, known, "docs/formats/scene.md lists all fields"));
+                    near_or(path, known, "; docs/formats/scene.md lists all fields"));
         if (!sections.contains(std::string(section.str())))
             throw util::UsageError(
                 attempt + ": unknown section '" + std::string(section.str()) + "'" +
-                near_or(section.str(), sections, "docs/formats/scene.md lists all sections"));
+                near_or(section.str(), sections, "; docs/formats/scene.md lists all sections"));
     }
 }
 

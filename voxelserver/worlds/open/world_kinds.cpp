@@ -59,12 +59,13 @@ void check_readable(const std::string& input, const fs::file_status& status) {
 }
 
 [[noreturn]] void refuse(const std::string& input, const fs::file_status& status) {
-    const std::string what = !fs::exists(status) ? input + " does not exist"
-                             : fs::is_directory(status)
-                                 ? "the folder " + input + " holds no world"
-                                 : "the file " + input + " is of no known kind";
+    std::string what = "open the world: the file " + input + " is of no known kind";
+    if (!fs::exists(status))
+        what = "open the world: " + input + " does not exist";
+    else if (fs::is_directory(status))
+        what = "open the world: the folder " + input + " holds no world";
     const std::string remedy = find_remedy(input);
-    throw util::UsageError("open the world: " + what + (remedy.empty() ? "" : ": " + remedy) +
+    throw util::UsageError(what + (remedy.empty() ? "" : ": " + remedy) +
                            (remedy.ends_with('?') ? "" : ";") + " allowed: " + allowed_inputs());
 }
 
