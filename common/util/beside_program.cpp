@@ -28,8 +28,19 @@ std::filesystem::path beside_program(std::string_view name) {
     return own_file().parent_path() / name;
 }
 
-void* open_beside_program(std::string_view name, std::string_view what) {
-    const std::filesystem::path file = beside_program(name);
+bool has_version(const std::filesystem::path& library) {
+    return library.filename().string().find(".so.") != std::string::npos;
+}
+
+std::filesystem::path module_file(std::string_view name) {
+    const std::filesystem::path own = own_file();
+    if (has_version(own))
+        return own.parent_path() / "terravox" / own.filename() / name;
+    return own.parent_path() / name;
+}
+
+void* open_module(std::string_view name, std::string_view what) {
+    const std::filesystem::path file = module_file(name);
     // Never closed: threads, exceptions and objects of the library may outlive the caller that
     // opened it.
     if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))

@@ -24,9 +24,8 @@ std::filesystem::path config_dir() {
     }
     const fs::path program = own_file();
     std::vector<fs::path> places{"config", "share/terravox/config"};
-    // A library that is installed with its version, libterravox.so.0.1.0, has data of its own.
-    if (const fs::path name = program.filename(); name.string().find(".so.") != std::string::npos)
-        places.insert(places.begin() + 1, "share/terravox" / name / "config");
+    if (has_version(program))
+        places.insert(places.begin() + 1, "share/terravox" / program.filename() / "config");
     std::string tried;
     fs::path folder = program.parent_path();
     // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one

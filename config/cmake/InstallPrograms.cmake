@@ -17,6 +17,9 @@ include_guard(GLOBAL)
 set(programs
   terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer terravox-stac
   terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
+if(TERRAVOX_VDB)
+  list(APPEND programs terravox_vdb_module)
+endif()
 # Not LIBDIR: nothing links with what is there, and its place does not hang on the machine.
 set(private lib/terravox)
 # Everything that is installed, as one target: for builds without tests.

@@ -75,3 +75,14 @@ function(terravox_optimise_little target)
   # The precompiled headers were compiled with -O3.
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
+
+# terravox_link_module(target module folder): a link to a module where what `target` builds looks
+# for it (util::module_file in common/util/beside_program.hpp); programs lie beside it.
+function(terravox_link_module target module folder)
+  add_dependencies(${target} ${module})
+  add_custom_command(TARGET ${target} POST_BUILD
+    COMMAND "${CMAKE_COMMAND}" -E make_directory "${folder}"
+    COMMAND "${CMAKE_COMMAND}" -E create_symlink
+            "$<TARGET_FILE:${module}>" "${folder}/$<TARGET_FILE_NAME:${module}>"
+    VERBATIM)
+endfunction()

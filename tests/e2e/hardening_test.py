@@ -54,7 +54,7 @@ class Hardening(Case):
         cls.worlds = folder / "terravox-worlds.so"
         cls.library = folder.parent / "lib" / "libterravox.so"
         # Empty where the build leaves the Python package out.
-        cls.package = sorted(folder.parent.glob("python/terravox/*.so"))
+        cls.package = sorted(folder.parent.glob("python/terravox/_core*.so"))
         # Those with code that reads strangers' data; terravox-libssl.so only calls OpenSSL.
         cls.readers = [cls.worlds, cls.library, *cls.package]
         cls.modules = sorted({*folder.glob("*.so"), *cls.readers})

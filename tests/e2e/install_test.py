@@ -76,6 +76,8 @@ class Installed(Case):
         run = self.run_installed("world", "info", archive)
         self.assertDone(run)
         self.assertIn("voxel", run.out)
+        if (self.prefix / "lib" / "terravox" / "terravox-vdb.so").exists():
+            self.assertDone(self.run_installed("convert", made, self.folder / "made.vdb"))
 
     def test_a_minecraft_world_is_written_with_the_shipped_blocks(self):
         world = self.folder / "a world"

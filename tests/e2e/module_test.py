@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The module of the voxel server that reads LiDAR files and images.
+"""The modules: that of the voxel server, which reads LiDAR files and images, and that of OpenVDB.
 
-The program starts without it, and reports its errors as its own.
+Programs start without them, and report their errors as their own.
 """
 
 import os
@@ -23,6 +23,7 @@ from support import (
 
 PROGRAM = pathlib.Path(binary("VOXELSERVER"))
 MODULE = PROGRAM.parent / "terravox-worlds.so"
+VDB_MODULE = PROGRAM.parent / "terravox-vdb.so"
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
 
 
@@ -154,6 +155,35 @@ class Module(Case):
             self.assertDone(Run([alone, "--version"]))
         finally:
             del os.environ["TERRAVOX_CONFIG"]
+
+
+@unittest.skipUnless(VDB_MODULE.exists(), "a build without OpenVDB (TERRAVOX_VDB=OFF)")
+class OpenVdb(Case):
+    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
+    def test_nothing_but_its_module_loads_openvdb_at_the_start(self):
+        folder = PROGRAM.parent
+        self.assertIn("libopenvdb", libraries(VDB_MODULE))
+        files = [path for path in folder.glob("terravox-*") if not path.suffix]
+        files += [folder.parent / "lib" / "libterravox.so"]
+        files += folder.parent.glob("python/terravox/_core*.so")
+        for file in files:
+            with self.subTest(file.name):
+                self.assertNotRegex(libraries(file), "libopenvdb|liblog4cplus")
+
+    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
+    def test_without_openvdb_all_other_formats_are_written(self):
+        broken = temporary_folder()
+        openvdb = next(w for w in libraries(VDB_MODULE).split() if w.startswith("libopenvdb"))
+        (broken / openvdb).write_bytes(b"no library\n" * 100)
+        environment = {"LD_LIBRARY_PATH": str(broken)}
+        convert = [binary("CONVERT"), square(), "--cache", "none", "--quiet"]
+        out = temporary_folder()
+        run = Run([*convert, out / "a.vdb"], environment=environment)
+        self.assertEqual(run.code, 1, run)
+        self.assertIn("load the OpenVDB module", run.err)
+        self.assertIn(openvdb, run.err)
+        self.assertEqual(list(out.iterdir()), [])
+        self.assertDone(Run([*convert, out / "a.vox"], environment=environment))
 
 
 if __name__ == "__main__":

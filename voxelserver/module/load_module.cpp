@@ -12,7 +12,7 @@ namespace {
 
 template <class Function>
 Function* function_of_module(const char* name) {
-    void* library = util::open_beside_program(TERRAVOX_WORLDS_MODULE, "worlds module");
+    void* library = util::open_module(TERRAVOX_WORLDS_MODULE, "worlds module");
     auto* function = reinterpret_cast<Function*>(dlsym(library, name));
     if (function == nullptr)
         throw util::Error("load the worlds module " + worlds_module().string() + ": it has no " +
@@ -23,7 +23,7 @@ Function* function_of_module(const char* name) {
 }  // namespace
 
 std::filesystem::path worlds_module() {
-    return util::beside_program(TERRAVOX_WORLDS_MODULE);
+    return util::module_file(TERRAVOX_WORLDS_MODULE);
 }
 
 std::unique_ptr<voxelize::LidarWorld> open_lidar_world(const voxelize::LidarWorldOptions& options,

@@ -5,7 +5,7 @@
 namespace terravox::tls {
 
 void load_library() {
-    (void)util::open_beside_program(TERRAVOX_TLS_LIBRARY, "TLS library");
+    (void)util::open_module(TERRAVOX_TLS_LIBRARY, "TLS library");
 }
 
 }  // namespace terravox::tls

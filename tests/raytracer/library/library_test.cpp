@@ -376,6 +376,20 @@ TEST_CASE("library: a conversion is read again as the same world", "[library]") 
     std::filesystem::remove(out);
 }
 
+#ifdef TERRAVOX_VDB
+TEST_CASE("library: the module of OpenVDB is found from the library, not from the program",
+          "[library]") {
+    const std::filesystem::path out =
+        std::filesystem::temp_directory_path() / "terravox_library_test.vdb";
+    ConvertOptions options;
+    options.overwrite = true;
+    const ConvertReport report = hills().convert(out.string(), options);
+    REQUIRE(report.files.size() == 2);
+    for (const std::string& file : report.files)
+        CHECK(std::filesystem::remove(file));
+}
+#endif
+
 TEST_CASE("library: requests that make no sense are refused", "[library]") {
     const World world = hills();
     const std::vector<double> ray{0, 0, 1};

@@ -72,8 +72,8 @@ TEST_CASE("errors come out of the module with their types", "[voxelserver][modul
 }
 
 TEST_CASE("a module of another version is refused", "[voxelserver][module]") {
-    auto* open = reinterpret_cast<module::OpenLidarWorld*>(dlsym(
-        util::open_beside_program("terravox-worlds.so", "worlds module"), module::kOpenLidarWorld));
+    auto* open = reinterpret_cast<module::OpenLidarWorld*>(
+        dlsym(util::open_module("terravox-worlds.so", "worlds module"), module::kOpenLidarWorld));
     REQUIRE(open != nullptr);
     util::StageTimes times;
     const Outcome out = outcome([&] { delete open("0.0.0-other", {}, times, 0); });
@@ -82,7 +82,7 @@ TEST_CASE("a module of another version is refused", "[voxelserver][module]") {
 }
 
 TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
-    void* library = util::open_beside_program("terravox-worlds.so", "worlds module");
+    void* library = util::open_module("terravox-worlds.so", "worlds module");
     CHECK(dlsym(library, module::kOpenLidarWorld) != nullptr);
     // The program has this function, too: each keeps to its own.
     CHECK(dlsym(library, "_ZN8terravox4util10config_dirEv") == nullptr);
@@ -90,12 +90,12 @@ TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
 }
 
 TEST_CASE("a library next to the program is found once", "[common][util]") {
-    CHECK(util::beside_program("terravox-worlds.so") == module::worlds_module());
+    CHECK(util::module_file("terravox-worlds.so") == module::worlds_module());
     CHECK(fs::is_regular_file(module::worlds_module()));
-    CHECK(util::open_beside_program("terravox-worlds.so", "worlds module") ==
-          util::open_beside_program("terravox-worlds.so", "worlds module"));
+    CHECK(util::open_module("terravox-worlds.so", "worlds module") ==
+          util::open_module("terravox-worlds.so", "worlds module"));
     const Outcome out =
-        outcome([] { (void)util::open_beside_program("terravox-none.so", "worlds module"); });
+        outcome([] { (void)util::open_module("terravox-none.so", "worlds module"); });
     CHECK(out.code == 1);
     CHECK(out.message.find("load the worlds module") == 0);
     CHECK(out.message.find("terravox-none.so") != std::string::npos);

@@ -17,8 +17,8 @@ struct VdbOptions {
 /// memory_bytes is split into several files, NAME_x_z.vdb with the number of their first column of
 /// boxes east and south of the part's first; all share one origin, so they fit together. Which
 /// columns go together depends on memory_bytes only. The bytes do not depend on the number of
-/// threads.
-/// @throws Error when nothing is solid, or a file cannot be written
+/// threads. The first call loads terravox-vdb.so, and OpenVDB with it (docs/adr/0046).
+/// @throws Error when nothing is solid, a file cannot be written, or that module cannot be loaded
 void write_vdb(Job& job, const VdbOptions& options = {});
 
 }  // namespace terravox::exports

@@ -74,4 +74,7 @@ private:
 void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& made,
                     const std::filesystem::path& file);
 
+/// Does what write_vdb() promises; with all of the above, a part of terravox-vdb.so.
+void write_vdb_files(Job& job, const VdbOptions& options);
+
 }  // namespace terravox::exports
