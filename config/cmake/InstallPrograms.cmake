@@ -7,7 +7,7 @@
 #   programs  bin/terravox              the commands; the only program in the PATH
 #             lib/terravox              the programs, their modules, the grabber
 #             share/terravox/setup      what bin/terravox is made of
-#             share/doc/terravox        changes, licences of the page
+#             share/doc/terravox        the documents, changes, licences of the page
 #             share/man, and for completion share/bash-completion, share/fish, share/zsh
 # Those of the library (library, development) and of the Python package (python) stand in their
 # folders. The library has data of its own, in a folder of its name: versions of it that are
@@ -53,6 +53,9 @@ install(FILES LICENSE THIRD_PARTY.md config/debian/copyright
   COMPONENT data DESTINATION share/doc/terravox)
 install(FILES CHANGELOG.md
   COMPONENT programs DESTINATION share/doc/terravox)
+# Pages lead to each other and to figures; the gallery is larger than all of them.
+install(DIRECTORY docs/ COMPONENT programs DESTINATION share/doc/terravox
+  PATTERN gallery EXCLUDE)
 install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
 

@@ -79,8 +79,9 @@ stage_documents() {
     [[ ! -f $DEBIAN_DIR/$package.copyright ]] ||
         cat "$DEBIAN_DIR/$package.copyright" >>"$doc/copyright"
     gzip -9n <"$1/debian/changelog" >"$doc/changelog.gz"
-    find "$1/$package/usr/share" '(' -path '*/man/*' -o -path '*/doc/*.md' ')' -type f \
-        -exec gzip -9n {} +
+    # Pages of the documents stay as they are: they lead to each other.
+    find "$1/$package/usr/share" '(' -path '*/man/*' -o -name CHANGELOG.md -o \
+        -name THIRD_PARTY.md ')' -type f -exec gzip -9n {} +
 }
 
 # write_sources FOLDER: what Debian's tools read of a source package

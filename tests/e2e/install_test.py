@@ -7,6 +7,7 @@ import sys
 import unittest
 import urllib.request
 
+import markdown
 from installed import hidden, moved_prefix, rows, start
 from support import HANGS_S, ROOT, Case, Run, binary, survey, temporary_folder
 
@@ -53,6 +54,21 @@ class Installed(Case):
         }.items():
             with self.subTest(name):
                 self.assertIn(words, (folder / name).read_text(encoding="utf-8"))
+
+    def test_the_documents_are_there_and_lead_to_each_other(self):
+        folder = self.prefix / "share" / "doc" / "terravox"
+        for name in ("guide", "formats"):
+            pages = sorted((ROOT / "docs" / name).glob("*.md"))
+            self.assertTrue(pages)
+            for page in pages:
+                installed = folder / name / page.name
+                self.assertEqual(installed.read_bytes(), page.read_bytes())
+                local = (target for _, target in markdown.links(page) if "://" not in target)
+                for target in local:
+                    file = (page.parent / target.partition("#")[0]).resolve()
+                    if file.is_relative_to(ROOT / "docs") and "gallery" not in file.parts:
+                        there = folder / file.relative_to(ROOT / "docs")
+                        self.assertTrue(there.exists(), f"{page.name}: {target}")
 
     def test_it_runs_through_a_symbolic_link(self):
         link = temporary_folder() / "tvx"
