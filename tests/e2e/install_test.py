@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """cmake --install: the programs in a prefix of their own, moved, without the checkout."""
 
+import json
 import os
 import pathlib
+import shutil
 import sys
 import unittest
 import urllib.request
@@ -201,13 +203,43 @@ class Installed(Case):
         run = self.run_installed("grab", "status", "--store", store, environment=environment)
         self.assertDone(run)
 
-    def test_another_node_is_refused_with_a_reason(self):
+    def run_with_node(self, *lines):
+        """Runs the grabber where this script is the only node.
+
+        @return the folder of the script, and the run
+        """
         folder = temporary_folder()
-        node = folder / "node"
-        node.write_text("#!/bin/sh\necho 83\n", encoding="utf-8")
-        node.chmod(0o755)
-        run = self.run_installed("grab", "areas", environment={"PATH": f"{folder}:/usr/bin:/bin"})
-        self.assertRefused(run, 1, "modules of version 83", str(node))
+        for name in ("bash", "dirname", "head", "readlink", "sed", "sort"):
+            (folder / name).symlink_to(shutil.which(name))
+        if lines:
+            node = folder / "node"
+            node.write_text("\n".join(["#!/bin/sh", *lines, ""]), encoding="utf-8")
+            node.chmod(0o755)
+        # Nothing of the checkout could be used: the command is found, and what it starts is ours.
+        words = [self.terravox, "grab", "areas"]
+        return folder, Run(words, environment={"PATH": str(folder)}, cwd=self.folder)
+
+    def test_every_node_from_the_oldest_on_is_started(self):
+        oldest = json.loads((ROOT / "grabber" / "package.json").read_text(encoding="utf-8"))
+        version = oldest["engines"]["node"].removeprefix(">=")
+        main = self.prefix / "lib" / "terravox" / "grabber" / "dist" / "main.js"
+        for found in (version, "20.19.2", "22.20.0", "100.0.0"):
+            with self.subTest(found):
+                answer = f'[ "$1" = --version ] && echo v{found} || echo "$@"'
+                _, run = self.run_with_node(answer)
+                self.assertDone(run)
+                self.assertEqual(run.out, f"{main} areas\n")
+
+    def test_no_node_or_one_that_is_too_old_is_refused_with_a_remedy(self):
+        remedy = ("install 20.18.1 or newer", "nodejs of Debian 13", "https://nodejs.org")
+        _, run = self.run_with_node()
+        self.assertRefused(run, 1, "Node.js is not installed", *remedy)
+        for found in ("18.20.4", "20.18.0", "9.9.9"):
+            with self.subTest(found):
+                folder, run = self.run_with_node(f"echo v{found}")
+                self.assertRefused(run, 1, f"{folder}/node is Node.js {found}", *remedy)
+        folder, run = self.run_with_node("exit 1")
+        self.assertRefused(run, 1, f"{folder}/node does not start", *remedy)
 
 
 if __name__ == "__main__":

@@ -15,10 +15,7 @@ from support import ROOT, Case, Run, temporary_folder
 
 # Packages whose script npm would run if it ran any (.npmrc), and what happens instead.
 SCRIPTS = {
-    "better-sqlite3": (
-        "would fetch a binary that no hash pins: "
-        "node.sh compiles it from the sources in the package"
-    ),
+    "@photostructure/sqlite": "would compile it where the package has no build: ours are in it",
     "esbuild": "only checks what npm has installed: nothing",
 }
 

@@ -1,9 +1,9 @@
-import type { Statement } from 'better-sqlite3';
 import type { Area, AreaTable as AreaTableContract } from '../model/store.js';
 import { inTransaction, withReadErrors, type Connection } from './connection.js';
 import { Contents } from './contents.js';
 import { decodePolygon, encodePolygon } from './geopackage-geometry.js';
 import { RowReader, type Row } from './row-reader.js';
+import type { Statement } from './sqlite.js';
 
 /** Named areas; an area put again replaces the one of that name. */
 export class AreaTable implements AreaTableContract {
@@ -49,7 +49,7 @@ function areaOf(row: Row): Area {
   const shown = `area ${String(row['name'])}`;
   const read = new RowReader(row, shown);
   const geom = row['geom'];
-  if (!Buffer.isBuffer(geom)) return read.fail('geom', 'a geometry');
+  if (!(geom instanceof Uint8Array)) return read.fail('geom', 'a geometry');
   return {
     name: read.text('name'),
     title: read.text('title'),

@@ -1,5 +1,5 @@
-import type { Database, Statement } from 'better-sqlite3';
 import { envelopeOfBlob, type Envelope } from './geopackage-geometry.js';
+import type { Database, Statement } from './sqlite.js';
 
 /**
  * Keeps the row of a layer in gpkg_contents up to date: its extent, and when it last changed.
@@ -22,9 +22,9 @@ export class Contents {
     this.#set = db.prepare(
       `UPDATE gpkg_contents SET min_x = ?, max_x = ?, min_y = ?, max_y = ? ${where}`,
     );
-    this.#geometries = db
-      .prepare(`SELECT substr(geom, 1, 40) FROM ${table} WHERE geom IS NOT NULL`)
-      .pluck();
+    this.#geometries = db.prepare(
+      `SELECT substr(geom, 1, 40) AS start FROM ${table} WHERE geom IS NOT NULL`,
+    );
   }
 
   touch(now: string): void {
@@ -38,7 +38,9 @@ export class Contents {
   /** After a geometry has moved: the extent may have shrunk. */
   measure(): void {
     const extent = new Extent();
-    for (const blob of this.#geometries.iterate() as Iterable<Buffer>) extent.add(blob);
+    for (const { start } of this.#geometries.iterate() as Iterable<{ start: Uint8Array }>) {
+      extent.add(start);
+    }
     this.#set.run(...(extent.envelope ?? [null, null, null, null]));
   }
 }
@@ -47,7 +49,7 @@ export class Contents {
 export class Extent {
   envelope: Envelope | undefined;
 
-  add(blob: Buffer | null): void {
+  add(blob: Uint8Array | null): void {
     const one = blob === null ? undefined : envelopeOfBlob(blob);
     if (one === undefined) return;
     const [a, b, c, d] = this.envelope ?? one;

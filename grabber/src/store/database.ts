@@ -1,9 +1,9 @@
 import { mkdirSync, statSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
-import Sqlite, { type Database } from 'better-sqlite3';
 import { GrabberError, describeError } from '../util/errors.js';
 import { checkNotNewer, migrate, schemaVersion, type Migration } from './migrations.js';
 import { asStoreError } from './store-error.js';
+import { DatabaseSync, sqliteCode, type Database } from './sqlite.js';
 
 /** Another process writes in short transactions; this is far longer than any of them. */
 const kBusyTimeout_ms = 10_000;
@@ -29,13 +29,11 @@ export function openForWriting(
   }
   return opened(
     path,
-    () => new Sqlite(path, { timeout: kBusyTimeout_ms }),
+    () => new DatabaseSync(path, { timeout: kBusyTimeout_ms }),
     (db) => {
       // Checked before anything is changed, since it may be a foreign database.
       checkNotNewer(schemaVersion(db, path), migrations.length, path);
-      db.pragma('journal_mode = WAL');
-      db.pragma('synchronous = NORMAL');
-      db.pragma('foreign_keys = ON');
+      db.exec('PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA foreign_keys = ON');
       migrate(db, path, migrations, now);
     },
   );
@@ -77,13 +75,13 @@ export function checkIsThere(path: string): void {
  * database, which cannot be created on a read-only disk.
  */
 function readable(path: string): Database {
-  const db = new Sqlite(path, { readonly: true, timeout: kBusyTimeout_ms });
+  const db = new DatabaseSync(path, { readOnly: true, timeout: kBusyTimeout_ms });
   try {
-    db.pragma('schema_version');
+    db.exec('PRAGMA schema_version');
     return db;
   } catch (error) {
     db.close();
-    const code = error instanceof Error && 'code' in error ? String(error.code) : '';
+    const code = sqliteCode(error) ?? '';
     // What is in a log that cannot be read would be missing, so then it is an error.
     if (
       !/^SQLITE_(CANTOPEN|READONLY)/.test(code) ||
@@ -91,7 +89,7 @@ function readable(path: string): Database {
     ) {
       throw error;
     }
-    return new Sqlite(`${pathToFileURL(path).href}?immutable=1`, { readonly: true });
+    return new DatabaseSync(`${pathToFileURL(path).href}?immutable=1`, { readOnly: true });
   }
 }
 
@@ -113,9 +111,9 @@ export function hasLog(path: string): boolean {
 export function removeEmptyLog(path: string): void {
   if (!hasLog(path)) return;
   try {
-    const db = new Sqlite(path, { fileMustExist: true, timeout: 0 });
+    const db = new DatabaseSync(`${pathToFileURL(path).href}?mode=rw`, { timeout: 0 });
     try {
-      db.pragma('schema_version');
+      db.exec('PRAGMA schema_version');
     } finally {
       db.close();
     }

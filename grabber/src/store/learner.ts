@@ -1,4 +1,3 @@
-import type { Database, Statement } from 'better-sqlite3';
 import type { CatalogueSquare, RecordKey, Terms } from '../model/square.js';
 import type { Learned } from '../model/store.js';
 import type { Contents } from './contents.js';
@@ -16,6 +15,7 @@ import {
 } from './learning.js';
 import { kLearned, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
+import type { Database, Statement } from './sqlite.js';
 
 const kPlaced: readonly LearnedColumn[] = ['west', 'south', 'east', 'north', 'grid_crs'];
 

@@ -1,5 +1,5 @@
-import Sqlite from 'better-sqlite3';
-import { GrabberError, describeError, systemCode } from '../util/errors.js';
+import { GrabberError, describeError } from '../util/errors.js';
+import { DatabaseSync, sqliteCode, type Database } from './sqlite.js';
 
 /**
  * Locks a store, so that two runs do not write the same files. The lock is SQLite's on a database
@@ -10,13 +10,13 @@ import { GrabberError, describeError, systemCode } from '../util/errors.js';
  */
 export function lockStore(path: string, signal: AbortSignal): () => void {
   signal.throwIfAborted();
-  let database: Sqlite.Database | undefined;
+  let database: Database | undefined;
   try {
-    database = new Sqlite(path, { timeout: 0 });
+    database = new DatabaseSync(path, { timeout: 0 });
     database.exec('BEGIN EXCLUSIVE');
   } catch (error) {
     database?.close();
-    if (systemCode(error) === 'SQLITE_BUSY') {
+    if (sqliteCode(error) === 'SQLITE_BUSY') {
       throw new GrabberError(
         'STORE_LOCKED',
         `lock store: another grabber holds ${path}; allowed: one grabber at a time`,

@@ -1,8 +1,8 @@
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Database } from 'better-sqlite3';
 import { GrabberError } from '../util/errors.js';
 import { readPackageInfo } from '../util/package-info.js';
+import { readValue, runImmediate, type Database } from './sqlite.js';
 
 /** "GPKG" */
 export const kApplicationId = 0x47504b47;
@@ -40,8 +40,8 @@ export function readMigrations(folder: string): Migration[] {
  * @throws GrabberError STORE_FORMAT when it is something else than a store
  */
 export function schemaVersion(db: Database, path: string): number {
-  const objects = db.prepare('SELECT count(*) FROM sqlite_master').pluck().get() as number;
-  const application = db.pragma('application_id', { simple: true }) as number;
+  const objects = readValue(db, 'SELECT count(*) FROM sqlite_master');
+  const application = readValue(db, 'PRAGMA application_id');
   if (objects === 0 && application === 0) return 0;
   const refuse = (what: string): never => {
     throw new GrabberError(
@@ -49,13 +49,15 @@ export function schemaVersion(db: Database, path: string): number {
       `open store ${path}: ${what}; allowed: a fishnet.gpkg that the grabber made`,
     );
   };
-  if (application !== kApplicationId) refuse(`its application_id is ${application}, no GeoPackage`);
-  const ours = db
-    .prepare("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'terravox_schema'")
-    .pluck()
-    .get();
+  if (application !== kApplicationId) {
+    refuse(`its application_id is ${String(application)}, no GeoPackage`);
+  }
+  const ours = readValue(
+    db,
+    "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'terravox_schema'",
+  );
   if (ours !== 1) refuse('a GeoPackage without the table terravox_schema');
-  const version: unknown = db.prepare('SELECT max(version) FROM terravox_schema').pluck().get();
+  const version = readValue(db, 'SELECT max(version) FROM terravox_schema');
   if (typeof version !== 'number' || !Number.isInteger(version) || version < 1) {
     return refuse(`its version is ${String(version)}`);
   }
@@ -82,7 +84,7 @@ export function migrate(
   migrations: readonly Migration[],
   now: Date,
 ): number {
-  const run = db.transaction((): number => {
+  return runImmediate(db, () => {
     // Read again within the transaction, since another process may have migrated meanwhile.
     const version = schemaVersion(db, path);
     checkNotNewer(version, migrations.length, path);
@@ -97,5 +99,4 @@ export function migrate(
     }
     return steps.length;
   });
-  return run.immediate();
 }

@@ -1,4 +1,3 @@
-import type { Statement } from 'better-sqlite3';
 import {
   findGround,
   kStates,
@@ -27,6 +26,7 @@ import { recordOfRow } from './record-row.js';
 import { recordSql, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
 import { recordedMessage } from './store-error.js';
+import type { Statement } from './sqlite.js';
 
 /**
  * How long a square counts as missing. A source may publish it later, but requesting all holes in
@@ -216,8 +216,11 @@ export class RecordTable implements RecordTableContract {
     if (record.bounds !== null) return;
     const ground = findGround(record);
     const geom = this.#footprints.polygon(ground?.bounds ?? null, ground?.crs ?? null);
-    const { fid, geom: old } = this.#sql.learned.get(keyOf(key)) as { fid: number; geom: Buffer };
-    if (geom === null ? old === null : old?.equals(geom)) return;
+    const { fid, geom: old } = this.#sql.learned.get(keyOf(key)) as {
+      fid: number;
+      geom: Uint8Array | null;
+    };
+    if (geom === null || old === null ? geom === old : geom.equals(old)) return;
     this.#sql.redraw.run({ geom, fid });
     const extent = new Extent();
     extent.add(geom);

@@ -100,5 +100,5 @@ export class RowReader {
 
 function shownValue(value: unknown): string {
   if (value === undefined) return 'missing';
-  return Buffer.isBuffer(value) ? `${value.length} bytes` : JSON.stringify(value);
+  return value instanceof Uint8Array ? `${value.length} bytes` : JSON.stringify(value);
 }

@@ -1,4 +1,5 @@
-import { GrabberError, bothEnds, describeError, oneLine } from '../util/errors.js';
+import { GrabberError, bothEnds, describeError, oneLine, systemCode } from '../util/errors.js';
+import { sqliteCode } from './sqlite.js';
 
 /** Longest text of an error that a record keeps; servers may say more. */
 const kMaxMessageLength = 2000;
@@ -8,14 +9,15 @@ export function recordedMessage(text: string): string {
   return bothEnds(oneLine(text), kMaxMessageLength);
 }
 
-/** SQLite's own errors carry codes such as SQLITE_FULL; everything else is passed on as it is. */
+/** An error of SQLite as one of the store; everything else is passed on as it is. */
 export function asStoreError(attempt: string, path: string, error: unknown): unknown {
-  const code =
-    error instanceof Error && 'code' in error && typeof error.code === 'string' ? error.code : '';
-  if (!code.startsWith('SQLITE_')) return error;
+  // Of a whole number that JavaScript cannot hold.
+  const isTooLarge = systemCode(error) === 'ERR_OUT_OF_RANGE';
+  const code = isTooLarge ? 'ERR_OUT_OF_RANGE' : sqliteCode(error);
+  if (code === undefined) return error;
   const why = `${attempt} ${path}: ${describeError(error)} (${code})`;
   // The statements are fixed, so a plain SQLITE_ERROR means a table or a column that is not there.
-  if (code.startsWith('SQLITE_CORRUPT') || code === 'SQLITE_NOTADB' || code === 'SQLITE_ERROR') {
+  if (isTooLarge || ['SQLITE_CORRUPT', 'SQLITE_NOTADB', 'SQLITE_ERROR'].includes(code)) {
     return new GrabberError(
       'STORE_DAMAGED',
       `${why}; allowed: a sound GeoPackage that the grabber made`,

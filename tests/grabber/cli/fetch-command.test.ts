@@ -3,11 +3,11 @@ import type { ChildProcess } from 'node:child_process';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import Sqlite from 'better-sqlite3';
 import { findGround } from '../../../grabber/src/model/square.js';
 import { decodePolygon } from '../../../grabber/src/store/geopackage-geometry.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
+import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
 import { cli } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
@@ -217,10 +217,11 @@ test('fetch copies a local folder, and lists the files that it could not use', a
 });
 
 /** By the names of the squares; of none where a square is not drawn. */
-function drawnPolygons(root: string): (Buffer | null)[] {
-  const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
+function drawnPolygons(root: string): (Uint8Array | null)[] {
+  const db = new DatabaseSync(join(root, 'fishnet.gpkg'), { readOnly: true });
   try {
-    return db.prepare('SELECT geom FROM squares ORDER BY name').pluck().all() as (Buffer | null)[];
+    const rows = db.prepare('SELECT geom FROM squares ORDER BY name').all();
+    return rows.map((row) => (row as { geom: Uint8Array | null }).geom);
   } finally {
     db.close();
   }
@@ -265,7 +266,7 @@ test('squares of a local folder are where the points of their files are', async 
   }
 
   // As a grabber has left it that did not draw them.
-  const db = new Sqlite(join(root, 'fishnet.gpkg'));
+  const db = new DatabaseSync(join(root, 'fishnet.gpkg'));
   db.exec('UPDATE squares SET geom = NULL; UPDATE gpkg_contents SET min_x = NULL, max_x = NULL');
   db.close();
   openStore(root, {}, kNever).close();

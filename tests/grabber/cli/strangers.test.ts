@@ -3,12 +3,12 @@ import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { PassThrough } from 'node:stream';
 import { test, type TestContext } from 'node:test';
-import Sqlite from 'better-sqlite3';
 import { outputTo } from '../../../grabber/src/cli/output.js';
 import { run } from '../../../grabber/src/cli/program.js';
 import { barReporter } from '../../../grabber/src/progress/bar-reporter.js';
 import type { Outcome } from '../../../grabber/src/progress/events.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
+import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { keyOf, kNever, squareOf, temporaryFolder } from '../support/store-fixture.js';
@@ -52,7 +52,7 @@ async function hostileStore(t: TestContext): Promise<string> {
     store.close();
   }
   // This program stores messages folded.
-  const file = new Sqlite(join(root, 'fishnet.gpkg'));
+  const file = new DatabaseSync(join(root, 'fishnet.gpkg'));
   try {
     file.prepare('UPDATE squares SET error_message = ?').run(kHostile);
   } finally {

@@ -4,7 +4,6 @@ import { copyFile, mkdir, readdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { promisify } from 'node:util';
-import Sqlite from 'better-sqlite3';
 import {
   decodePolygon,
   encodePolygon,
@@ -12,6 +11,7 @@ import {
 } from '../../../grabber/src/store/geopackage-geometry.js';
 import { migrationsFolder } from '../../../grabber/src/store/migrations.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
+import { DatabaseSync, readValue } from '../../../grabber/src/store/sqlite.js';
 import { fakeClock } from '../support/fake-clock.js';
 import { catalogueSquare, kTerms, keyOfSquare, seeded } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
@@ -111,15 +111,19 @@ test('the tables of the standard are as it demands, also after squares move', as
   const clock = fakeClock('2026-06-21T12:00:00.000Z');
   const store = openStore(root, { clock }, kNever);
   t.after(() => store.close());
-  const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
+  const db = new DatabaseSync(join(root, 'fishnet.gpkg'), { readOnly: true });
   t.after(() => db.close());
-  assert.equal(db.pragma('application_id', { simple: true }), 0x47504b47);
-  assert.equal(db.pragma('user_version', { simple: true }), 10300);
-  assert.equal(db.pragma('journal_mode', { simple: true }), 'wal');
-  assert.equal(db.pragma('integrity_check', { simple: true }), 'ok');
-  assert.deepEqual(db.pragma('foreign_key_check'), []);
+  assert.equal(readValue(db, 'PRAGMA application_id'), 0x47504b47);
+  assert.equal(readValue(db, 'PRAGMA user_version'), 10300);
+  assert.equal(readValue(db, 'PRAGMA journal_mode'), 'wal');
+  assert.equal(readValue(db, 'PRAGMA integrity_check'), 'ok');
+  assert.deepEqual(db.prepare('PRAGMA foreign_key_check').all(), []);
   assert.deepEqual(
-    db.prepare('SELECT srs_id FROM gpkg_spatial_ref_sys ORDER BY srs_id').pluck().all(),
+    db
+      .prepare('SELECT srs_id FROM gpkg_spatial_ref_sys ORDER BY srs_id')
+      .all()
+      .map(Object.values)
+      .flat(),
     [-1, 0, 4326],
   );
   const styles = db
@@ -153,7 +157,7 @@ test('the tables of the standard are as it demands, also after squares move', as
   learn(462);
   const first = contents();
   assert.equal(first['last_change'], '2026-06-21T12:00:01.000Z');
-  const measured = db.prepare('SELECT geom FROM squares').pluck().get() as Buffer;
+  const measured = readValue(db, 'SELECT geom FROM squares') as Uint8Array;
   assert.deepEqual(envelopeOfBlob(measured), [
     first['min_x'],
     first['max_x'],
@@ -211,8 +215,8 @@ test('older stores are migrated in one step, newer and foreign ones refused', as
   store.squares.learn('si-lss', 'si-lss', null, kTerms, [catalogueSquare(462, 101)]);
   store.close();
   const version = (): unknown => {
-    const db = new Sqlite(path, { readonly: true });
-    const found = db.prepare('SELECT max(version) FROM terravox_schema').pluck().get();
+    const db = new DatabaseSync(path, { readOnly: true });
+    const found = readValue(db, 'SELECT max(version) FROM terravox_schema');
     db.close();
     return found;
   };
@@ -241,6 +245,12 @@ test('older stores are migrated in one step, newer and foreign ones refused', as
   kept.close();
 });
 
+function runOn(path: string, sql: string): void {
+  const db = new DatabaseSync(path);
+  db.exec(sql);
+  db.close();
+}
+
 test('a file that is no store is refused and stays as it is', async (t) => {
   const cases: {
     name: string;
@@ -256,16 +266,13 @@ test('a file that is no store is refused and stays as it is', async (t) => {
     },
     {
       name: 'another database',
-      make: (path) => new Sqlite(path).exec('CREATE TABLE a (b)').close() as unknown as void,
+      make: (path) => runOn(path, 'CREATE TABLE a (b)'),
       code: 'STORE_FORMAT',
       message: /application_id is 0, no GeoPackage/,
     },
     {
       name: 'another GeoPackage',
-      make: (path) =>
-        new Sqlite(path)
-          .exec('PRAGMA application_id = 0x47504B47; CREATE TABLE a (b)')
-          .close() as unknown as void,
+      make: (path) => runOn(path, 'PRAGMA application_id = 0x47504B47; CREATE TABLE a (b)'),
       code: 'STORE_FORMAT',
       message: /without the table terravox_schema/,
     },

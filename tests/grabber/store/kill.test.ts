@@ -3,9 +3,9 @@ import { spawn } from 'node:child_process';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import Sqlite from 'better-sqlite3';
 import type { State } from '../../../grabber/src/model/square.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
+import { DatabaseSync, readValue } from '../../../grabber/src/store/sqlite.js';
 import { keyOfSquare, seeded } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
@@ -61,7 +61,7 @@ test('a process killed 50 times while it writes keeps every finished call', asyn
     next += 2;
   }
   assert.ok(reported.size > 50, `${reported.size} squares`);
-  const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
-  assert.equal(db.pragma('integrity_check', { simple: true }), 'ok');
+  const db = new DatabaseSync(join(root, 'fishnet.gpkg'), { readOnly: true });
+  assert.equal(readValue(db, 'PRAGMA integrity_check'), 'ok');
   db.close();
 });

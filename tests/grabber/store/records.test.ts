@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import type { RecordKey } from '../../../grabber/src/model/square.js';
 import { openStore, type OpenStore } from '../../../grabber/src/store/open-store.js';
+import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
 import { fakeClock } from '../support/fake-clock.js';
 import {
   catalogueSquare,
@@ -360,10 +361,9 @@ test('a damaged row is an error that names row and column', async (t) => {
   t.after(() => store.close());
   learn(store);
   bringIn(store);
-  const { default: Sqlite } = await import('better-sqlite3');
   for (const { column, value } of cases) {
-    const db = new Sqlite(`${root}/fishnet.gpkg`);
-    db.pragma('ignore_check_constraints = 1');
+    const db = new DatabaseSync(`${root}/fishnet.gpkg`);
+    db.exec('PRAGMA ignore_check_constraints = 1');
     db.exec(
       `SAVEPOINT s; CREATE TEMP TABLE kept AS SELECT ${column} AS v FROM squares; UPDATE ` +
         `squares SET ${column} = ${value}; RELEASE s`,
@@ -380,4 +380,18 @@ test('a damaged row is an error that names row and column', async (t) => {
     db.close();
     assert.equal(store.squares.list({}).length, 1);
   }
+});
+
+test('a number in the store that JavaScript cannot hold is damage', async (t) => {
+  const root = await temporaryFolder(t);
+  const store = openStore(root, {}, kNever);
+  t.after(() => store.close());
+  learn(store);
+  const db = new DatabaseSync(`${root}/fishnet.gpkg`);
+  db.exec('UPDATE squares SET attempts = 9223372036854775807');
+  db.close();
+  assert.throws(() => store.squares.list({}), {
+    code: 'STORE_DAMAGED',
+    message: /^read .*fishnet\.gpkg: .*9223372036854775807.*; allowed: a sound GeoPackage/,
+  });
 });
