@@ -11,6 +11,7 @@
 #include "raytracer/animate/frame_names.hpp"
 #include "raytracer/animate/video.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
@@ -289,10 +290,16 @@ TEST_CASE("a full disk is reported, and the frame counts as not done", "[raytrac
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "list";
     animate::FrameLedger full(file);
-    fs::create_symlink("/dev/full", file);
-    CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() +
-                                               " cannot be written"));
+    {
+        const test::FullDisk disk(0);
+        CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() +
+                                                   " cannot be written: File too large"));
+    }
     CHECK_FALSE(full.is_done(3, 4));
+    fs::remove(file);
+    fs::create_symlink("elsewhere", file);
+    CHECK_THROWS_WITH(full.add(3, 4), contains("is a symbolic link"));
+    CHECK_FALSE(fs::exists(folder.path() / "elsewhere"));
 }
 
 TEST_CASE("leftover files of killed runs are removed, those of running ones are kept",
