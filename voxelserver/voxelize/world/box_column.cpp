@@ -59,6 +59,8 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround, m_times);
     const CoverageCounts counts = count_coverage(land);
+    m_seen_columns += counts.covered + counts.holes;
+    m_seen_holes += counts.holes;
     count_holes(patch, counts.holes);
     BoxColumn out;
     if (counts.covered > 0) {

@@ -41,6 +41,12 @@ public:
     /// Number of empty columns inside some file's bounds, of the patches made so far; each counts
     /// once.
     [[nodiscard]] std::uint64_t hole_columns() const noexcept { return m_hole_columns; }
+    /// Their share of the columns inside some file's bounds, 0 to 1, in what was made so far. A
+    /// patch that is made twice counts twice.
+    [[nodiscard]] double hole_share() const noexcept {
+        const std::uint64_t all = m_seen_columns;
+        return all > 0 ? static_cast<double>(m_seen_holes) / static_cast<double>(all) : 0;
+    }
 
 private:
     void count_holes(grid::PatchKey patch, std::uint64_t holes);
@@ -49,6 +55,8 @@ private:
     StepContext m_context;
     util::StageTimes& m_times;
     std::atomic<std::uint64_t> m_hole_columns{0};
+    std::atomic<std::uint64_t> m_seen_columns{0};
+    std::atomic<std::uint64_t> m_seen_holes{0};
     std::mutex m_holes_mutex;  ///< guards m_with_holes
     /// Patches that are counted already: a patch is made again when no cache has kept it.
     std::unordered_set<grid::PatchKey, grid::PatchKeyHash> m_with_holes;

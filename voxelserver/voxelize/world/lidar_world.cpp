@@ -47,7 +47,14 @@ public:
     }
 
     ~LidarWorldImpl() override {
-        if (const auto holes = m_maker.hole_columns(); holes > 0)
+        constexpr double kNearlyAll = 0.95;
+        const auto holes = m_maker.hole_columns();
+        if (m_maker.hole_share() >= kNearlyAll)
+            util::log_warn(
+                "{}: {:.0f} % of the area that the files claim is empty: perhaps their CRS is "
+                "another one (--crs), or their bounds are wrong (terravox laz check)",
+                m_facts.info.title, std::floor(100 * m_maker.hole_share()));
+        else if (holes > 0)
             util::log_info(
                 "{}: {} columns inside the files' bounds are holes: nothing was seen for {:.0f} m "
                 "around",

@@ -224,3 +224,29 @@ TEST_CASE("honest headers of odd surveys are believed, and all their land is the
         }
     }
 }
+
+TEST_CASE("an area that is nearly all empty is warned of", "[voxelserver][voxelize]") {
+    struct Case {
+        const char* name;
+        double edge_m;  ///< of the land in the corner
+        int warnings;
+    };
+    const auto c = GENERATE(values<Case>({{"a corner", 20, 1}, {"all", 600, 0}}));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        Cloud cloud;
+        const auto level = [](double, double) { return 50; };
+        cloud.cover(0, 0, c.edge_m, c.edge_m, 2, 2, level);
+        cloud.add(599, 599, 50, 2);
+        cloud.write(folder.path() / "a.laz");
+        const Warnings warnings;
+        {
+            OpenWorld world(folder.path() / "a.laz");
+            const voxel::BoxRange boxes = voxel::boxes_over(world.info().bounds, 0);
+            for (std::int32_t bx = boxes.min.bx; bx < boxes.max.bx; ++bx)
+                for (std::int32_t bz = boxes.min.bz; bz < boxes.max.bz; ++bz)
+                    (void)world.world().box({0, bx, boxes.min.by, bz});
+        }
+        CHECK(warnings.count("% of the area that the files claim is empty") == c.warnings);
+    }
+}
