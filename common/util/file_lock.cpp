@@ -48,15 +48,21 @@ void sign(int fd) noexcept {
 }  // namespace
 
 std::optional<FileLock> FileLock::try_take(const std::filesystem::path& file) {
-    FileLock out(open_to_write(file, O_RDWR | O_CREAT, 0644, "lock " + file.string()));
-    struct flock lock = whole_file();
-    if (::fcntl(out.m_fd, F_OFD_SETLK, &lock) != 0) {
-        if (errno == EAGAIN || errno == EACCES)
-            return std::nullopt;
-        throw failed(file);
+    for (;;) {
+        FileLock out(open_to_write(file, O_RDWR | O_CREAT, 0644, "lock " + file.string()));
+        struct flock lock = whole_file();
+        if (::fcntl(out.m_fd, F_OFD_SETLK, &lock) != 0) {
+            if (errno == EAGAIN || errno == EACCES)
+                return std::nullopt;
+            throw failed(file);
+        }
+        // Else the one who had the lock has removed the file meanwhile, and a third one may lock
+        // the next file of that name.
+        if (is_named(out.m_fd, file)) {
+            sign(out.m_fd);
+            return out;
+        }
     }
-    sign(out.m_fd);
-    return out;
 }
 
 bool FileLock::is_taken(const std::filesystem::path& file) {

@@ -6,9 +6,9 @@
 
 namespace terravox::util {
 
-/// A lock that one process has at a time: on a file, which stays when the lock ends. It ends with
-/// the process, however that ends, and works between machines where the file system passes locks
-/// on, as NFS does. Movable, not thread-safe.
+/// A lock that one process has at a time: on a file, which stays when the lock ends, unless its
+/// holder removes it before that. It ends with the process, however that ends, and works between
+/// machines where the file system passes locks on, as NFS does. Movable, not thread-safe.
 class FileLock {
 public:
     /// Creates the file where it does not exist. Within one process, too, a file is locked once.

@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
@@ -81,6 +83,30 @@ TEST_CASE("a lock ends with its process, however that ends", "[util][lock]") {
     ::close(pipe[1]);
     CHECK_FALSE(FileLock::is_taken(file));
     CHECK(FileLock::try_take(file));
+}
+
+TEST_CASE("one at a time has the lock, also where holders remove its file", "[util][lock]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "lock";
+    constexpr int kTimes = 2000;
+    std::atomic<int> holders{0};
+    std::atomic<int> clashes{0};
+    const auto take_often = [&] {
+        for (int taken = 0; taken < kTimes;) {
+            const auto lock = FileLock::try_take(file);
+            if (!lock)
+                continue;
+            clashes += holders++ > 0 ? 1 : 0;
+            ++taken;
+            --holders;
+            std::filesystem::remove(file);  // from here on another may have it
+        }
+    };
+    {
+        const std::jthread one(take_often);
+        const std::jthread other(take_often);
+    }
+    CHECK(clashes == 0);
 }
 
 TEST_CASE("what cannot be locked is an error with its name", "[util][lock]") {
