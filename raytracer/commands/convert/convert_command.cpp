@@ -102,6 +102,14 @@ std::vector<std::string> names_in(const std::string& list) {
     return out;
 }
 
+/// @return empty: the world has a title. Of data in files that is the name of the first one, which
+/// nobody has given to the world.
+std::string title_of(const ConvertArguments& args, const fs::path& out) {
+    if (!args.write.title.empty() || !worlds::kind_of(args.world.inputs.front()).takes_several)
+        return args.write.title;
+    return fs::weakly_canonical(out).filename().string();
+}
+
 util::ExitCode report(const exports::Job& job, const voxel::World& world, double seconds,
                       bool quiet) {
     const auto files = job.files();
@@ -139,6 +147,9 @@ util::ExitCode run_convert(ConvertArguments& args) {
         numbers_of("convert", "--area", args.area, 4,
                    "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     args.write.shard = shard_of(args.shard);
+    if (!args.write.title.empty() && !format.has_title)
+        throw util::UsageError("convert: --title " + args.write.title + " to " +
+                               std::string(format.name) + "; allowed: to a Minecraft world");
     if (args.write.shard.of > 0 && !format.has_shards)
         throw util::UsageError("convert: --shard " + args.shard + " to " +
                                std::string(format.name) + "; allowed: to a box archive (.tvx)");
@@ -153,6 +164,8 @@ util::ExitCode run_convert(ConvertArguments& args) {
     args.selection.heights =
         numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
     format.check_target(out, args.write);
+    if (format.has_title)
+        args.write.title = title_of(args, out);
     const scene::Scene scene = args.world.scene();
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
@@ -209,6 +222,9 @@ std::function<util::ExitCode()> add_convert_options(CLI::App& app) {
                    "memory for writing, in addition to the world's own limit, MiB")
         ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
+    app.add_option("--title", args->write.title,
+                   "of a Minecraft world, in the game's list; default: that of the input, or the "
+                   "name of the folder where the input has none");
     app.add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")
         ->check(CLI::IsMember({"z", "y"}))
         ->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <system_error>
 
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
@@ -30,9 +31,7 @@ public:
         : m_job(job),
           m_blocks(load_export_blocks(options)),
           m_place(place_of(without_sky(job))),
-          m_title(!options.title.empty()       ? options.title
-                  : !job.world().title.empty() ? job.world().title
-                                               : "Terravox") {}
+          m_title(title_of(job, options)) {}
 
     void write() {
         const std::string what = name_of_this();
@@ -43,7 +42,7 @@ public:
                               region_of(range.max.bz - 1, 2) + 1};
         const Columns regions(
             all, 1, [this](const ColumnBlock& some) { return m_job.may_hold(boxes_of(some)); });
-        const fs::path journal_file = m_job.out / "conversion.journal";
+        const fs::path journal_file = m_job.out / kWorldJournal;
         refuse_other_worlds(journal_file, what);
         util::check_writable(m_job.out / "region" / "r.0.0.mca");
         fs::create_directories(m_job.out / "region");
@@ -68,6 +67,13 @@ private:
     };
     using Region = std::pair<std::int32_t, std::int32_t>;  // rx, rz
 
+    [[nodiscard]] static std::string title_of(const Job& job, const AnvilOptions& options) {
+        if (!options.title.empty())
+            return options.title;
+        return job.world().title.empty() ? fs::weakly_canonical(job.out).filename().string()
+                                         : job.world().title;
+    }
+
     /// Everything that affects the files, in one line.
     [[nodiscard]] std::string name_of_this() const {
         const Part& part = m_job.part;
@@ -85,7 +91,7 @@ private:
         for (const ExportBlock& block : m_blocks.all())
             blocks += block.name + std::to_string(static_cast<int>(block.material)) + ",";
         out += " blocks " + std::to_string(m_blocks.all().size()) + "/" +
-               std::to_string(fnv1a(blocks)) + " of " + m_job.name + ' ' + m_job.world().title;
+               std::to_string(fnv1a(blocks)) + " of " + m_job.name + ' ' + m_title;
         std::replace(out.begin(), out.end(), '\n', ' ');
         return out;
     }
@@ -98,24 +104,10 @@ private:
     }
 
     void refuse_other_worlds(const fs::path& journal, const std::string& what) const {
-        std::error_code ignored;
-        if (!fs::exists(m_job.out, ignored))
-            return;
-        const auto fail = [&](const char* why) {
-            throw util::UsageError(
-                "write a world for Minecraft to " + m_job.out.string() + ": " + why +
-                "; allowed: a new or empty folder, or the same conversion cut off");
-        };
-        if (!fs::is_directory(m_job.out, ignored))
-            fail("is a file");
         std::string line;
         if (std::ifstream in(journal); in && std::getline(in, line) && line == what)
             return;
-        if (fs::exists(m_job.out / "level.dat", ignored))
-            fail("holds a world");
-        const fs::directory_iterator files(m_job.out / "region", ignored);
-        if (!ignored && files != fs::directory_iterator())
-            fail("holds regions of another world");
+        check_new_world(m_job.out);
     }
 
     // Leaves nothing behind, so that another part may be written there.
@@ -265,6 +257,28 @@ private:
 ExportBlocks load_export_blocks(const AnvilOptions& options) {
     const fs::path folder = options.blocks.empty() ? util::config_dir() / "blocks" : options.blocks;
     return ExportBlocks::load(folder, minecraft::BlockTable::load(folder));
+}
+
+void check_new_world(const fs::path& out) {
+    std::error_code ignored;
+    if (!fs::exists(out, ignored))
+        return;
+    const auto fail = [&](const std::string& why) {
+        throw util::UsageError("write a world for Minecraft to " + out.string() + ": " + why +
+                               "; allowed: a new or empty folder, or the same conversion cut off");
+    };
+    if (!fs::is_directory(out, ignored))
+        fail("is a file");
+    if (fs::exists(out / "level.dat", ignored))
+        fail("holds a world");
+    const fs::directory_iterator regions(out / "region", ignored);
+    if (!ignored && regions != fs::directory_iterator())
+        fail("holds regions of another world");
+    for (const auto& entry : fs::directory_iterator(out)) {
+        const fs::path name = entry.path().filename();
+        if (name != kWorldJournal && name != "region")
+            fail("holds " + name.string() + ", and no world");
+    }
 }
 
 void write_anvil(Job& job, const AnvilOptions& options) {

@@ -11,8 +11,16 @@ namespace terravox::exports::anvil {
 struct AnvilOptions {
     /// Folder with blocks.toml, old-blocks.toml and export.toml; empty: config/blocks.
     std::filesystem::path blocks;
-    std::string title;  ///< name of the world in the game's list; empty: the world's
+    /// Name of the world in the game's list; empty: that of the world, else of the folder.
+    std::string title;
 };
+
+/// The file in the folder of a world that says how far a conversion has come.
+inline constexpr const char* kWorldJournal = "conversion.journal";
+
+/// @throws UsageError unless a folder is missing, empty, or holds no more than a conversion that
+/// was cut off before its first region
+void check_new_world(const std::filesystem::path& out);
 
 /// The tables by which voxels become blocks: of options.blocks, or of the configuration.
 /// @throws UsageError for a table that cannot be read or is wrong
@@ -24,7 +32,7 @@ struct AnvilOptions {
 /// An interrupted conversion resumes where it stopped. The bytes written depend on the world, part
 /// and options alone. Holds the packed chunks of one region in memory at a time: some MiB, at worst
 /// as much as the region's voxels.
-/// @throws UsageError when the part is too high or wide, or the folder holds another world; Error
+/// @throws UsageError when the part is too high or wide, or the folder holds anything else; Error
 /// when something cannot be written
 void write_anvil(Job& job, const AnvilOptions& options);
 

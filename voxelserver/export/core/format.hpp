@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct WriteOptions {
     bool merge_faces = true;  ///< of meshes: adjacent faces of one appearance become one
     int colour_steps = 0;     ///< of meshes: steps of each colour channel, 0 = colours as they are
     bool overwrite = false;   ///< earlier output may be replaced
+    std::string title;        ///< of Minecraft worlds; empty: the world's, else the folder's name
     ShardChoice shard;        ///< of archives
     ChangedColumns changed;   ///< of archives
 };
@@ -60,6 +62,7 @@ struct Format {
     /// Writes the job's part to the job's output.
     /// @throws UsageError for options out of range; Error when it cannot be written
     void (*write)(Job& job, const WriteOptions& options);
+    bool has_title = false;   ///< whether WriteOptions::title applies to it
     bool has_shards = false;  ///< whether WriteOptions::shard and changed apply
 };
 

@@ -287,6 +287,50 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
                       test::contains("is a file"));
 }
 
+TEST_CASE("a folder with other files is left alone", "[convert][anvil]") {
+    PaintedWorld world({0, 0, 0}, {64, 20, 64});
+    world.array.fill({0, 0, 0}, {64, 20, 64}, Material::kGrass);
+    const voxel::VoxelBounds part{{0, 0, 0}, {64, 20, 64}};
+    for (const char* name : {"notes.txt", ".hidden", "terravox.json", "datapacks"}) {
+        const TemporaryFolder folder;
+        std::ofstream(folder.path / name) << "mine";
+        const auto before = files_of(folder.path);
+        CHECK_THROWS_WITH(Converting(world, part, folder.path).run(),
+                          test::contains(std::string("holds ") + name));
+        CHECK(files_of(folder.path) == before);
+    }
+    // Cut off before the first region, by a conversion of other data.
+    const TemporaryFolder folder;
+    std::ofstream(folder.path / exports::anvil::kWorldJournal) << "another one\n";
+    fs::create_directory(folder.path / "region");
+    CHECK_NOTHROW(Converting(world, part, folder.path).run());
+}
+
+TEST_CASE("a world has the title that was given, its own, or the name of its folder",
+          "[convert][anvil]") {
+    PaintedWorld world({0, 0, 0}, {64, 20, 64});
+    world.array.fill({0, 0, 0}, {64, 20, 64}, Material::kGrass);
+    struct Case {
+        const char* given;
+        const char* own;
+        const char* expected;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"Bled", "generated 7", "Bled"},
+        {"", "generated 7", "generated 7"},
+        {"", "", "my valley"},
+    }));
+    world.array.editable_info().title = c.own;
+    const TemporaryFolder folder;
+    Converting converting(world, {{0, 0, 0}, {64, 20, 64}}, folder.path / "my valley");
+    exports::anvil::write_anvil(converting.job, {kBlocks, c.given});
+    const test::Nbt level =
+        test::NbtParser(
+            test::inflate(test::bytes_of(folder.path / "my valley" / "level.dat"), true))
+            .root();
+    CHECK(level.at("Data").at("LevelName").text() == c.expected);
+}
+
 TEST_CASE("a box that cannot be loaded is a hole that is counted, not the end",
           "[convert][anvil]") {
     PaintedWorld world({0, 0, 0}, {128, 20, 64});
