@@ -5,6 +5,7 @@
 
 #include "voxelserver/http/dispatcher.hpp"
 #include "voxelserver/http/request_check.hpp"
+#include "voxelserver/http/request_handler.hpp"
 #include "voxelserver/http/service.hpp"
 #include "voxelserver/sockets/http_host.hpp"
 
@@ -16,7 +17,7 @@ namespace terravox::http {
 /// request answered by the Dispatcher, and counts the replies; exceptions become replies as well
 /// (error_reply.hpp). docs/openapi.json documents the replies of each route for clients. Errors are
 /// application/problem+json. No reply contains the name of a folder of this machine.
-class Router {
+class Router : public RequestHandler {
 public:
     /// @param token  "" = no token is required
     /// @param names  allowed values of the header Host
@@ -24,14 +25,10 @@ public:
     explicit Router(Service service, std::string token = "",
                     sockets::HttpNames names = sockets::HttpNames(), SharedOrigins origins = {});
 
-    /// @throws only when there is not enough memory for an error reply
-    [[nodiscard]] Response handle(const Request& request);
-
-    /// Checks the head of a request, without its body. Must be called before the body is read:
-    /// bodies of unauthorised requests are not read.
-    /// @return the reply to send; nullopt when the body (of as many bytes as the head declares)
-    /// should be read and handle() be called with it
-    [[nodiscard]] std::optional<Response> refusal(const Request& request);
+    [[nodiscard]] std::optional<Response> refusal(const Request& request) override;
+    [[nodiscard]] Response handle(const Request& request) override;
+    void count_refused(int status) noexcept override { m_counts.add(Route::kRefused, status, 0); }
+    void count_sent(std::uint64_t bytes) noexcept override { m_counts.add_bytes(bytes); }
 
     [[nodiscard]] RequestCounts& counts() noexcept { return m_counts; }
 

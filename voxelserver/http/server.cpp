@@ -161,8 +161,8 @@ void check_can_listen(const ServerOptions& options) {
 /// that sends its body slowly is treated like one that sends its header slowly.
 class Server::Impl {
 public:
-    Impl(Router& router, const ServerOptions& options)
-        : m_router(router), m_options(options), m_slow_clients(limits_of(options)) {
+    Impl(RequestHandler& handler, const ServerOptions& options)
+        : m_handler(handler), m_options(options), m_slow_clients(limits_of(options)) {
         check_can_listen(options);
         init_library(!options.tls_certificate.empty());
         start();
@@ -273,7 +273,7 @@ private:
     static int on_refusal(mg_connection* connection, int status, const char* message) noexcept {
         try {
             const Response out = refusal(status, message);
-            self(connection).m_router.counts().add(Route::kRefused, out.status, 0);
+            self(connection).m_handler.count_refused(out.status);
             util::log_debug("refused: {} {}", out.status, message != nullptr ? message : "");
             send_response(connection, out, false);
         } catch (...) {
@@ -318,12 +318,12 @@ private:
             std::optional<sockets::SlowClients::Answering> answering;
             if (!refused)
                 answering.emplace(m_slow_clients, info.remote_addr, info.remote_port);
-            const Response out = refused ? std::move(*refused) : m_router.handle(request);
+            const Response out = refused ? std::move(*refused) : m_handler.handle(request);
             const bool others_wait = m_connections >= m_options.request_threads;
             const bool keep_alive =
                 !out.close && !others_wait && wants_keep_alive(request, info.http_version);
-            m_router.counts().add_bytes(send_response(
-                connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
+            m_handler.count_sent(send_response(connection, out, keep_alive,
+                                               std::string_view(info.http_version) == "1.0"));
             if (util::is_logged(util::LogLevel::kDebug))
                 util::log_debug("{} {} {} {:.1f} ms", request.method, request.path, out.status,
                                 clock.seconds() * 1e3);
@@ -356,7 +356,7 @@ private:
     /// @return the reply to send in that case
     std::optional<Response> take_body(mg_connection* connection, Request& request,
                                       std::string& body) {
-        if (auto refused = m_router.refusal(request))
+        if (auto refused = m_handler.refusal(request))
             return refused;
         if (same_word(request.header("Expect"), "100-continue"))
             mg_printf(connection, "HTTP/1.1 100 Continue\r\n\r\n");
@@ -371,7 +371,7 @@ private:
             problem(408, "read the request: its body was not received, or not in " +
                              std::to_string(m_options.request_timeout.count() / 1000.0) + " s");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status, 0);
+        m_handler.count_refused(out.status);
         return out;
     }
 
@@ -379,7 +379,7 @@ private:
     Response host_missing() {
         Response out = problem(400, "read the request: HTTP/1.1 without the header Host");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status, 0);
+        m_handler.count_refused(out.status);
         return out;
     }
 
@@ -387,7 +387,7 @@ private:
         Response out = problem(503, "the server is shutting down");
         out.add("Retry-After", "5");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status, 0);
+        m_handler.count_refused(out.status);
         return out;
     }
 
@@ -397,7 +397,7 @@ private:
         Response out = problem(
             431, "read the request: " + std::to_string(MG_MAX_HEADERS) + " or more headers");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status, 0);
+        m_handler.count_refused(out.status);
         return out;
     }
 
@@ -426,7 +426,7 @@ private:
         bool m_draining;
     };
 
-    Router& m_router;
+    RequestHandler& m_handler;
     const ServerOptions m_options;
     mg_context* m_context = nullptr;
     int m_port = 0;
@@ -440,8 +440,8 @@ private:
     bool m_draining = false;
 };
 
-Server::Server(Router& router, const ServerOptions& options)
-    : m_impl(std::make_unique<Impl>(router, options)) {}
+Server::Server(RequestHandler& handler, const ServerOptions& options)
+    : m_impl(std::make_unique<Impl>(handler, options)) {}
 Server::~Server() = default;
 int Server::port() const noexcept {
     return m_impl->port();

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "voxelserver/http/router.hpp"
+#include "voxelserver/http/request_handler.hpp"
 
 namespace terravox::http {
 
@@ -32,21 +32,22 @@ struct ServerOptions {
 /// Error naming the port when it cannot be listened on
 void check_can_listen(const ServerOptions& options);
 
-/// Serves a router over HTTP/1.1, with TLS 1.2 or newer if a certificate is configured (CivetWeb).
+/// Serves what a handler answers over HTTP/1.1, with TLS 1.2 or newer if a certificate is
+/// configured (CivetWeb).
 ///
 /// When all request threads are in use, up to 128 accepted connections wait for one, then 200 more
 /// in the kernel: CivetWeb 1.15 sends no reply in that case, it stops accepting. Connections are
 /// then closed after each reply, so that the waiting ones are served. Clients that do not finish a
 /// request (or are idle between two) cannot block the threads: see sockets::SlowClients. Clients
 /// that read their replies slowly still can; use a proxy before a server that faces the internet.
-/// The interface's 503 comes from the router, whose limit must be lower than request_threads. A
+/// A 503 of the handler requires a limit of its own, lower than request_threads. A
 /// header beyond 16 KiB: 400 (as CivetWeb 1.15 replies); 64 or more header fields: 431. A body is
 /// read only after all other checks of the request have passed.
 class Server {
 public:
-    /// Listens and serves from construction. The router must outlive the server.
+    /// Listens and serves from construction. The handler must outlive the server.
     /// @throws as check_can_listen
-    Server(Router& router, const ServerOptions& options);
+    Server(RequestHandler& handler, const ServerOptions& options);
     ~Server();
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;

@@ -4,6 +4,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/http/fake_world.hpp"
+#include "voxelserver/http/router.hpp"
 #include "voxelserver/http/server.hpp"
 
 using namespace terravox;

@@ -9,6 +9,7 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/http/fake_world.hpp"
 #include "tests/voxelserver/http/http_client.hpp"
+#include "voxelserver/http/router.hpp"
 
 using namespace terravox;
 using test::HttpClient;
