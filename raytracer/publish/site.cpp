@@ -1,12 +1,14 @@
 #include "raytracer/publish/site.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/markup.hpp"
+#include "common/voxel/archive/byte_source.hpp"
 #include "voxelserver/page/assets.hpp"
 
 namespace terravox::publish {
@@ -49,6 +51,8 @@ void remove_leftovers(const fs::path& folder, const SiteFacts& facts) {
         fs::remove(file);
 }
 
+constexpr std::string_view kScheme = "https://";
+
 bool is_visible(char c) noexcept {
     return c > ' ' && c <= '~';
 }
@@ -66,7 +70,6 @@ std::string_view authority_of(std::string_view url) noexcept {
 }  // namespace
 
 void check_archive_url(const std::string& url) {
-    constexpr std::string_view kScheme = "https://";
     const std::string_view path = std::string_view(url).substr(0, url.find_first_of("/?"));
     const bool is_absolute = url.starts_with(kScheme);
     const bool is_relative =
@@ -80,6 +83,47 @@ void check_archive_url(const std::string& url) {
             "publish: --archive-url " + url +
             "; allowed: https://HOST/PATH without a user or #, or an address relative to the page, "
             "such as ../places/valley.tvx; browsers read no archive of another host over http");
+}
+
+std::optional<FoundSite> read_site(const fs::path& folder) {
+    constexpr std::uintmax_t kMax_bytes = std::uintmax_t{1} << 20;
+    // It has lists in lists in objects. What is deeper is left out, as the file may be a
+    // stranger's.
+    constexpr int kMaxDepth = 8;
+    const fs::path file = folder / kSitePlace;
+    std::error_code failed;
+    if (!fs::is_regular_file(fs::symlink_status(file, failed)) ||
+        fs::file_size(file, failed) > kMax_bytes)
+        return std::nullopt;
+    std::ifstream in(file, std::ios::binary);
+    const auto is_shallow = [](int depth, json::parse_event_t, const json&) {
+        return depth <= kMaxDepth;
+    };
+    const json place = json::parse(in, is_shallow, false);
+    if (!place.is_object())
+        return std::nullopt;
+    const auto has = [&](const char* name, json::value_t type) {
+        return place.contains(name) && place[name].type() == type;
+    };
+    if (!place.contains("version") || !has("archive", json::value_t::object) ||
+        !has("views", json::value_t::array))
+        return std::nullopt;
+    const json& archive = place["archive"];
+    FoundSite out;
+    if (const auto url = archive.find("url"); url != archive.end() && url->is_string())
+        out.archive_url = *url;
+    return out;
+}
+
+void copy_archive(const fs::path& from, const fs::path& to) {
+    std::error_code same;
+    if (fs::equivalent(from, to, same))
+        return;
+    const voxel::archive::FileState state = voxel::archive::file_state(from);
+    const auto archive = voxel::archive::file_source(from, state);
+    util::AtomicFile file(to);
+    archive_tools::append_stretch(*archive, 0, state.bytes, file);
+    file.commit();
 }
 
 std::string place_json(const SiteFacts& facts) {
@@ -149,8 +193,8 @@ void write_site(const fs::path& folder, const SiteFacts& facts) {
         util::write_file_atomically(folder / "viewer" / name, page_file(name));
     if (!facts.squares.empty())
         util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares));
-    util::write_file_atomically(folder / "place.json", place_json(facts));
-    util::write_file_atomically(folder / "index.html", index_html(facts));
+    util::write_file_atomically(folder / kSitePlace, place_json(facts));
+    util::write_file_atomically(folder / kSitePage, index_html(facts));
     remove_leftovers(folder, facts);
 }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,10 @@ inline constexpr std::int64_t kMaxTime_ms = 7'258'118'400'000;  ///< the year 22
 /// The page reads the list when somebody asks what is at a point.
 inline constexpr std::size_t kMaxSquares = 10'000;
 
+inline constexpr const char* kSiteAppearance = "appearance.bin";
 inline constexpr const char* kSiteArchive = "place.tvx";
+inline constexpr const char* kSitePage = "index.html";
+inline constexpr const char* kSitePlace = "place.json";
 inline constexpr const char* kSitePreview = "preview.jpg";
 inline constexpr const char* kSiteSquares = "squares.json";
 
@@ -61,6 +65,17 @@ inline constexpr const char* kSiteSquares = "squares.json";
 ///     or a user, of at most kMaxText_bytes
 /// @throws UsageError otherwise
 void check_archive_url(const std::string& url);
+
+/// What the place.json of a folder says, which may be anybody's.
+struct FoundSite {
+    std::string archive_url;  ///< empty: the archive lies in parts, or is a server
+};
+/// @return nullopt for a folder that is no site
+[[nodiscard]] std::optional<FoundSite> read_site(const std::filesystem::path& folder);
+
+/// Copies an archive into a site: with the permissions that new files get, not with its own.
+/// @throws Error; ChangedError when another program writes to it meanwhile
+void copy_archive(const std::filesystem::path& from, const std::filesystem::path& to);
 
 /// place.json (docs/formats/site.md).
 [[nodiscard]] std::string place_json(const SiteFacts& facts);

@@ -205,6 +205,32 @@ class Publish(Case):
         run = publish(folder / "bad.tvx", folder / "site", "--detail", "0")
         self.assertEqual(run.code, 3, str(run))
 
+    def test_a_folder_of_somebody_is_left_alone(self):
+        folder = temporary_folder()
+        (folder / "index.html").write_text("somebody's page")
+        place = self.site / "place.tvx"
+        self.assertRefused(publish(place, folder, "--no-preview"), 2, "--overwrite")
+        self.assertEqual(entries(folder), ["index.html"])
+        self.assertDone(publish(place, folder, "--no-preview", "--overwrite"))
+        self.assertIn("viewer/viewer.js", (folder / "index.html").read_text())
+        # Now it is a site.
+        self.assertDone(publish(place, folder, "--no-preview"))
+
+    def test_a_web_server_may_read_all_files_of_a_site(self):
+        folder = temporary_folder()
+        shutil.copy(self.site / "place.tvx", folder / "private.tvx")
+        (folder / "private.tvx").chmod(0o600)
+        site = folder / "site"
+        before = os.umask(0o022)
+        try:
+            self.assertDone(publish(folder / "private.tvx", site, "--size", "64x48"))
+        finally:
+            os.umask(before)
+        for name in entries(site):
+            with self.subTest(name):
+                mode = (site / name).stat().st_mode & 0o777
+                self.assertEqual(mode, 0o755 if (site / name).is_dir() else 0o644)
+
     def test_wrong_usage_writes_nothing(self):
         folder = temporary_folder()
         place = self.site / "place.tvx"

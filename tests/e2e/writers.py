@@ -115,7 +115,7 @@ WRITERS = {
         "PUBLISH",
         "DATA OUT/site --no-preview",
         "site/place.tvx",
-        ("site/place.tvx.journal", "site/place.tvx.part"),
+        ("site/place.tvx.journal", "site/place.tvx.part", "site/.terravox-publish.lock"),
     ),
     "Minecraft world": Writer("CONVERT", "DATA OUT/mc", "mc/level.dat", ("mc/conversion.journal",)),
     "MagicaVoxel": Writer("CONVERT", "DATA OUT/a.vox", "a.vox"),
@@ -349,8 +349,9 @@ class Writers(Case):
                 usual = self.good[name] / inside
                 if inside in kept:
                     # Without its first bytes there is nothing in it to resume from. A list of
-                    # frames stays all the same: other machines may have it open.
-                    if path.suffix != ".done":
+                    # frames stays all the same: other machines may have it open. So does a lock,
+                    # which says that the folder is not complete.
+                    if path.suffix not in (".done", ".lock"):
                         self.assertGreater(path.stat().st_size, 0, f"{name} left {inside}: {run}")
                     continue
                 if any(map(path.match, hidden)) or (path.is_dir() and usual.is_dir()):

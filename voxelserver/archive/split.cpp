@@ -19,16 +19,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPartEnding = ".part";
 constexpr std::size_t kDigits = 4;
 
-bool is_part(const std::string& name, const std::string& stem) {
-    const std::string begins = stem + "-";
-    if (name.size() < begins.size() + kDigits + kPartEnding.size() || !name.starts_with(begins) ||
-        !name.ends_with(kPartEnding))
-        return false;
-    const std::string_view number = std::string_view(name).substr(
-        begins.size(), name.size() - begins.size() - kPartEnding.size());
-    return std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
 /// Longer numbers are larger ones.
 bool is_before(const fs::path& a, const fs::path& b) {
     const std::string x = a.filename().string();
@@ -81,6 +71,16 @@ std::vector<FilePart> split(const fs::path& file, const fs::path& folder, std::u
     if (bytes <= max_bytes)
         return {{file.filename().string(), bytes}};
     return write_parts(*source, bytes, file.stem().string(), folder, max_bytes);
+}
+
+bool is_part(const std::string& name, const std::string& stem) {
+    const std::string begins = stem + "-";
+    if (name.size() < begins.size() + kDigits + kPartEnding.size() || !name.starts_with(begins) ||
+        !name.ends_with(kPartEnding))
+        return false;
+    const std::string_view number = std::string_view(name).substr(
+        begins.size(), name.size() - begins.size() - kPartEnding.size());
+    return std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 std::vector<fs::path> parts_in(const fs::path& folder, const std::string& stem) {

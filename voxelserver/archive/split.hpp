@@ -49,6 +49,9 @@ void append_stretch(voxel::archive::ByteSource& archive, std::uint64_t begin, st
                                                 const std::filesystem::path& folder,
                                                 std::uint64_t max_bytes);
 
+/// Whether a file has such a name.
+[[nodiscard]] bool is_part(const std::string& name, const std::string& stem);
+
 /// Files in a folder that have the names of parts of an archive, by number.
 [[nodiscard]] std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder,
                                                           const std::string& stem);

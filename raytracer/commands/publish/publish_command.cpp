@@ -71,6 +71,8 @@ std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
         ->capture_default_str();
     app.add_flag("--no-preview", publish.no_preview,
                  "without the picture that links are shown with");
+    app.add_flag("--overwrite", publish.overwrite,
+                 "also into a folder that holds other files, of which some may be replaced");
     app.add_flag("-q,--quiet", publish.quiet, "print errors only");
     add_opening_arguments(app, publish.world, site_sections());
     return [args] { return run_publish(*args); };

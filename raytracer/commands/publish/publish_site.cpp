@@ -13,6 +13,7 @@
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/publish/appearance_file.hpp"
 #include "raytracer/publish/site.hpp"
+#include "raytracer/publish/site_folder.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/sky/sun_of.hpp"
@@ -69,18 +70,6 @@ void check_reference(const PublishArguments& args) {
                                "address; terravox convert makes archives");
 }
 
-void copy_archive(const fs::path& from, const fs::path& to) {
-    std::error_code same;
-    if (fs::equivalent(from, to, same))
-        return;
-    util::AtomicFile file(to);
-    std::error_code failed;
-    fs::copy_file(from, file.temporary_path(), fs::copy_options::overwrite_existing, failed);
-    if (failed)
-        throw util::Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
-    file.commit();
-}
-
 /// The part of a world that a site shows; an archive is shown as it is.
 /// @throws UsageError
 std::optional<exports::Part> part_to_publish(const PublishArguments& args,
@@ -110,7 +99,7 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
     if (is_referred_to(args))
         return;
     if (chosen == nullptr) {
-        copy_archive(args.world.inputs.front(), archive);
+        publish::copy_archive(args.world.inputs.front(), archive);
         return;
     }
     const exports::Part& part = *chosen;
@@ -252,7 +241,11 @@ void check_target(const PublishArguments& args, const fs::path& archive) {
         fs::equivalent(args.world.inputs.front(), archive, none))
         throw util::UsageError("publish: " + archive.string() +
                                " would be removed from the site; move it elsewhere first");
-    util::check_writable(archive);
+}
+
+/// What may lie in the folder of a site before it is one.
+fs::path input_of(const PublishArguments& args) {
+    return is_archive_here(args) ? fs::path(args.world.inputs.front()) : fs::path();
 }
 
 }  // namespace
@@ -262,6 +255,8 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const scene::Scene scene = args.world.scene();
     check_reference(args);
     check_target(args, archive);
+    const publish::SiteFolder held(folder, input_of(args), args.overwrite);
+    util::check_writable(archive);
     std::optional<std::stop_callback<std::function<void()>>> at_once;
     if (args.abandon)
         at_once.emplace(args.stop, args.abandon);
@@ -286,7 +281,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const publish::AirOptions air{
         std::clamp(scene.sky.turbidity, 1.0, 20.0),
         std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
-    util::write_file_atomically(folder / "appearance.bin",
+    util::write_file_atomically(folder / publish::kSiteAppearance,
                                 publish::appearance_file(materials.appearances, air));
     facts.archive = archive_of(args, archive);
     publish::write_site(folder, facts);

@@ -24,6 +24,7 @@ struct PublishArguments {
     std::uint64_t split_mib = 0;  ///< largest file; 0: no limit
     int memory_mib = 1024;
     bool no_preview = false;
+    bool overwrite = false;  ///< the folder may hold other files
     bool quiet = false;
     /// Ends writing with an Error.
     std::stop_token stop;
@@ -35,8 +36,10 @@ struct PublishArguments {
 /// Sections of a scene that a site is made of.
 [[nodiscard]] std::vector<std::string> site_sections();
 
-/// Writes a site. All that may be refused is looked at before anything is written.
-/// @param folder of the site; made where it is missing
+/// Writes a site; one process at a time writes to a folder. All that may be refused is looked at
+/// before anything is written.
+/// @param folder of the site; made where it is missing. A folder with other files is refused,
+/// unless they may be overwritten
 /// @return kHoles: the site stands, but lacks what could not be read
 /// @throws UsageError, Error
 [[nodiscard]] util::ExitCode publish_site(const std::filesystem::path& folder,

@@ -68,6 +68,29 @@ TEST_CASE("an archive elsewhere is at an address that a page may read", "[publis
     }
 }
 
+TEST_CASE("a site is known by its place.json, which may be anybody's", "[publish]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "place.json";
+    CHECK_FALSE(publish::read_site(folder.path()));
+    publish::SiteFacts facts = some_facts();
+    facts.archive = {{"https://files.example/a.tvx", 0}};
+    publish::write_site(folder.path(), facts);
+    REQUIRE(publish::read_site(folder.path()));
+    CHECK(publish::read_site(folder.path())->archive_url == "https://files.example/a.tvx");
+    for (const std::string& text :
+         {std::string(), std::string("[1]"), std::string(R"({"version": 1, "views": []})"),
+          std::string(R"({"version": 1, "views": {}, "archive": []})"), std::string(1 << 19, '['),
+          std::string(1 << 21, ' ') + publish::place_json(facts)}) {
+        INFO(text.substr(0, 60));
+        write(file, text);
+        CHECK_FALSE(publish::read_site(folder.path()));
+    }
+    write(folder.path() / "elsewhere.json", publish::place_json(facts));
+    fs::remove(file);
+    fs::create_symlink("elsewhere.json", file);
+    CHECK_FALSE(publish::read_site(folder.path()));
+}
+
 TEST_CASE("squares are a file of their own, with their outlines in the CRS", "[publish]") {
     const TemporaryFolder folder;
     publish::SiteFacts facts = some_facts();
