@@ -85,6 +85,23 @@ void check_archive_url(const std::string& url) {
             "such as ../places/valley.tvx; browsers read no archive of another host over http");
 }
 
+std::string to_origin(const std::string& url) {
+    try {
+        check_archive_url(url);
+    } catch (const util::UsageError&) {
+        return {};
+    }
+    if (!url.starts_with(kScheme))
+        return {};
+    const std::string_view host = authority_of(url);
+    // In a policy other characters have a meaning of their own.
+    const bool is_plain = std::all_of(host.begin(), host.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               std::string_view("-.:[]").find(c) != std::string_view::npos;
+    });
+    return is_plain ? std::string(kScheme) + std::string(host) : std::string();
+}
+
 std::optional<FoundSite> read_site(const fs::path& folder) {
     constexpr std::uintmax_t kMax_bytes = std::uintmax_t{1} << 20;
     // It has lists in lists in objects. What is deeper is left out, as the file may be a

@@ -66,6 +66,10 @@ inline constexpr const char* kSiteSquares = "squares.json";
 /// @throws UsageError otherwise
 void check_archive_url(const std::string& url);
 
+/// "https://HOST" of the address of an archive; empty for one of the page's own host, and for one
+/// that check_archive_url() refuses.
+[[nodiscard]] std::string to_origin(const std::string& url);
+
 /// What the place.json of a folder says, which may be anybody's.
 struct FoundSite {
     std::string archive_url;  ///< empty: the archive lies in parts, or is a server

@@ -262,6 +262,9 @@ class Publish(Case):
         shutil.copytree(self.site, site)
         code = b'<!--#exec "id -un" -->'  # which some servers would run
         (site / "run.shtml").write_bytes(code)
+        (site.parent / "secret.txt").write_text("secret")
+        (site / "out.txt").symlink_to("../secret.txt")
+        (site / "up").symlink_to("..")
         view = Program(site, "--no-browser", program="VIEW")
         try:
             address = view.saw(r"http://127\.0\.0\.1:\d+/")[0]
@@ -270,13 +273,18 @@ class Publish(Case):
             self.assertEqual((status, body), (206, archive[100:200]))
             self.assertEqual(headers["Content-Range"], f"bytes 100-199/{len(archive)}")
             self.assertIsNotNone(headers["ETag"])
+            policy = self.asked(address, "viewer/worker.js")[1]["Content-Security-Policy"]
+            self.assertIn("connect-src 'self';", policy)
             self.assertEqual(self.asked(address, "run.shtml")[2], code)
             self.assertEqual(self.asked(address)[2], (self.site / "index.html").read_bytes())
             for status, path, given in (
                 (421, "", {"Host": "evil.example"}),
                 (403, "place.json", {"Origin": "http://evil.example"}),
-                (403, "viewer/", {}),
+                (404, "viewer/", {}),
                 (404, "none", {}),
+                (404, "out.txt", {}),
+                (404, "up/secret.txt", {}),
+                (414, "a" * 2049, {}),
                 (200, "run.shtml", {}),
             ):
                 with self.subTest(path=path, given=given):

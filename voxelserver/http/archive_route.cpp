@@ -1,9 +1,6 @@
 #include "voxelserver/http/archive_route.hpp"
 
-#include <array>
 #include <cerrno>
-#include <cinttypes>
-#include <cstdio>
 #include <optional>
 
 #include "voxelserver/http/file_reply.hpp"
@@ -12,13 +9,6 @@ namespace terravox::http {
 namespace {
 
 constexpr const char* kType = "application/vnd.terravox.archive";
-
-std::string etag_of_file(const OpenFile& file) {
-    std::array<char, 40> text{};
-    std::snprintf(text.data(), text.size(), "\"%" PRIx64 "-%" PRIx64 "\"", file.bytes,
-                  static_cast<std::uint64_t>(file.changed_ns));
-    return text.data();
-}
 
 Response no_file(int why) {
     switch (why) {
@@ -41,7 +31,7 @@ Response answer_archive(const Service& service, const RouteRequest& call) {
     const std::optional<OpenFile> file = open_file(service.archive, true);
     if (!file)
         return no_file(errno);
-    return file_reply(call.request, *file, etag_of_file(*file), kType);
+    return file_reply(call.request, *file, to_etag(*file), kType);
 }
 
 }  // namespace terravox::http

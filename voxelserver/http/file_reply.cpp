@@ -1,6 +1,7 @@
 #include "voxelserver/http/file_reply.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -23,19 +24,22 @@ std::optional<ByteRange> wanted_range(const Request& request, const OpenFile& fi
     return parse_range(request.header("Range"), file.bytes);
 }
 
-}  // namespace
+// A pipe would block until it has a writer.
+constexpr int kReading = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
 
-std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow) {
-    // A pipe would block until it has a writer.
-    const int flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | (follow ? 0 : O_NOFOLLOW);
-    const int descriptor = ::open(path.c_str(), flags);
+std::shared_ptr<const int> to_owner(int descriptor) {
+    return {new int(descriptor), [](const int* one) {
+                ::close(*one);
+                delete one;
+            }};
+}
+
+/// @param descriptor -1: errno says why
+std::optional<OpenFile> to_open_file(int descriptor) {
     if (descriptor < 0)
         return std::nullopt;
     OpenFile out;
-    out.descriptor = {new int(descriptor), [](const int* one) {
-                          ::close(*one);
-                          delete one;
-                      }};
+    out.descriptor = to_owner(descriptor);
     struct stat facts{};
     if (::fstat(descriptor, &facts) != 0)
         return std::nullopt;
@@ -47,6 +51,29 @@ std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow
     out.bytes = static_cast<std::uint64_t>(facts.st_size);
     out.changed_ns = facts.st_mtim.tv_sec * kNs + facts.st_mtim.tv_nsec;
     return out;
+}
+
+}  // namespace
+
+std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow) {
+    return to_open_file(::open(path.c_str(), kReading | (follow ? 0 : O_NOFOLLOW)));
+}
+
+// One folder at a time: O_NOFOLLOW is about the last name only. openat2(RESOLVE_BENEATH) would do
+// it in one call, but is missing before Linux 5.6 and forbidden in many containers.
+std::optional<OpenFile> open_file_beneath(int folder, std::span<const std::string> names) {
+    std::shared_ptr<const int> owner;
+    for (const std::string& name : names.first(names.size() - 1)) {
+        folder = ::openat(folder, name.c_str(), O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        if (folder < 0)
+            return std::nullopt;
+        owner = to_owner(folder);
+    }
+    return to_open_file(::openat(folder, names.back().c_str(), kReading | O_NOFOLLOW));
+}
+
+std::string to_etag(const OpenFile& file) {
+    return fmt::format("\"{:x}-{:x}\"", file.bytes, static_cast<std::uint64_t>(file.changed_ns));
 }
 
 Response file_reply(const Request& request, const OpenFile& file, std::string_view etag,

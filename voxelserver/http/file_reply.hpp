@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "voxelserver/http/message.hpp"
@@ -22,6 +24,17 @@ struct OpenFile {
 /// @return nullopt where there is no plain file that can be read; errno says why, EISDIR for what
 /// is no plain file
 [[nodiscard]] std::optional<OpenFile> open_file(const std::filesystem::path& path, bool follow);
+
+/// Opens a plain file by the names of its folders, from an open folder on, and its own. None of
+/// them may be a symbolic link: so nothing outside of the folder is opened, whoever writes to it.
+/// @param folder descriptor
+/// @param names not empty; none is empty, "." or "..", none holds a slash or a zero
+/// @return as open_file(); ELOOP or ENOTDIR for a link
+[[nodiscard]] std::optional<OpenFile> open_file_beneath(int folder,
+                                                        std::span<const std::string> names);
+
+/// Another state of the file has another tag, made of its size and its time. Strong, with quotes.
+[[nodiscard]] std::string to_etag(const OpenFile& file);
 
 /// The reply to GET and HEAD of a file: all of it, or the one range that a GET names.
 ///

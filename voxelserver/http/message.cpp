@@ -110,6 +110,7 @@ std::string_view reason_phrase(int status) noexcept {
         case 411: return "Length Required";
         case 412: return "Precondition Failed";
         case 413: return "Content Too Large";
+        case 414: return "URI Too Long";
         case 415: return "Unsupported Media Type";
         case 416: return "Range Not Satisfiable";
         case 421: return "Misdirected Request";

@@ -10,12 +10,6 @@
 namespace terravox::http {
 namespace {
 
-// The pages load nothing from other origins, and must not be embedded in other pages. Map tiles are
-// loaded as blobs where there is a token.
-constexpr std::string_view kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
-    "blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
-
 // Bytes compiled into the program: their tag changes only with the program.
 Response fixed(std::string_view content_type, std::string_view bytes, const Request& request) {
     const std::string etag = etag_of(XXH64(bytes.data(), bytes.size(), 0), "p");
@@ -32,13 +26,24 @@ Response answer_asset(std::string_view name, const Request& request) {
     const page::Asset* asset = page::find(name);
     if (asset == nullptr)
         return problem(404, "the page has no file " + std::string(name));
-    Response out = fixed(asset->content_type, asset->bytes, request);
-    return out.add("Content-Security-Policy", kPolicy)
-        .add("Referrer-Policy", "no-referrer")
-        .add("Cross-Origin-Opener-Policy", "same-origin");
+    return add_page_headers(fixed(asset->content_type, asset->bytes, request));
 }
 
 }  // namespace
+
+Response add_page_headers(Response out, std::string_view archive_origin) {
+    std::string connections = "'self'";
+    if (!archive_origin.empty())
+        connections.append(" ").append(archive_origin);
+    // Map tiles are loaded as blobs where there is a token.
+    return out
+        .add("Content-Security-Policy",
+             "default-src 'none'; script-src 'self'; style-src 'self'; connect-src " + connections +
+                 "; img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; "
+                 "form-action 'none'")
+        .add("Referrer-Policy", "no-referrer")
+        .add("Cross-Origin-Opener-Policy", "same-origin");
+}
 
 Response answer_page(const RouteRequest& call) {
     return answer_asset(call.parts.count == 1 ? std::string_view("index.html") : call.parts.part[1],

@@ -1,8 +1,15 @@
 #pragma once
 
+#include <string_view>
+
 #include "voxelserver/http/service.hpp"
 
 namespace terravox::http {
+
+/// What browsers are told about a page and each of its files, its worker among them: it loads
+/// nothing of other origins, asks none, and must not be embedded in other pages.
+/// @param archive_origin the one origin that the page may ask, "https://HOST"; empty: none
+[[nodiscard]] Response add_page_headers(Response out, std::string_view archive_origin = {});
 
 /// GET / and /page/{name}: the page and its files, which are compiled into the program; 404 for an
 /// unknown name.

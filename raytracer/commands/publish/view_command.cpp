@@ -16,6 +16,7 @@
 #include "common/util/log.hpp"
 #include "common/util/temporary_folder.hpp"
 #include "raytracer/commands/publish/publish_site.hpp"
+#include "raytracer/publish/site.hpp"
 #include "raytracer/publish/site_host.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 
@@ -29,6 +30,7 @@ struct ViewArguments {
     std::vector<std::string> paths;
     int port = 0;
     bool no_browser = false;
+    bool allow_archive_host = false;
 };
 
 constexpr const char* kStopped = "view: stopped before the place was published";
@@ -68,6 +70,19 @@ void open_browser(std::string address) {
         util::log_info("view: xdg-open is missing; open {} yourself", address);
 }
 
+/// The origin that the page of a site may ask for its archive; empty: none.
+std::string archive_origin(const fs::path& site, bool is_allowed) {
+    const auto found = publish::read_site(site);
+    std::string origin = found ? publish::to_origin(found->archive_url) : std::string();
+    if (origin.empty() || is_allowed)
+        return origin;
+    util::log_warn(
+        "view: the archive of this site lies at {}, which its page may not ask; "
+        "--allow-archive-host permits it",
+        origin);
+    return {};
+}
+
 util::ExitCode run_view(ViewArguments& args) {
     PublishArguments& publish = args.publish;
     util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
@@ -80,7 +95,8 @@ util::ExitCode run_view(ViewArguments& args) {
         code = publish_into(scratch, publish, signals.token());
         site = scratch.path();
     }
-    const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port));
+    const publish::SiteHost host(site, static_cast<std::uint16_t>(args.port),
+                                 archive_origin(site, args.allow_archive_host));
     std::printf("%s  (Ctrl-C ends)\n", host.address().c_str());
     std::fflush(stdout);
     if (!args.no_browser)
@@ -100,6 +116,9 @@ std::function<util::ExitCode()> add_view_options(CLI::App& app) {
     app.add_option("--port", args->port, "of this machine; 0: any that is free")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
+    app.add_flag("--allow-archive-host", args->allow_archive_host,
+                 "the page may ask the host that the site names for its archive; otherwise it asks "
+                 "nobody but this program");
     app.add_flag("--no-browser", args->no_browser, "print the address only");
     app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
     add_opening_arguments(app, args->publish.world, site_sections());

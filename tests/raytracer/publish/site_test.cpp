@@ -91,6 +91,16 @@ TEST_CASE("a site is known by its place.json, which may be anybody's", "[publish
     CHECK_FALSE(publish::read_site(folder.path()));
 }
 
+TEST_CASE("the origin of an archive elsewhere fits into a policy", "[publish]") {
+    CHECK(publish::to_origin("https://files.example:8443/a.tvx?x") == "https://files.example:8443");
+    for (const char* url :
+         {"place.tvx", "../place.tvx", "http://files.example/a.tvx", "https://a;script-src/b",
+          "https://a,b/c", "https://*/a", "https://'unsafe-eval'/a", ""}) {
+        INFO(url);
+        CHECK(publish::to_origin(url).empty());
+    }
+}
+
 TEST_CASE("squares are a file of their own, with their outlines in the CRS", "[publish]") {
     const TemporaryFolder folder;
     publish::SiteFacts facts = some_facts();
