@@ -71,6 +71,6 @@ for (const name of Object.keys(kCopied)) await copyPackage(name);
 for (const name of ['migrations', 'package.json']) {
   await cp(join(root, name), join(out, name), { recursive: true });
 }
-const packages = [...packagesOf(result.metafile), ...Object.keys(kCopied)].sort();
+const packages = [...packagesOf([result]), ...Object.keys(kCopied)].sort();
 const about = 'The grabber holds these packages, or parts of them.';
 await writeFile(join(out, 'licences.txt'), await licencesOf(packages, root, about));

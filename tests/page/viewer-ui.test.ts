@@ -1,5 +1,9 @@
 import assert from 'node:assert/strict';
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { test } from 'node:test';
+import { pathToFileURL } from 'node:url';
 import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
 import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
 import { padMotion, type Pad } from '../../voxelserver/page/src/viewer/ui/gamepad.js';
@@ -15,7 +19,11 @@ import {
 import { measuresOf } from '../../voxelserver/page/src/viewer/ui/measures.js';
 import { cameraOf, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
 import { lengthDecimals, numberText } from '../../voxelserver/page/src/viewer/ui/number-text.js';
-import { embedCode, readOptions } from '../../voxelserver/page/src/viewer/ui/options.js';
+import {
+  embedCode,
+  readOptions,
+  viewCommand,
+} from '../../voxelserver/page/src/viewer/ui/options.js';
 import { keyTarget } from '../../voxelserver/page/src/viewer/ui/profile-chart.js';
 import {
   csvOf,
@@ -50,7 +58,10 @@ import {
   type Say,
   type TextKey,
 } from '../../voxelserver/page/src/viewer/ui/texts.js';
+import { noBrowser, openBrowser, openPage, screenshot, untilText } from './support/browser.js';
 import { isNear } from './support/near.js';
+
+declare const TERRAVOX_PAGE_DIST: string;
 
 const english: Say = (key: TextKey, ...values: readonly string[]) => text('en', key, ...values);
 
@@ -573,3 +584,42 @@ test('a target is seen unless something lies before its own voxel', () => {
   assert.equal(blocked.obstacleDistance, 60);
   assert.equal(sightRay([1, 2, 3], [1, 2, 3]), undefined);
 });
+
+test('the command that shows a folder is one that a shell takes', () => {
+  for (const [address, command] of [
+    ['file:///home/me/site/index.html', 'terravox view /home/me/site/'],
+    ['file:///home/me/my%20site/', "terravox view '/home/me/my site/'"],
+    ["file:///tmp/it's/index.html#at=1", "terravox view '/tmp/it'\\''s/'"],
+    ['file:///tmp/%24(id)/index.html', "terravox view '/tmp/$(id)/'"],
+  ] as const)
+    assert.equal(viewCommand(address), command);
+});
+
+test(
+  'a page that is opened from a disk says how to see its place',
+  { skip: noBrowser },
+  async () => {
+    const folder = mkdtempSync(join(tmpdir(), 'terravox site '));
+    const browser = await openBrowser();
+    try {
+      mkdirSync(join(folder, 'viewer'));
+      copyFileSync(join(TERRAVOX_PAGE_DIST, 'viewer.html'), join(folder, 'index.html'));
+      for (const name of ['viewer.js', 'worker.js', 'viewer.css'])
+        copyFileSync(join(TERRAVOX_PAGE_DIST, name), join(folder, 'viewer', name));
+      const { page, errors } = await openPage(
+        browser,
+        pathToFileURL(join(folder, 'index.html')).href,
+      );
+      const said = await untilText(page, '#status', /disk/);
+      assert.ok(said.includes(`terravox view '${folder}/'`), said);
+      assert.ok(await page.locator('#status').isVisible());
+      assert.ok(!(await page.locator('#from-disk').isVisible()), 'it is said once');
+      assert.ok(!(await page.locator('#panel').isVisible()), 'there is nothing to choose');
+      await screenshot(page, 'from-disk');
+      assert.deepEqual(errors, []);
+    } finally {
+      await browser.close();
+      rmSync(folder, { recursive: true });
+    }
+  },
+);

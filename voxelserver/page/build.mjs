@@ -16,33 +16,37 @@ if (out === undefined || process.argv.length > 3) {
 }
 
 await mkdir(out, { recursive: true });
-const result = await build({
+const common = {
   absWorkingDir: root,
-  entryPoints: {
-    'app': 'src/app.ts',
-    'style': 'src/app.css',
-    'viewer': 'src/viewer/viewer.ts',
-    'worker': 'src/viewer/data/worker.ts',
-    'viewer-style': 'src/viewer/viewer.css',
-  },
   loader: { '.glsl': 'text' },
   outdir: out,
   write: false,
   bundle: true,
   minify: true,
-  format: 'esm',
   target: ['es2022', 'chrome111', 'firefox115', 'safari16.4'],
   charset: 'utf8',
   legalComments: 'none',
   metafile: true,
   logLevel: 'warning',
-});
+};
+const modules = {
+  'app': 'src/app.ts',
+  'style': 'src/app.css',
+  'worker': 'src/viewer/data/worker.ts',
+  'viewer-style': 'src/viewer/viewer.css',
+};
+// Browsers load no module from a disk: the viewer's script is none, so that it can say so there.
+const built = await Promise.all([
+  build({ ...common, format: 'esm', entryPoints: modules }),
+  build({ ...common, format: 'iife', entryPoints: { viewer: 'src/viewer/viewer.ts' } }),
+]);
 const renamed = { 'style.css': 'app.css', 'viewer-style.css': 'viewer.css' };
-for (const file of result.outputFiles) {
-  const name = basename(file.path);
-  await writeFile(join(out, renamed[name] ?? name), file.contents);
-}
+for (const { outputFiles } of built)
+  for (const file of outputFiles) {
+    const name = basename(file.path);
+    await writeFile(join(out, renamed[name] ?? name), file.contents);
+  }
 for (const name of ['index.html', 'viewer.html']) await copyFile(join(root, name), join(out, name));
 const about = 'This page holds parts of these packages.';
-const licences = await licencesOf(packagesOf(result.metafile), root, about);
+const licences = await licencesOf(packagesOf(built), root, about);
 await writeFile(join(out, 'licences.txt'), licences);

@@ -4,10 +4,10 @@ import { join } from 'node:path';
 
 const kRule = `\n${'-'.repeat(100)}\n\n`;
 
-/** Which packages a bundle is made of, from the files that went into it. */
-export function packagesOf(metafile) {
+/** Which packages the bundles of builds are made of, from the files that went into them. */
+export function packagesOf(builds) {
   const used = new Set();
-  for (const [, output] of Object.entries(metafile.outputs))
+  for (const output of builds.flatMap(({ metafile }) => Object.values(metafile.outputs)))
     for (const [file, { bytesInOutput }] of Object.entries(output.inputs)) {
       const found = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(file);
       if (found && bytesInOutput > 0) used.add(found[1]);

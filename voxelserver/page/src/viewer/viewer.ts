@@ -11,7 +11,7 @@ import { fromLink, toLink, wordsOf } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
 import { cameraOf, lookingAt, turned, type Viewpoint } from './ui/navigation.js';
 import { numberText } from './ui/number-text.js';
-import { embedCode, readOptions } from './ui/options.js';
+import { embedCode, readOptions, viewCommand } from './ui/options.js';
 import { Overlay, type Shape } from './ui/overlay.js';
 import { setUpCopy, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
@@ -90,7 +90,7 @@ class Viewer {
     const state = fromLink(location.hash, { view: first, timeMs: place.timeMs });
     this.view = state.view;
     this.timeMs = state.timeMs;
-    const worker = new Worker(new URL('worker.js', import.meta.url), { type: 'module' });
+    const worker = new Worker(new URL('viewer/worker.js', document.baseURI), { type: 'module' });
     this.#stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
       onOpened: (facts) => this.#opened(facts),
       onFailure: (failure) => this.#status.showTrouble(failure),
@@ -337,6 +337,10 @@ async function load(name: string): Promise<Response> {
 }
 
 async function start(): Promise<Viewer> {
+  if (location.protocol === 'file:') {
+    byId('panel', HTMLDivElement).hidden = true;
+    throw new Error(say('fromDisk', viewCommand(location.href)));
+  }
   const [file, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
   const place = readPlaceFile(await file.json());
   const viewer = new Viewer(place, readAppearance(await unpackAppearance(appearance.body!)));
@@ -354,6 +358,8 @@ window.terravox = {
   cast: (rays) => viewer().cast(rays),
   setLook: (look) => viewer().look(look),
 };
+// Whoever waits for it sees the reason; others see the message below.
+window.terravox.ready.catch(() => {});
 function viewer(): Viewer {
   if (current === undefined) throw new Error('the viewer has not been started yet');
   return current;

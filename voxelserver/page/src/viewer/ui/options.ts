@@ -54,6 +54,13 @@ export function embedCode(address: string, link: string, title: string): string 
   );
 }
 
+/** The command that shows a folder in a browser. @param address of a page in it, file:///... */
+export function viewCommand(address: string): string {
+  const folder = decodeURIComponent(new URL('.', address).pathname);
+  const isPlain = /^[\w/.,:@%+-]+$/.test(folder);
+  return `terravox view ${isPlain ? folder : `'${folder.replaceAll("'", `'\\''`)}'`}`;
+}
+
 const kEntities: Readonly<Record<string, string>> = {
   '&': '&amp;',
   '<': '&lt;',

@@ -10,6 +10,9 @@ const kEnglish = {
     other: 'Refining: {0} columns to come',
   },
   failed: 'The place cannot be shown',
+  fromDisk:
+    'opened from a disk, this page may not read its files. Run {0}, ' +
+    'or copy the folder to a web host.',
   tokenRequired: 'The server requires a token',
   tokenRefused: 'The server does not take this token',
   tokenHelp:
@@ -239,6 +242,9 @@ const kSlovene: Readonly<Record<TextKey, Entry>> = {
     other: 'Ostrim: manjka še {0} stolpcev',
   },
   failed: 'Kraja ni mogoče prikazati',
+  fromDisk:
+    'z diska odprta stran ne sme brati svojih datotek. Zaženite {0} ' +
+    'ali kopirajte mapo na spletni strežnik.',
   tokenRequired: 'Strežnik zahteva žeton',
   tokenRefused: 'Strežnik tega žetona ne sprejme',
   tokenHelp:
