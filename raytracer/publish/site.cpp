@@ -152,11 +152,15 @@ std::string place_json(const SiteFacts& facts) {
             archive["parts"].push_back({{"url", part.name}, {"bytes", part.bytes}});
     }
     json views = json::array();
-    for (const SiteView& view : facts.views)
-        views.push_back({{"name", view.name},
-                         {"position", point(view.position)},
-                         {"target", point(view.target)},
-                         {"fov_deg", view.fov_deg}});
+    for (const SiteView& view : facts.views) {
+        json out{{"name", view.name},
+                 {"position", point(view.position)},
+                 {"target", point(view.target)},
+                 {"fov_deg", view.fov_deg}};
+        if (view.frame)
+            out["frame"] = {{"min", view.frame->min}, {"max", view.frame->max}};
+        views.push_back(std::move(out));
+    }
     json place{{"version", 1},
                {"title", facts.title},
                {"attribution", facts.attribution},

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "raytracer/core/ray.hpp"
 #include "voxelserver/archive/split.hpp"
 
@@ -18,6 +19,8 @@ struct SiteView {
     core::Vec3 position;
     core::Vec3 target;
     double fov_deg = 40;  ///< vertical, [5, 120]
+    /// What the page shows whole, in this direction, whatever the shape of its picture is.
+    std::optional<voxel::VoxelBounds> frame = {};
 };
 
 /// A LiDAR square: where one of the files of the data lies. Units of the world's CRS.

@@ -6,9 +6,10 @@ import type { Camera, Vec3 } from '../../voxelserver/page/src/viewer/draw/camera
 import { heightColour, kLayerColours, legendOf, type Layer } from '../../voxelserver/page/src/viewer/draw/layers.js';
 import type { CastRay, Look } from '../../voxelserver/page/src/viewer/draw/renderer.js';
 import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
+import { fromLink } from '../../voxelserver/page/src/viewer/ui/link.js';
 import { cameraOf, lookingAt } from '../../voxelserver/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
-import { noBrowser, openBrowser, openPage, untilText, type WatchedPage } from './support/browser.js';
+import { noBrowser, openBrowser, openPage, screenshot, until, untilText, type WatchedPage } from './support/browser.js';
 
 /** A site of `terravox publish`, whose address is TERRAVOX_SITE: tests/e2e/publish_test.py. */
 
@@ -69,6 +70,45 @@ test('a site shows its place, and asks nobody but its host', { skip: noBrowser }
     for (const seen of [errors, other.errors])
       assert.deepEqual(seen.filter((message) => !isNoise(message)), []);
     assert.deepEqual([...foreign, ...other.foreign], []);
+  } finally {
+    await browser.close();
+  }
+});
+
+test('the view of the whole place lies beside the panel, whatever the shape of the window is', { skip: noBrowser }, async () => {
+  const browser = await openBrowser();
+  try {
+    const place = readPlaceFile(await (await fetch(new URL('place.json', kSite))).json());
+    const whole = place.views.findIndex(({ name }) => name === 'Whole place');
+    const { min, max } = place.views[whole]!.frame!;
+    const corners = Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? min : max)[a]!) as unknown as Vec3);
+    const { page } = await openPage(browser, kSite, { viewport: { width: 1000, height: 500 } }, 1);
+    await page.evaluate(() => window.terravox.ready);
+    await page.locator('#views').selectOption(String(whole));
+    const { position, target } = place.views[whole]!;
+    const direction = lookingAt({ position, headingDeg: 0, pitchDeg: 0, fovDeg: 40 }, target);
+    for (const [width, height] of [[1000, 500], [700, 420], [400, 700], [1000, 500]] as const) {
+      await page.setViewportSize({ width, height });
+      // The address follows the view.
+      await until(`${width} x ${height}: all corners are seen`, async () => {
+        const { link, picture, panel } = await page.evaluate(() => {
+          const rectangle = (selector: string) => document.querySelector(selector)!.getBoundingClientRect().toJSON() as DOMRect;
+          return { link: location.hash, picture: rectangle('#picture'), panel: rectangle('#controls') };
+        });
+        const { view } = fromLink(link, { view: direction, timeMs: 0 });
+        const { forward, right, up } = cameraOf(view);
+        const scale = picture.height / 2 / dot(up, up);
+        return corners.every((corner) => {
+          const d = plus(corner, view.position, -1);
+          const depth = dot(d, forward);
+          const x = picture.left + picture.width / 2 + (scale * dot(d, right)) / depth;
+          const y = picture.top + picture.height / 2 - (scale * dot(d, up)) / depth;
+          const [isInPicture, isInPanel] = [picture, panel].map((r) => x > r.left && x < r.right && y > r.top && y < r.bottom);
+          return depth > 0 && isInPicture && !isInPanel;
+        });
+      });
+      await screenshot(page, `whole-place-${width}x${height}`);
+    }
   } finally {
     await browser.close();
   }

@@ -419,6 +419,10 @@ test('place.json is refused with the name of what is wrong', () => {
   assert.deepEqual(readPlaceFile({ ...kPlace, archive: server }).archive, server);
   assert.equal(readPlaceFile(kPlace).squares, undefined);
   assert.equal(readPlaceFile({ ...kPlace, squares: 'squares.json' }).squares, 'squares.json');
+  const framed = (frame: unknown): object => ({ views: [{ ...kPlace.views[0], frame }] });
+  const frame = { min: [0, -5, 0], max: [9, 9, 9] };
+  assert.equal(readPlaceFile(kPlace).views[0]!.frame, undefined);
+  assert.deepEqual(readPlaceFile({ ...kPlace, ...framed(frame) }).views[0]!.frame, frame);
   const wrong: readonly (readonly [object, RegExp])[] = [
     [{ version: 2 }, /version/],
     [{ title: 5 }, /title/],
@@ -431,6 +435,10 @@ test('place.json is refused with the name of what is wrong', () => {
     [{ views: [] }, /no view/],
     [{ views: [{ ...kPlace.views[0], position: [0, 1] }] }, /position/],
     [{ views: [{ ...kPlace.views[0], fov_deg: 1000 }] }, /fov_deg/],
+    [framed(5), /frame is no object/],
+    [framed({ min: [0, 0, 0] }), /max/],
+    [framed({ min: [0, 0, 0], max: [9, 0, 9] }), /a frame is empty/],
+    [framed({ min: [0, 0, -1e10], max: [9, 9, 9] }), /min/],
     [{ time_ms: -5 }, /time_ms/],
     [{ squares: 5 }, /squares/],
   ];

@@ -17,13 +17,19 @@ import {
   wordsOf,
 } from '../../voxelserver/page/src/viewer/ui/link.js';
 import { measuresOf } from '../../voxelserver/page/src/viewer/ui/measures.js';
-import { cameraOf, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import {
+  cameraOf,
+  fitted,
+  type Room,
+  type Viewpoint,
+} from '../../voxelserver/page/src/viewer/ui/navigation.js';
 import { lengthDecimals, numberText } from '../../voxelserver/page/src/viewer/ui/number-text.js';
 import {
   embedCode,
   readOptions,
   viewCommand,
 } from '../../voxelserver/page/src/viewer/ui/options.js';
+import { roomBeside } from '../../voxelserver/page/src/viewer/ui/panel.js';
 import { keyTarget } from '../../voxelserver/page/src/viewer/ui/profile-chart.js';
 import {
   csvOf,
@@ -583,6 +589,70 @@ test('a target is seen unless something lies before its own voxel', () => {
   assert.deepEqual(blocked.obstacle, [0, 0, -60]);
   assert.equal(blocked.obstacleDistance, 60);
   assert.equal(sightRay([1, 2, 3], [1, 2, 3]), undefined);
+});
+
+test('a whole place fits into a part of the picture, in any direction', () => {
+  const random = randoms(7);
+  const between = (low: number, high: number): number => low + (high - low) * random();
+  for (let i = 0; i < 200; ++i) {
+    const view: Viewpoint = {
+      position: [0, 0, 0],
+      headingDeg: between(0, 360),
+      pitchDeg: between(-89, 60),
+      fovDeg: between(10, 100),
+    };
+    const min: Vec3 = [between(-1e5, 1e5), between(-500, 3000), between(-1e5, 1e5)];
+    const max: Vec3 = [
+      min[0] + between(1, 5000),
+      min[1] + between(1, 900),
+      min[2] + between(1, 5000),
+    ];
+    const room: Room = {
+      left: between(-1, 0),
+      right: between(0.3, 1),
+      bottom: between(-1, -0.2),
+      top: between(0, 1),
+    };
+    const aspect = between(0.4, 3);
+    const found = fitted(view, { min, max }, aspect, room);
+    assert.deepEqual({ ...found, position: view.position }, view);
+    const { forward, right, up } = cameraOf(found);
+    const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const half = Math.hypot(...right) ** 2;
+    let [touches, isInside] = [false, true];
+    for (let corner = 0; corner < 8; ++corner) {
+      const d = [0, 1, 2].map(
+        (a) => (((corner >> a) & 1) === 0 ? min : max)[a]! - found.position[a]!,
+      ) as unknown as Vec3;
+      const depth = dot(d, forward);
+      const x = dot(d, right) / half / depth / aspect;
+      const y = dot(d, up) / half / depth;
+      const shares = [
+        (x - room.left) / (room.right - room.left),
+        (y - room.bottom) / (room.top - room.bottom),
+      ];
+      isInside &&= depth > 0 && shares.every((v) => v > 0.04 - 1e-6 && v < 0.96 + 1e-6);
+      touches ||= shares.some((v) => v < 0.04 + 1e-6 || v > 0.96 - 1e-6);
+    }
+    assert.ok(isInside && touches, `${i}: ${JSON.stringify({ view, min, max, room, aspect })}`);
+  }
+});
+
+test('the room beside the panel is the largest part of the picture that it leaves', () => {
+  const wide = { left: 0, top: 0, right: 1280, bottom: 800 };
+  const all = { left: -1, right: 1, bottom: -1, top: 1 };
+  const beside = roomBeside(wide, { left: 10, top: 10, right: 320, bottom: 700 });
+  assert.deepEqual(beside, { ...all, left: -0.5 });
+  // Folded: a line at the upper edge.
+  assert.deepEqual(roomBeside(wide, { left: 10, top: 10, right: 320, bottom: 80 }), {
+    ...all,
+    top: 0.8,
+  });
+  // A sheet below the picture, and no panel at all.
+  assert.deepEqual(roomBeside(wide, { left: 0, top: 800, right: 1280, bottom: 1200 }), all);
+  assert.deepEqual(roomBeside(wide, { left: 0, top: 0, right: 0, bottom: 0 }), all);
+  // Nearly all is covered.
+  assert.deepEqual(roomBeside(wide, { left: 0, top: 0, right: 1000, bottom: 700 }), all);
 });
 
 test('the command that shows a folder is one that a shell takes', () => {

@@ -92,11 +92,15 @@ json view(voxel::World& world, const char* name, double across) {
 json views(voxel::World& world) {
     const voxel::WorldInfo& info = world.info();
     const voxel::VoxelBounds& shown = info.framed_bounds();
-    const double whole = std::max({width(shown, 0), width(shown, 2), 1.0});
+    const double across = std::max({width(shown, 0), width(shown, 2), 1.0});
+    json whole = view(world, "Whole place", across);
+    // The page moves it to where its picture, of whatever shape, shows all of this.
+    if (!shown.empty())
+        whole["frame"] = {{"min", shown.min}, {"max", shown.max}};
     const double near = kNear_m / info.voxel_m;
-    if (whole <= near)
-        return json::array({view(world, "Whole place", whole)});
-    return json::array({view(world, "Start", near), view(world, "Whole place", whole)});
+    if (across <= near)
+        return json::array({whole});
+    return json::array({view(world, "Start", near), whole});
 }
 
 // By the longitude, so that no time zone is needed.

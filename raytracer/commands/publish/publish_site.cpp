@@ -136,9 +136,11 @@ std::vector<publish::SiteView> views_of(const scene::Scene& scene, const voxel::
     if (scene.camera.projection != core::CameraProjection::kPerspective)
         throw util::UsageError(
             "publish: camera.projection is not perspective; the viewer has no other");
-    scene::Scene whole = scene;
-    whole.camera = {};
-    return {view_of("Start", scene, world), view_of("Whole place", whole, world)};
+    scene::Scene without_camera = scene;
+    without_camera.camera = {};
+    publish::SiteView whole = view_of("Whole place", without_camera, world);
+    whole.frame = world.framed_bounds();
+    return {view_of("Start", scene, world), whole};
 }
 
 std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {

@@ -132,4 +132,8 @@ TEST_CASE("the page has the title of the place, escaped, and a picture where the
     const auto place = nlohmann::json::parse(publish::place_json(facts));
     CHECK(place["title"] == facts.title);
     CHECK(place["views"][0]["target"] == nlohmann::json({4, 5, 6}));
+    CHECK_FALSE(place["views"][0].contains("frame"));
+    facts.views[0].frame = voxel::VoxelBounds{{-1, -2, -3}, {1, 2, 3}};
+    CHECK(nlohmann::json::parse(publish::place_json(facts))["views"][0]["frame"] ==
+          nlohmann::json{{"min", {-1, -2, -3}}, {"max", {1, 2, 3}}});
 }

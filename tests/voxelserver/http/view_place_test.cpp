@@ -80,6 +80,14 @@ TEST_CASE("the first view of a wide world is close to its middle, and above the 
         CHECK(view["position"][2] > view["target"][2]);  // from the south
     }
     CHECK(views[0]["position"][1] < views[1]["position"][1]);
+    CHECK_FALSE(views[0].contains("frame"));
+    CHECK(views[1]["frame"] == nlohmann::json{{"min", {0, 0, -8192}}, {"max", {8192, 256, 0}}});
+}
+
+TEST_CASE("an empty world has nothing that must be shown whole",
+          "[voxelserver][http][view_place]") {
+    WideWorld world(0, 1);
+    CHECK_FALSE(Place(world).json()["views"][0].contains("frame"));
 }
 
 TEST_CASE("a world without end is shown where it is framed", "[voxelserver][http][view_place]") {
@@ -87,6 +95,7 @@ TEST_CASE("a world without end is shown where it is framed", "[voxelserver][http
     world.info().framed = {{100, 10, -300}, {300, 20, -100}};
     const auto views = Place(world).json()["views"];
     REQUIRE(views.size() == 1);
+    CHECK(views[0]["frame"] == nlohmann::json{{"min", {100, 10, -300}}, {"max", {300, 20, -100}}});
     CHECK(views[0]["target"][0] == 200);
     CHECK(views[0]["target"][2] == -200);
 }

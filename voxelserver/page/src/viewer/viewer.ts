@@ -9,11 +9,18 @@ import { Controls } from './ui/controls.js';
 import { areFactsShown, positionOf, setUpFacts, showFacts } from './ui/facts-panel.js';
 import { fromLink, toLink, wordsOf } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
-import { cameraOf, lookingAt, turned, type Viewpoint } from './ui/navigation.js';
+import {
+  cameraOf,
+  fitted,
+  isSameView,
+  lookingAt,
+  turned,
+  type Viewpoint,
+} from './ui/navigation.js';
 import { numberText } from './ui/number-text.js';
 import { embedCode, readOptions, viewCommand } from './ui/options.js';
 import { Overlay, type Shape } from './ui/overlay.js';
-import { setUpCopy, setUpPanel } from './ui/panel.js';
+import { roomBeside, setUpCopy, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
 import { savePicture } from './ui/save-picture.js';
 import { setUpSearch, viewOf } from './ui/search.js';
@@ -71,6 +78,8 @@ class Viewer {
   #asked: Pick | undefined;
   #projection: WorldProjection | undefined;
   #toolbox: Toolbox | undefined;
+  /** A view that was chosen by its name, for as long as nobody moves it. */
+  #showing: { readonly named: NamedView; readonly view: Viewpoint } | undefined;
   #linkedMs = 0;
   #isLinkDue = false;
   #isLookDue = true;
@@ -86,9 +95,11 @@ class Viewer {
     const { squares } = place;
     this.#squares = new SquareNames(squares === undefined ? undefined : () => load(squares));
     this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
-    const first = viewpointOf(place.views[0]!);
+    const named = place.views[0]!;
+    const first = this.#viewpointOf(named);
     const state = fromLink(location.hash, { view: first, timeMs: place.timeMs });
     this.view = state.view;
+    if (isSameView(this.view, first)) this.#showing = { named, view: this.view };
     this.timeMs = state.timeMs;
     const worker = new Worker(new URL('viewer/worker.js', document.baseURI), { type: 'module' });
     this.#stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
@@ -135,6 +146,21 @@ class Viewer {
     this.#stage.setCamera(cameraOf(view));
     this.#stillSinceMs = performance.now();
     this.#changed();
+  }
+
+  #show(named: NamedView): void {
+    this.setView(this.#viewpointOf(named));
+    this.#showing = { named, view: this.view };
+  }
+
+  #viewpointOf(named: NamedView): Viewpoint {
+    const at = { position: named.position, headingDeg: 0, pitchDeg: 0, fovDeg: named.fovDeg };
+    const view = lookingAt(at, named.target);
+    if (named.frame === undefined) return view;
+    const picture = this.#canvas.getBoundingClientRect();
+    const panel = byId('controls', HTMLElement).getBoundingClientRect();
+    const aspect = Math.max(picture.width, 1) / Math.max(picture.height, 1);
+    return fitted(view, named.frame, aspect, roomBeside(picture, panel));
   }
 
   setTime(wantedMs: number): void {
@@ -220,7 +246,9 @@ class Viewer {
       this.#canvas.width = width;
       this.#canvas.height = height;
     }
-    this.setView(this.view);
+    // A whole place stays whole.
+    if (this.#showing?.view === this.view) this.#show(this.#showing.named);
+    else this.setView(this.view);
   }
 
   #opened({ world }: Facts): void {
@@ -291,7 +319,7 @@ class Viewer {
   }
 
   #setUpInputs(): void {
-    setUpViews(this.#place.views, (named) => this.setView(viewpointOf(named)));
+    setUpViews(this.#place.views, (named) => this.#show(named));
     setUpTime((timeMs) => this.setTime(timeMs));
     setUpLook(() => this.#lookChanged());
     byId('save', HTMLButtonElement).addEventListener('click', () =>
@@ -308,11 +336,6 @@ class Viewer {
     setUpCopy(byId('link', HTMLButtonElement), address, say, 'link', 'linkCopied');
     setUpCopy(byId('embed', HTMLButtonElement), code, say, 'embed', 'embedCopied');
   }
-}
-
-function viewpointOf(named: NamedView): Viewpoint {
-  const at = { position: named.position, headingDeg: 0, pitchDeg: 0, fovDeg: named.fovDeg };
-  return lookingAt(at, named.target);
 }
 
 // Addresses in place.json are relative to the page, not to the worker.

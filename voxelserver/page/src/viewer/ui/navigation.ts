@@ -15,10 +15,22 @@ export type Viewpoint = {
   readonly fovDeg: number;
 };
 
+/** A block of level-0 voxels. */
+export type Frame = { readonly min: Vec3; readonly max: Vec3 };
+
+/** A part of a picture, in half widths and half heights from its middle, right and up: [-1, 1]. */
+export type Room = {
+  readonly left: number;
+  readonly right: number;
+  readonly bottom: number;
+  readonly top: number;
+};
+
 const kRad = Math.PI / 180;
 const kSteepestDeg = 89.9;
 const kSteep = 1e-4;
 const kFovDeg = [5, 120] as const;
+const kFrameMargin = 0.04; // of what a block is fitted into, on each side
 
 /** Of unit length. */
 export function forwardOf(view: Viewpoint): Vec3 {
@@ -37,6 +49,15 @@ export function cameraOf(view: Viewpoint): Camera {
   const half = Math.tan((view.fovDeg * kRad) / 2);
   const scaled = (v: Vec3): Vec3 => [v[0] * half, v[1] * half, v[2] * half];
   return { position: view.position, forward, right: scaled(right), up: scaled(up) };
+}
+
+export function isSameView(a: Viewpoint, b: Viewpoint): boolean {
+  return (
+    a.position.every((v, i) => v === b.position[i]) &&
+    a.headingDeg === b.headingDeg &&
+    a.pitchDeg === b.pitchDeg &&
+    a.fovDeg === b.fovDeg
+  );
 }
 
 /** Turned to look from its position to a point. */
@@ -82,6 +103,56 @@ export function orbited(
       distance * (to[0][a]! * inside[0]! + to[1][a]! * inside[1]! + to[2][a]! * inside[2]!),
   ) as unknown as Vec3;
   return { ...next, position };
+}
+
+/**
+ * The same direction and field of view, from where a block just fits into a part of the picture.
+ * @param aspect width of the picture by its height
+ */
+export function fitted(view: Viewpoint, frame: Frame, aspect: number, room: Room): Viewpoint {
+  const [right, up, forward] = axesOf(view);
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(
+    (i) =>
+      [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a]!) as unknown as Vec3,
+  );
+  const half = Math.tan((view.fovDeg * kRad) / 2);
+  const inset = (low: number, high: number): readonly [number, number] => [
+    low + kFrameMargin * (high - low),
+    high - kFrameMargin * (high - low),
+  ];
+  const [left, rightmost] = inset(room.left, room.right);
+  const [bottom, top] = inset(room.bottom, room.top);
+  const across = rangeThatFits(
+    corners,
+    right,
+    forward,
+    left * half * aspect,
+    rightmost * half * aspect,
+  );
+  const upward = rangeThatFits(corners, up, forward, bottom * half, top * half);
+  const along = Math.min(across.farthest, upward.farthest);
+  const x = across.middleAt(along);
+  const y = upward.middleAt(along);
+  const position = [0, 1, 2].map((a) => right[a]! * x + up[a]! * y + forward[a]! * along);
+  return { ...view, position: position as unknown as Vec3 };
+}
+
+// Where the eye may be, for one axis of the picture: a corner at (c, z), by that axis and by depth,
+// lies between two slopes as seen from (e, d) if low * (z - d) <= c - e <= high * (z - d).
+function rangeThatFits(
+  corners: readonly Vec3[],
+  axis: Vec3,
+  forward: Vec3,
+  low: number,
+  high: number,
+): { readonly farthest: number; readonly middleAt: (depth: number) => number } {
+  const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const least = Math.max(...corners.map((c) => dot(axis, c) - high * dot(forward, c)));
+  const most = Math.min(...corners.map((c) => dot(axis, c) - low * dot(forward, c)));
+  return {
+    farthest: (most - least) / (high - low),
+    middleAt: (depth) => (least + high * depth + most + low * depth) / 2,
+  };
 }
 
 export function zoomed(view: Viewpoint, factor: number): Viewpoint {

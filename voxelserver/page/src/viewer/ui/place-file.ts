@@ -4,6 +4,7 @@
  */
 import type { FilePart } from '../data/protocol.js';
 import type { Vec3 } from '../draw/camera.js';
+import type { Frame } from './navigation.js';
 
 export type NamedView = {
   readonly name: string;
@@ -11,6 +12,8 @@ export type NamedView = {
   readonly position: Vec3;
   readonly target: Vec3;
   readonly fovDeg: number;
+  /** Level-0 voxels that the picture shows whole, in this direction, whatever its shape is. */
+  readonly frame: Frame | undefined;
 };
 
 export type PlaceFile = {
@@ -77,17 +80,25 @@ function readPart(value: unknown): FilePart {
 
 function readView(value: unknown): NamedView {
   const view = fieldsOf(value, 'views');
-  const point = (name: string): Vec3 => {
-    const c = listOf(view[name], name, 3).map((v) => numberOf(v, name, -kFarthest, kFarthest));
-    if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
-    return [c[0]!, c[1]!, c[2]!];
-  };
   return {
     name: textOf(view['name'], 'name'),
-    position: point('position'),
-    target: point('target'),
+    position: readPoint(view, 'position'),
+    target: readPoint(view, 'target'),
     fovDeg: numberOf(view['fov_deg'], 'fov_deg', 5, 120),
+    frame: view['frame'] === undefined ? undefined : readFrame(fieldsOf(view['frame'], 'frame')),
   };
+}
+
+function readFrame(frame: Fields): Frame {
+  const [min, max] = [readPoint(frame, 'min'), readPoint(frame, 'max')];
+  if (min.some((v, a) => v >= max[a]!)) fail('a frame is empty');
+  return { min, max };
+}
+
+function readPoint(fields: Fields, name: string): Vec3 {
+  const c = listOf(fields[name], name, 3).map((v) => numberOf(v, name, -kFarthest, kFarthest));
+  if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
+  return [c[0]!, c[1]!, c[2]!];
 }
 
 function fail(what: string): never {
