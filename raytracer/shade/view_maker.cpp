@@ -84,7 +84,9 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     if (world.bounds.empty())
         throw util::Error("render the world '" + world.title + "': it is empty");
     const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
-    const walk::LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
+    const bool has_end = world.framed.empty();
+    const walk::LevelCut cut(has_end ? world.bounds : walk::within_horizon(world.bounds, camera),
+                             camera, scene.quality.detail, level, world.levels - 1);
     const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
     // Lamps that emit nothing need not be looked for.

@@ -18,6 +18,9 @@ namespace terravox::walk {
 /// most `detail` pixels; the coarsest such level is taken. Neighbours of different levels meet at
 /// faces of boxes, so a ray crosses over without a seam. Immutable and a pure function of its
 /// arguments: every processor of a picture has the same cut.
+///
+/// Voxels stick out of the world by up to their own size, and the space of all levels in use is
+/// searched for them. So a level that no column is far enough for is not in use, even if allowed.
 class LevelCut {
 public:
     /// One level everywhere.
@@ -60,6 +63,7 @@ public:
         return dx * dx + m_dy * m_dy + dz * dz >= m_near2[static_cast<std::size_t>(level)];
     }
     [[nodiscard]] int finest() const noexcept { return m_finest; }
+    /// The coarsest level in use: no column within the bounds is far enough for another.
     [[nodiscard]] int coarsest() const noexcept { return m_coarsest; }
     [[nodiscard]] core::Vec3 eye() const noexcept { return m_eye; }
     /// Of the world, level-0 voxels.
@@ -89,5 +93,13 @@ private:
     int m_finest;
     int m_coarsest;
 };
+
+/// The part of a world without end that a picture can show. Beyond it all of the world, from its
+/// deepest ground to its summits and to the eye, covers less than a pixel above or below the
+/// horizon, and rays meet the plain of the sky there, which has the light of the world.
+/// @return all of the bounds for parallel rays, which have no horizon, and where the eye is so far
+/// off that no part of the world is near
+[[nodiscard]] voxel::VoxelBounds within_horizon(const voxel::VoxelBounds& bounds,
+                                                const scene::Camera& camera) noexcept;
 
 }  // namespace terravox::walk

@@ -116,11 +116,14 @@ std::vector<voxel::BoxKey> boxes_in_sight(const scene::Camera& camera, int width
     const auto consider = [&](int level, std::int32_t bx, std::int32_t bz) {
         const double side =
             static_cast<double>(std::int64_t{1} << (walk::LevelCut::kSideBits + level));
+        // Voxels of the column's level, and of finer ones, stick out of the world by less than
+        // this.
+        const double voxel = static_cast<double>(std::int64_t{1} << level);
         const core::Vec3 low{std::max(bx * side, static_cast<double>(all.min[0])),
-                             static_cast<double>(all.min[1]),
+                             std::floor(cut.bounds().min[1] / voxel) * voxel,
                              std::max(bz * side, static_cast<double>(all.min[2]))};
         const core::Vec3 high{std::min((bx + 1) * side, static_cast<double>(all.max[0])),
-                              static_cast<double>(all.max[1]),
+                              std::ceil(cut.bounds().max[1] / voxel) * voxel,
                               std::min((bz + 1) * side, static_cast<double>(all.max[2]))};
         if (low.x >= high.x || low.z >= high.z || !sight.may_see(low, high))
             return;

@@ -279,3 +279,60 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
     if (projection != core::CameraProjection::kPanorama)
         CHECK(fewest < 2000);  // of 3969 columns: not simply all
 }
+
+namespace {
+
+/// Bounds of a world without end, some hundred voxels high.
+constexpr std::int32_t kHalf = 1 << 24;
+constexpr voxel::VoxelBounds kEndless{{-kHalf, -100, -kHalf}, {kHalf, 200, kHalf}};
+
+}  // namespace
+
+TEST_CASE("a picture of a world without end shows it as far as its height covers a pixel",
+          "[raytracer][camera][levels]") {
+    constexpr int kSize_px = 1000;
+    for (const double height : {50.0, 150.0, 5000.0}) {
+        const scene::Camera camera({1000, height, -70}, {5000, 0, 0}, 50, kSize_px, kSize_px);
+        const voxel::VoxelBounds seen = walk::within_horizon(kEndless, camera);
+        INFO("eye at " << height << ", seen from x = " << seen.min[0] << " to " << seen.max[0]);
+        CHECK(seen.min[1] == kEndless.min[1]);
+        CHECK(seen.max[1] == kEndless.max[1]);
+        CHECK(seen.min[0] + seen.max[0] == 2000);
+        CHECK(seen.min[2] + seen.max[2] == -140);
+        const double highest = std::max(height, 200.0) + 100;
+        CHECK((seen.max[0] - 1000) * camera.pixel_rad() == Approx(highest).epsilon(1e-4));
+        // So the coarsest voxels are no higher than the land and the eye above it.
+        const walk::LevelCut cut(seen, camera, 1, 0, 19);
+        CHECK(std::ldexp(1.0, cut.coarsest()) <= highest * std::sqrt(2.0));
+        CHECK(cut.entry_bounds().max[1] <= 200 + (1 << cut.coarsest()));
+    }
+    const scene::Camera near({0, 50, 0}, {100, 0, 0}, 50, 100, 100);
+    CHECK(walk::within_horizon(kWorldBounds, near) == kWorldBounds);
+    const scene::Camera beyond({1e8, 50, 0}, {0, 0, 0}, 50, 100, 100);
+    CHECK(walk::within_horizon(kEndless, beyond) == kEndless);
+    const scene::Camera parallel = scene::make_camera(
+        scene_of(core::CameraProjection::kOrthographic, 100, 100), {}, kWorldBounds);
+    CHECK(walk::within_horizon(kEndless, parallel) == kEndless);
+}
+
+TEST_CASE("levels that no column is far enough for are not in use", "[raytracer][camera][levels]") {
+    constexpr voxel::VoxelBounds kBounds{{-1000, 3, -1000}, {1000, 60, 1000}};
+    constexpr double kPixel_rad = 0.01;
+    // The farthest columns are 2000 and 1000 voxels away, where a pixel is some 22 voxels wide.
+    const walk::LevelCut cut(kBounds, {-1000, 30, 0}, kPixel_rad, 1, 0, 19);
+    CHECK(cut.coarsest() == 4);
+    CHECK(cut.entry_bounds() == voxel::VoxelBounds{{-1008, 0, -1008}, {1008, 64, 1008}});
+    CHECK(walk::LevelCut(kBounds, {-1000, 30, 0}, kPixel_rad, 1, 6, 19).coarsest() == 6);
+    CHECK(walk::LevelCut(kBounds, {-1000, 1e6, 0}, kPixel_rad, 1, 0, 19).coarsest() == 13);
+}
+
+TEST_CASE("the space below a world is not in sight", "[raytracer][camera][levels]") {
+    // The uppermost rays look 15 degrees down, and leave the world 2240 voxels away.
+    const scene::Camera camera({0, 500, 0}, {0, 0, -714}, 40, 1280, 720);
+    const walk::LevelCut cut(kEndless, camera, 1, 0, 19);
+    const auto keys = render::boxes_in_sight(camera, 1280, 720, cut, 65'536);
+    CHECK(keys.size() > 500);
+    CHECK(keys.size() < 5000);
+    for (const voxel::BoxKey& key : keys)
+        REQUIRE(key.level <= 1);
+}
