@@ -17,6 +17,14 @@ double seconds(std::chrono::steady_clock::duration d) {
 
 }  // namespace
 
+std::string to_time_left(double elapsed_s, double share) {
+    if (!(share > 0))
+        return "preparing";
+    std::array<char, 40> out{};
+    std::snprintf(out.data(), out.size(), "%.0f s left", elapsed_s / share - elapsed_s);
+    return out.data();
+}
+
 Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet, double time_s)
     : m_total_tiles(total_tiles),
       m_total_pixels(total_pixels),
@@ -63,7 +71,7 @@ void Progress::show(bool last) {
         1.0, m_time_s > 0 ? elapsed / m_time_s
                           : static_cast<double>(m_pixels) /
                                 static_cast<double>(std::max<std::uint64_t>(m_total_pixels, 1)));
-    const double left = share > 0 ? elapsed / share - elapsed : 0;
+    const std::string left = to_time_left(elapsed, share);
     const auto tiles = static_cast<unsigned long long>(m_tiles);
     const auto total = static_cast<unsigned long long>(m_total_tiles);
     std::array<char, 40> rate{};
@@ -76,8 +84,8 @@ void Progress::show(bool last) {
         for (int i = 0; i < static_cast<int>(share * kWidth) && i < kWidth; ++i)
             bar[static_cast<std::size_t>(i)] = '#';
         erase_details();
-        std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu%s  %.0f s left \x1b[K%s",
-                     bar.c_str(), share * 100, tiles, total, rate.data(), left,
+        std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu%s  %s \x1b[K%s", bar.c_str(),
+                     share * 100, tiles, total, rate.data(), left.c_str(),
                      last && m_details.empty() ? "\n" : "");
         for (const std::string& line : m_details)
             std::fprintf(stderr, "\n%s\x1b[K", line.c_str());
@@ -85,8 +93,8 @@ void Progress::show(bool last) {
         if (m_below > 0)
             std::fprintf(stderr, "\x1b[J%s", last ? "\n" : "");  // there may have been more lines
     } else {
-        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu%s  %.0f s left\n", share * 100, tiles,
-                     total, rate.data(), left);
+        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu%s  %s\n", share * 100, tiles, total,
+                     rate.data(), left.c_str());
         for (const std::string& line : m_details)
             std::fprintf(stderr, "%s\n", line.c_str());
     }

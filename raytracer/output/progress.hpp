@@ -9,6 +9,11 @@
 
 namespace terravox::output {
 
+/// The words for the time that a picture still takes, by the share of it that is finished. Until a
+/// first tile is, nothing is known: its boxes are being made or fetched.
+/// @param share [0, 1]
+[[nodiscard]] std::string to_time_left(double elapsed_s, double share);
+
 /// Reports the progress of a picture: on a terminal as a bar with tiles, time left and, where
 /// there are rays, how many a second; elsewhere as an occasional plain line. Writes to standard
 /// error. Not thread-safe.
