@@ -27,67 +27,78 @@ voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
     return {};
 }
 
-/// The crossings of a ray in a brick: for each axis the next four.
-struct BrickTimes {
-    explicit BrickTimes(const core::RayState& ray) noexcept {
+/// Single steps of a ray through the 4 x 4 x 4 voxels of one brick. A ray that passes a voxel goes
+/// on from there: in water each voxel of the way is passed, and the crossings stay those of the
+/// brick.
+class BrickSteps {
+public:
+    explicit BrickSteps(const core::RayState& ray) noexcept
+        : m_bit(child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2])) {
         for (int a = 0; a < 3; ++a) {
-            step[a] = ray.forward[a] ? 1 : -1;
+            m_step[a] = ray.forward[a] ? 1 : -1;
             const double first = static_cast<double>(ray.voxel[a] + (ray.forward[a] ? 1 : 0));
             for (int k = 0; k < 4; ++k)
-                at[a][k] = ray.crossing(a, first + step[a] * k);
-            room[a] = ray.forward[a] ? 4 - (ray.voxel[a] & 3) : 1 + (ray.voxel[a] & 3);
+                m_at[a][k] = ray.crossing(a, first + m_step[a] * k);
+            m_room[a] = ray.forward[a] ? 4 - (ray.voxel[a] & 3) : 1 + (ray.voxel[a] & 3);
         }
     }
-    double at[3][5];
-    int step[3];
-    int room[3];  ///< steps that leave the brick
-};
 
-/// Single steps from the ray's voxel to the first one in `mask`, or out of the brick.
-/// @return whether one stopped it
-bool walk_brick(core::RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
-    const BrickTimes times(ray);
-    int i = 0;
-    int j = 0;
-    int k = 0;
-    int bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
-    int axis = -1;
-    const int dx = times.step[0];
-    const int dy = times.step[1] * 16;
-    const int dz = times.step[2] * 4;
-    double t = ray.t;
-    bool stopped = true;
-    // Without branches except the end: which axis comes next cannot be predicted, and a
-    // misprediction costs more than all three.
-    while ((mask >> (bit & 63) & 1) == 0) {
-        const double cx = times.at[0][i];
-        const double cy = times.at[1][j];
-        const double cz = times.at[2][k];
-        const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz);
-        const int a1 = (a0 ^ 1) & static_cast<int>(cy <= cz);
-        const int a2 = (a0 | a1) ^ 1;
-        i += a0;
-        j += a1;
-        k += a2;
-        bit += (dx & -a0) + (dy & -a1) + (dz & -a2);
-        t = std::min(std::min(cx, cy), cz);
-        axis = a1 + 2 * a2;
-        if (static_cast<int>(i == times.room[0]) | static_cast<int>(j == times.room[1]) |
-            static_cast<int>(k == times.room[2])) {
-            stopped = false;
-            break;
+    /// Steps from the ray's voxel to the first one in `mask`, or out of the brick.
+    /// @param ray that of the constructor, where the last call has left it
+    /// @return whether one stopped it
+    bool to_next(core::RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
+        int i = m_taken[0];
+        int j = m_taken[1];
+        int k = m_taken[2];
+        int bit = m_bit;
+        int axis = -1;
+        const int dx = m_step[0];
+        const int dy = m_step[1] * 16;
+        const int dz = m_step[2] * 4;
+        double t = ray.t;
+        bool stopped = true;
+        // Without branches except the end: which axis comes next cannot be predicted, and a
+        // misprediction costs more than all three.
+        while ((mask >> (bit & 63) & 1) == 0) {
+            const double cx = m_at[0][i];
+            const double cy = m_at[1][j];
+            const double cz = m_at[2][k];
+            const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz);
+            const int a1 = (a0 ^ 1) & static_cast<int>(cy <= cz);
+            const int a2 = (a0 | a1) ^ 1;
+            i += a0;
+            j += a1;
+            k += a2;
+            bit += (dx & -a0) + (dy & -a1) + (dz & -a2);
+            t = std::min(std::min(cx, cy), cz);
+            axis = a1 + 2 * a2;
+            if (static_cast<int>(i == m_room[0]) | static_cast<int>(j == m_room[1]) |
+                static_cast<int>(k == m_room[2])) {
+                stopped = false;
+                break;
+            }
         }
+        const int taken[3] = {i - m_taken[0], j - m_taken[1], k - m_taken[2]};
+        for (int a = 0; a < 3; ++a) {
+            steps += static_cast<std::uint64_t>(taken[a]);
+            ray.voxel[a] += m_step[a] * taken[a];
+            m_taken[a] += taken[a];
+        }
+        m_bit = bit;
+        if (axis >= 0) {
+            ray.t = t;
+            ray.face = core::face_of(axis, !ray.forward[axis]);
+        }
+        return stopped;
     }
-    steps += static_cast<std::uint64_t>(i + j + k);
-    ray.voxel[0] += times.step[0] * i;
-    ray.voxel[1] += times.step[1] * j;
-    ray.voxel[2] += times.step[2] * k;
-    if (axis >= 0) {
-        ray.t = t;
-        ray.face = core::face_of(axis, !ray.forward[axis]);
-    }
-    return stopped;
-}
+
+private:
+    double m_at[3][5];  ///< the crossings of each axis, from the first voxel on
+    int m_step[3];
+    int m_room[3];        ///< steps that leave the brick
+    int m_taken[3] = {};  ///< steps
+    int m_bit;            ///< of the ray's voxel, in masks
+};
 
 /// Whether a ray meets a voxel of one brick, which lies ahead of it or around it.
 bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& steps) noexcept {
@@ -128,7 +139,7 @@ bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& ste
             ray.voxel[a] = p;
         }
     }
-    return walk_brick(ray, brick.mask, steps);
+    return BrickSteps(ray).to_next(ray, brick.mask, steps);
 }
 
 }  // namespace
@@ -195,7 +206,8 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
             return hidden();
         cell = &cells[cell->index_of(bit)];
         std::uint64_t mask = !kAny && stop.air_stops ? ~std::uint64_t{0} : cell->mask;
-        while (walk_brick(ray, mask, m_counts.steps)) {
+        BrickSteps brick(ray);
+        while (brick.to_next(ray, mask, m_counts.steps)) {
             bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
             if constexpr (kAny) {
                 if (m_thin == ThinThings::kBlock) {
