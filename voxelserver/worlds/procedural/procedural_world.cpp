@@ -105,7 +105,7 @@ private:
         return builder.build(key, [&](int x, int y, int z) { return columns.attr(x, y0 + y, z); });
     }
 
-    static constexpr std::size_t kColumnBytes = std::size_t{16} << 20;
+    static constexpr std::size_t kColumnBytes = std::size_t{8} << 20;
     ColumnMaker m_maker;
     voxel::WorldInfo m_info;
     util::Cache<BoxKey, Columns, voxel::BoxKeyHash> m_columns{kColumnBytes};  ///< by = 0
