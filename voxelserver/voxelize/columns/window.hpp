@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -31,6 +33,22 @@ struct Window {
     }
     [[nodiscard]] bool built(int x, int z) const noexcept {
         return (patch_at(x, z).built[static_cast<std::size_t>(z & 63)] >> (x & 63) & 1) != 0;
+    }
+    /// Calls visit(x, z) for each column of [first, last) x [first, last) that is built upon, row
+    /// by row: most columns are not, and are passed 64 at a time.
+    template <class Visit>
+    void each_built(int first, int last, const Visit& visit) const {
+        for (int z = first; z < last; ++z)
+            for (int x0 = -kMargin; x0 < grid::kPatchSize + kMargin; x0 += grid::kPatchSize) {
+                const int from = std::max(first - x0, 0);
+                const int to = std::min(last - x0, grid::kPatchSize);
+                if (from >= to)
+                    continue;
+                std::uint64_t left = patch_at(x0, z).built[static_cast<std::size_t>(z & 63)];
+                left &= ~std::uint64_t{0} << from & ~std::uint64_t{0} >> (grid::kPatchSize - to);
+                for (; left != 0; left &= left - 1)
+                    visit(x0 + std::countr_zero(left), z);
+            }
     }
     /// Whether any of the nine patches has `what`: most steps have nothing to do in most places.
     [[nodiscard]] bool any(bool PatchColumns::* what) const noexcept {

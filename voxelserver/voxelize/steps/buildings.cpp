@@ -13,6 +13,8 @@ constexpr int kNearFirst = -Buildings::kAround;
 constexpr int kNearLast = grid::kPatchSize + Buildings::kAround;
 // A building that is cut by the window's edge is seen wider than kWidest: all patches reject it.
 static_assert(Window::kMargin - Buildings::kAround > Buildings::kWidest);
+// Each begins in a column of its own, so an index has 16 bits.
+static_assert((kNearLast - kNearFirst) * (kNearLast - kNearFirst) <= INT16_MAX);
 
 constexpr std::size_t index_of(int x, int z) noexcept {
     return static_cast<std::size_t>((z - kWindowFirst) * kWindowSide + x - kWindowFirst);
@@ -82,34 +84,33 @@ Buildings::Buildings(const Window& window, double voxel_m) {
         return;
     m_index.assign(static_cast<std::size_t>(kWindowSide) * kWindowSide, -1);
     Search search(window, voxel_m);
-    for (int z = kNearFirst; z < kNearLast; ++z)
-        for (int x = kNearFirst; x < kNearLast; ++x) {
-            if (!search.is_new(x, z))
-                continue;
-            const auto& columns = search.from(x, z);
-            ColumnStep low = columns.front();
-            ColumnStep high = columns.front();
-            ColumnStep first = columns.front();
-            for (const ColumnStep& c : columns) {
-                low = {std::min(low.x, c.x), std::min(low.z, c.z)};
-                high = {std::max(high.x, c.x), std::max(high.z, c.z)};
-                if (c.z < first.z || (c.z == first.z && c.x < first.x))
-                    first = c;
-            }
-            if (high.x - low.x >= kWidest || high.z - low.z >= kWidest)
-                continue;
-            const auto number = static_cast<std::int32_t>(m_buildings.size());
-            m_buildings.push_back({window.middle.x0() + first.x, window.middle.z0() + first.z,
-                                   static_cast<std::uint32_t>(columns.size())});
-            for (const ColumnStep& c : columns)
-                m_index[index_of(c.x, c.z)] = number;
+    window.each_built(kNearFirst, kNearLast, [&](int x, int z) {
+        if (!search.is_new(x, z))
+            return;
+        const auto& columns = search.from(x, z);
+        ColumnStep low = columns.front();
+        ColumnStep high = columns.front();
+        ColumnStep first = columns.front();
+        for (const ColumnStep& c : columns) {
+            low = {std::min(low.x, c.x), std::min(low.z, c.z)};
+            high = {std::max(high.x, c.x), std::max(high.z, c.z)};
+            if (c.z < first.z || (c.z == first.z && c.x < first.x))
+                first = c;
         }
+        if (high.x - low.x >= kWidest || high.z - low.z >= kWidest)
+            return;
+        const auto number = static_cast<std::int16_t>(m_buildings.size());
+        m_buildings.push_back({window.middle.x0() + first.x, window.middle.z0() + first.z,
+                               static_cast<std::uint32_t>(columns.size())});
+        for (const ColumnStep& c : columns)
+            m_index[index_of(c.x, c.z)] = number;
+    });
 }
 
 const Building* Buildings::at(int x, int z) const noexcept {
     if (m_index.empty())
         return nullptr;
-    const std::int32_t number = m_index[index_of(x, z)];
+    const int number = m_index[index_of(x, z)];
     return number < 0 ? nullptr : &m_buildings[static_cast<std::size_t>(number)];
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "voxelserver/voxelize/columns/window.hpp"
@@ -30,11 +31,13 @@ public:
     /// @return nullptr where no returns of a roof are, for what is too wide, and for what does not
     /// reach near the patch
     [[nodiscard]] const Building* at(int x, int z) const noexcept;
+    /// All of them; at() points into these.
+    [[nodiscard]] std::span<const Building> all() const noexcept { return m_buildings; }
 
 private:
     std::vector<Building> m_buildings;
     /// For each column of the window: index into m_buildings, or -1. Empty = none.
-    std::vector<std::int32_t> m_index;
+    std::vector<std::int16_t> m_index;
 };
 
 }  // namespace terravox::voxelize

@@ -2,7 +2,7 @@
 
 #include <array>
 #include <cmath>
-#include <map>
+#include <vector>
 
 #include "voxelserver/voxelize/points/brightness.hpp"
 
@@ -45,19 +45,16 @@ class RoofGuess {
 public:
     RoofGuess(const Window& window, const Buildings& buildings,
               const Settings::MaterialGuesses& settings)
-        : m_window(window), m_buildings(buildings), m_settings(settings) {
-        for (int z = -kReach; z < grid::kPatchSize + kReach; ++z)
-            for (int x = -kReach; x < grid::kPatchSize + kReach; ++x)
-                if (m_window.built(x, z))
-                    add(x, z);
+        : m_window(window),
+          m_buildings(buildings),
+          m_settings(settings),
+          m_of_building(buildings.all().size()) {
+        window.each_built(-kReach, grid::kPatchSize + kReach, [&](int x, int z) { add(x, z); });
     }
 
     [[nodiscard]] Material at(int x, int z) const {
-        if (const Building* building = m_buildings.at(x, z)) {
-            const auto found = m_of_building.find(building);
-            return found == m_of_building.end() ? Material::kAir
-                                                : found->second.material(m_settings);
-        }
+        if (const Building* building = m_buildings.at(x, z))
+            return m_of_building[index_of(building)].material(m_settings);
         RoofEvidence around;
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx)
@@ -85,7 +82,15 @@ private:
         return m_window.built(x, z) ? m_window.column(x, z).roof.height : otherwise;
     }
 
+    [[nodiscard]] std::size_t index_of(const Building* building) const noexcept {
+        return static_cast<std::size_t>(building - m_buildings.all().data());
+    }
+
     void add(int x, int z) {
+        const Building* const building = m_buildings.at(x, z);
+        const bool in_cell = x >= kFirst && z >= kFirst && x < kLast && z < kLast;
+        if (building == nullptr && !in_cell)
+            return;
         const Surface& roof = m_window.column(x, z).roof;
         RoofEvidence own;
         own.columns = 1;
@@ -99,16 +104,16 @@ private:
             own.lit = 1;
             own.brightness = roof.brightness;
         }
-        if (const Building* building = m_buildings.at(x, z))
-            m_of_building[building].add(own);
-        else if (x >= kFirst && z >= kFirst && x < kLast && z < kLast)
+        if (building != nullptr)
+            m_of_building[index_of(building)].add(own);
+        else
             m_of_cell[cell_index(cell_of(x), cell_of(z))].add(own);
     }
 
     const Window& m_window;
     const Buildings& m_buildings;
     const Settings::MaterialGuesses& m_settings;
-    std::map<const Building*, RoofEvidence> m_of_building;
+    std::vector<RoofEvidence> m_of_building;  ///< by index_of()
     std::array<RoofEvidence, std::size_t{kCells} * kCells> m_of_cell{};
 };
 

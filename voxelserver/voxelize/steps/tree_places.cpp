@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace terravox::voxelize {
 namespace {
@@ -16,21 +17,26 @@ TreePlaces::TreePlaces(const Window& window, const ClassTable& classes, double v
     : m_window(window),
       m_classes(classes),
       m_radius(std::clamp(static_cast<int>(std::lround(kAround_m / voxel_m)), 1, kMaxRadius)),
-      m_tops(kCount),
+      m_tops(kCount, kNoTop),
       m_next(kCount),
       m_known(kCount) {
     // Each is read by all columns around it.
-    for (int z = -kMargin; z < grid::kPatchSize + kMargin; ++z)
-        for (int x = -kMargin; x < grid::kPatchSize + kMargin; ++x)
-            m_tops[index(x, z)] = top(x, z);
+    constexpr int kPatch = grid::kPatchSize;
+    for (int z = -kMargin; z < kPatch + kMargin; ++z)
+        for (const auto& [from, to] :
+             {std::pair{-kMargin, 0}, {0, kPatch}, {kPatch, kPatch + kMargin}}) {
+            const PatchColumns& patch = window.patch_at(from, z);
+            for (int x = from; x < to; ++x) {
+                const auto i = static_cast<std::size_t>((z & 63) * kPatch + (x & 63));
+                const std::uint32_t end = patch.objects_begin[i + 1];
+                if (end != patch.objects_begin[i])
+                    m_tops[index(x, z)] = top(patch.objects[end - 1]);
+            }
+        }
 }
 
-// The height of the highest return in 1/256 voxel, where it may be foliage.
-std::int64_t TreePlaces::top(int x, int z) const noexcept {
-    const auto objects = m_window.objects(x, z);
-    if (objects.empty())
-        return kNoTop;
-    const ObjectVoxel& highest = objects.back();
+// The height of a column's highest return in 1/256 voxel, where it may be foliage.
+std::int64_t TreePlaces::top(const ObjectVoxel& highest) const noexcept {
     const Role role = m_classes.meaning[highest.source_class].role;
     if (role != Role::kVegetation && role != Role::kSurface)
         return kNoTop;

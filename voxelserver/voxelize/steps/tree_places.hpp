@@ -37,7 +37,7 @@ private:
     [[nodiscard]] static constexpr std::size_t index(int x, int z) noexcept {
         return static_cast<std::size_t>((z + kMargin) * kSide + x + kMargin);
     }
-    [[nodiscard]] std::int64_t top(int x, int z) const noexcept;
+    [[nodiscard]] std::int64_t top(const ObjectVoxel& highest) const noexcept;
     [[nodiscard]] Place uphill(Place from) const noexcept;
 
     const Window& m_window;
