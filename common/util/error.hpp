@@ -13,11 +13,19 @@ enum class ExitCode : int {
     kHoles = 3,  ///< finished, but with reported holes (missing squares or boxes)
 };
 
+/// Makes bytes of zero visible, at the first of which what() would end: a name of a stranger's may
+/// have one, and must not hide the rest of the message.
+[[nodiscard]] inline std::string with_visible_zeros(std::string text) {
+    for (std::size_t at = 0; (at = text.find('\0', at)) != std::string::npos;)
+        text.replace(at, 1, "\\x00");
+    return text;
+}
+
 /// The unit of work (request, tile, file, run) cannot continue. The message is one line: attempt,
 /// object, value, allowed range.
 class Error : public std::runtime_error {
 public:
-    explicit Error(const std::string& message) : std::runtime_error(message) {}
+    explicit Error(const std::string& message) : std::runtime_error(with_visible_zeros(message)) {}
     [[nodiscard]] virtual ExitCode exit_code() const noexcept { return ExitCode::kFailed; }
 };
 

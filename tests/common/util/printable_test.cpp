@@ -1,8 +1,19 @@
 #include "common/util/printable.hpp"
 
+#include <string>
+
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 
 using terravox::util::printable;
+
+TEST_CASE("a byte of zero hides nothing of an error", "[common][util]") {
+    using namespace std::string_literals;
+    const terravox::util::UsageError error("read the plan of "s + "a\0b\0"s + ": it is damaged");
+    CHECK(terravox::util::printable(error.what()) ==
+          "read the plan of a\\x00b\\x00: it is damaged");
+    CHECK(terravox::util::printable("a\0b"s) == "a\\x00b");
+}
 
 TEST_CASE("control characters become visible escapes, all other text stays",
           "[common][util][printable]") {
