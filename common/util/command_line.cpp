@@ -162,10 +162,14 @@ struct Unknown {
 
 /// The first of the innermost command, or of one around it, that is an option or that is none.
 std::optional<Unknown> first_unknown(const std::vector<const CLI::App*>& path, bool is_option) {
-    for (auto app = path.rbegin(); app != path.rend(); ++app)
+    for (auto app = path.rbegin(); app != path.rend(); ++app) {
+        // These take the arguments of another program.
+        if ((*app)->get_allow_extras() || (*app)->get_prefix_command())
+            continue;
         for (const std::string& text : (*app)->remaining())
             if (text.starts_with('-') == is_option)
                 return Unknown{*app, text};
+    }
     return std::nullopt;
 }
 

@@ -38,6 +38,9 @@ struct Program {
         render->add_option("--camera-zoom,--zoom", zoom, "nearer")->group("Scene: camera");
         render->add_option("--listen", listen, "address")->group("Farm");
         render->add_option("--former", listen, "a former name")->group("");
+        CLI::App* const forward = app.add_subcommand("forward", "Render elsewhere");
+        forward->add_option("--image", photo, "of a container")->required();
+        forward->prefix_command();
         CLI::App* const analyse = app.add_subcommand("analyse", "Measure a world");
         analyse->require_subcommand(1);
         analyse->add_subcommand("sky", "Measure the sky");
@@ -85,11 +88,13 @@ TEST_CASE("a refused command line says what is meant or allowed", "[common][util
         const char* said;
     };
     const auto c = GENERATE(values<Case>({
-        {"no command", {}, "a command is missing; allowed: render, analyse"},
+        {"no command", {}, "a command is missing; allowed: render, forward, analyse"},
         {"a mistyped command",
          {"rendr", "x.laz"},
-         "unknown command 'rendr'; did you mean render? allowed: render, analyse"},
-        {"another command", {"paint"}, "unknown command 'paint'; allowed: render, analyse"},
+         "unknown command 'rendr'; did you mean render? allowed: render, forward, analyse"},
+        {"another command",
+         {"paint"},
+         "unknown command 'paint'; allowed: render, forward, analyse"},
         {"no subcommand", {"analyse"}, "analyse: a command is missing; allowed: sky, sun"},
         {"a mistyped subcommand",
          {"analyse", "skyy"},
@@ -156,6 +161,9 @@ TEST_CASE("a refused command line says what is meant or allowed", "[common][util
         {"two that exclude each other",
          {"render", "x", "-o", "a", "-v", "--quiet"},
          "render: --quiet and -v are given; allowed: one of them"},
+        {"a missing option before the arguments of another program",
+         {"forward", "render", "--fast"},
+         "forward: --image is missing: of a container"},
         {"too many words",
          {"analyse", "sky", "blue"},
          "analyse sky: unexpected argument 'blue'; --help shows what is allowed"},
