@@ -203,13 +203,19 @@ std::string describe_unknown(const std::vector<const CLI::App*>& path, const Unk
            allowed_words(unknown.text, commands);
 }
 
-/// The first required option, or argument, that is not there.
+/// The first required argument that is not there, or else the first such option.
 const CLI::Option* first_missing(const std::vector<const CLI::App*>& path) {
+    const CLI::Option* found = nullptr;
     for (const CLI::App* app : path)
-        for (const CLI::Option* option : app->get_options())
-            if (option->get_required() && option->count() == 0)
+        for (const CLI::Option* option : app->get_options()) {
+            if (!option->get_required() || option->count() > 0)
+                continue;
+            if (option->get_positional())
                 return option;
-    return nullptr;
+            if (found == nullptr)
+                found = option;
+        }
+    return found;
 }
 
 std::string describe_missing(const std::vector<const CLI::App*>& path, const CLI::Option& option) {

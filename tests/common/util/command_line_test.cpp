@@ -19,12 +19,12 @@ struct Program {
     Program() {
         app.require_subcommand(1);
         render = app.add_subcommand("render", "Render a world");
-        render->add_option("inputs", inputs, "LAZ files")->required();
         render->add_option("-o,--output", outputs, "picture to write")
             ->required()
             ->expected(1)
             ->take_all()
             ->allow_extra_args(false);
+        render->add_option("inputs", inputs, "LAZ files")->required();
         render->add_option("--ortho", orthophotos, "orthophoto")
             ->expected(1)
             ->take_all()
@@ -111,6 +111,7 @@ TEST_CASE("a refused command line says what is meant or allowed", "[common][util
         {"a short option before its command",
          {"-o", "a", "render", "x"},
          "render: the option -o stands before the command; allowed: behind it"},
+        {"nothing", {"render"}, "render: inputs are missing: LAZ files"},
         {"no inputs", {"render", "-o", "a"}, "render: inputs are missing: LAZ files"},
         {"no output", {"render", "x"}, "render: --output is missing: picture to write"},
         {"a mistyped option before the output that is missing",
