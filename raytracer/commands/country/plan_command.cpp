@@ -153,13 +153,7 @@ std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
     command
         ->add_option("--shards", args->shards,
                      "number of tasks; default: so many that each takes about a quarter of an hour")
-        ->check([](const std::string& text) {
-            const CLI::Range range(1, country::kMaxShards);
-            return range(text).empty()
-                       ? std::string()
-                       : "plan the country: --shards = " + text + "; allowed: 1 to " +
-                             std::to_string(country::kMaxShards);
-        });
+        ->check(CLI::Range(1, country::kMaxShards));
     command->add_option("--area", args->area, "west,south,east,north in the CRS of the data");
     command->add_option("--heights", args->heights, "lowest,highest in metres");
     command
