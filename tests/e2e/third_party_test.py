@@ -22,8 +22,16 @@ from package_lists import PACKAGES, REQUIREMENTS, locked, manifest, name_of, tra
 from support import ROOT, Case, binary, has_sanitizers
 
 # Of optional parts of a build: multicast DNS where Avahi is missing, the preview window
-# (TERRAVOX_PREVIEW).
-OPTIONAL = {"libavahi-client", "libavahi-common", "libGL", "libglfw", "libstb"}
+# (TERRAVOX_PREVIEW), the comparison with Embree, of which a system has one version or none.
+OPTIONAL = {
+    "libavahi-client",
+    "libavahi-common",
+    "libembree3",
+    "libembree4",
+    "libGL",
+    "libglfw",
+    "libstb",
+}
 
 
 def build():
