@@ -2,10 +2,11 @@
 # GDAL 3.9.3 (in the wheel of rasterio 1.4.3), driver AAIGrid: a cell written as `nan` in an ASCII
 # grid of whole heights is read as 0 and counts as valid, without a warning.
 #
-# A good guess: `nan` is no data, or makes the grid floating point, or is an error. What happens: the
-# driver chooses the type from the first values of the grid. When those are whole numbers it is Int32,
-# in which a later `nan` becomes 0. Only `NODATA_value nan` in the header makes the type Float32 and
-# those cells no data; with NODATA_value -9999, or without the line, holes become land at sea level.
+# A good guess: `nan` is no data, or makes the grid floating point, or is an error. What happens:
+# the driver chooses the type from the first values of the grid. When those are whole numbers it is
+# Int32, in which a later `nan` becomes 0. Only `NODATA_value nan` in the header makes the type
+# Float32 and those cells no data; with NODATA_value -9999, or without the line, holes become land
+# at sea level.
 #
 # Output seen:
 #   NODATA_value -9999  int32    300 0 0 300      valid: 1 1 1 1

@@ -57,9 +57,9 @@ is_older() {
     [[ -n $(find "$ROOT/grabber/src" "${@:2}" "$ROOT"/grabber/*.json -newer "$1" -print -quit) ]]
 }
 
-# Packages when the lock file has changed since, JavaScript when a source has. npm runs no scripts of
-# packages (.npmrc): nothing is compiled, since @photostructure/sqlite holds its finished build, which
-# every version of Node.js loads.
+# Packages when the lock file has changed since, JavaScript when a source has. npm runs no scripts
+# of packages (.npmrc): nothing is compiled, since @photostructure/sqlite holds its finished build,
+# which every version of Node.js loads.
 build_grabber() {
     [[ -f $ROOT/grabber/package.json ]] || return 0
     local lock built=$ROOT/grabber/dist/.built stamp=$ROOT/grabber/node_modules/.terravox-lock

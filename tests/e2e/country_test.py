@@ -412,7 +412,10 @@ class Country(Case):
         for arguments, said in (
             ((), ""),
             (("plan", here), "--output"),
-            (("plan", here, "-o", self.plan, "--shards", "0"), "--shards = '0'; allowed: 1 to 65536"),
+            (
+                ("plan", here, "-o", self.plan, "--shards", "0"),
+                "--shards = '0'; allowed: 1 to 65536",
+            ),
             (("plan", here, "-o", self.plan, "--shards", "65537"), "allowed: 1 to 65536"),
             (("plan", self.folder / "none", "-o", self.plan), "none"),
             (("plan", "noise:1", "-o", self.plan), "allowed: LAS"),

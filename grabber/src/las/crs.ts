@@ -32,7 +32,8 @@ function readKeyCode(keys: Buffer): number | undefined {
   const found = new Map<number, number>();
   // Four numbers a key, after four of the directory: id, where its value lies, count, value.
   for (let at = 8; at + 8 <= keys.length; at += 8) {
-    if (keys.readUInt16LE(at + 2) === 0) found.set(keys.readUInt16LE(at), keys.readUInt16LE(at + 6));
+    const isHere = keys.readUInt16LE(at + 2) === 0;
+    if (isHere) found.set(keys.readUInt16LE(at), keys.readUInt16LE(at + 6));
   }
   const code = found.get(kProjectedKey) ?? found.get(kGeographicKey);
   return code !== undefined && code >= kCodes.first && code <= kCodes.last ? code : undefined;
@@ -43,12 +44,12 @@ function readKeyCode(keys: Buffer): number | undefined {
  * geographic one where there is no projected one.
  */
 export function parseWktCode(wkt: string): number | undefined {
-  const start = /\b(?:PROJCS|PROJCRS|PROJECTEDCRS)\s*[[(]/i.exec(wkt) ??
+  const start =
+    /\b(?:PROJCS|PROJCRS|PROJECTEDCRS)\s*[[(]/i.exec(wkt) ??
     /\b(?:GEOGCS|GEOGCRS|GEODCRS|GEOGRAPHICCRS|GEODETICCRS)\s*[[(]/i.exec(wkt);
   if (start === null) return undefined;
   // Text in quotes first, since it may hold brackets.
-  const token =
-    /"(?:[^"]|"")*"|(?:AUTHORITY|ID)\s*[[(]\s*"EPSG"\s*,\s*"?(\d{4,5})"?|[[(]|[\])]/gi;
+  const token = /"(?:[^"]|"")*"|(?:AUTHORITY|ID)\s*[[(]\s*"EPSG"\s*,\s*"?(\d{4,5})"?|[[(]|[\])]/gi;
   token.lastIndex = start.index + start[0].length;
   let depth = 1;
   for (let match = token.exec(wkt); match !== null && depth > 0; match = token.exec(wkt)) {

@@ -9,7 +9,7 @@ import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 const kEllipsoid = 'SPHEROID["GRS 1980",6378137,298.257222101,AUTHORITY["EPSG","7019"]]';
 const kGeographic =
-  `GEOGCS["Slovenia 1996",DATUM["D 96 [\'a\']",${kEllipsoid},AUTHORITY["EPSG","6765"]],` +
+  `GEOGCS["Slovenia 1996",DATUM["D 96 ['a']",${kEllipsoid},AUTHORITY["EPSG","6765"]],` +
   'UNIT["degree",0.0174532925199433],AUTHORITY["EPSG","4765"]]';
 const kProjected =
   `PROJCS["Slovenia 1996 / ""Grid]""",${kGeographic},PROJECTION["Transverse_Mercator"],` +
@@ -35,9 +35,17 @@ test('the code of WKT is that of its horizontal system', () => {
       code: 3794,
     },
     { name: 'no code', wkt: kProjected.replace(',AUTHORITY["EPSG","3794"]', ''), code: undefined },
-    { name: 'another authority', wkt: kProjected.replace('"EPSG","3794"', '"X","3794"'), code: undefined },
+    {
+      name: 'another authority',
+      wkt: kProjected.replace('"EPSG","3794"', '"X","3794"'),
+      code: undefined,
+    },
     { name: 'cut off', wkt: kProjected.slice(0, 100), code: undefined },
-    { name: 'a name that looks like a code', wkt: 'PROJCS["AUTHORITY[""EPSG"",""3794""]"]', code: undefined },
+    {
+      name: 'a name that looks like a code',
+      wkt: 'PROJCS["AUTHORITY[""EPSG"",""3794""]"]',
+      code: undefined,
+    },
     { name: 'nothing', wkt: 'here', code: undefined },
   ];
   for (const { name, wkt, code } of cases) assert.equal(parseWktCode(wkt), code, name);

@@ -42,7 +42,8 @@ const Format& format_of(std::string_view name, const std::filesystem::path& out)
         throw util::UsageError("convert to " + out.string() + ": it ends in '" + extension +
                                "'; allowed: " + allowed_formats() + ", or say which with --to");
     }
-    throw util::UsageError("convert: --to " + std::string(name) + "; allowed: " + allowed_formats());
+    throw util::UsageError("convert: --to " + std::string(name) +
+                           "; allowed: " + allowed_formats());
 }
 
 }  // namespace terravox::exports

@@ -84,16 +84,17 @@ TEST_CASE("a word that is no step is refused with all that are allowed",
         const char* name;
         const char* text;
         const char* word;
+        const char* meant = "";
     };
     const auto c = GENERATE(values<Case>({
         {"unknown", "houses", "houses"},
         {"unknown, left out", "-vegetation,-houses", "-houses"},
         {"a step that is always run", "-coverage", "-coverage"},
-        {"with spaces", "ground fill", "ground fill"},
+        {"with spaces", "ground fill", "ground fill", " did you mean ground_fill?"},
         {"an empty word", "vegetation,", ""},
         {"two commas", "bridges,,vegetation", ""},
         {"a lone minus", "-", "-"},
-        {"minus all", "-all", "-all"},
+        {"minus all", "-all", "-all", " did you mean all?"},
         {"the old name", "vegetation_fill", "vegetation_fill"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -105,8 +106,9 @@ TEST_CASE("a word that is no step is refused with all that are allowed",
             message = e.what();
         }
         CHECK(message ==
-              "choose the steps of voxelization: '" + std::string(c.word) +
-                  "' is no step; allowed: all, none, water_equalization, "
+              "choose the steps of voxelization: '" + std::string(c.word) + "' is no step;" +
+                  c.meant +
+                  " allowed: all, none, water_equalization, "
                   "water_deepening, bridges, ground_fill, building_fill, vegetation, "
                   "colour_variation, specialization, neighbourhood_filters, material_guesses, each "
                   "step also with - before it to leave it out");
