@@ -279,7 +279,7 @@ TEST_CASE("a link can be replaced instead, and leads to what it led to",
 TEST_CASE("a link of another user is followed only out of a folder that is theirs alone",
           "[common][util][atomic_file]") {
     if (::geteuid() != 0) {
-        SUCCEED("only root can make links of other users");
+        WARN("not tried: only root can make links of other users");
         return;
     }
     constexpr uid_t kOther = 4711;
