@@ -4,7 +4,7 @@
     ./terravox test --loaded 5 e2e_farm_test net_test
         five times each, with four busy processes and two that write
     tests/loaded.py --times 20 'e2e_http.*'
-        names are regular expressions; without any: all but those labelled long
+        names are regular expressions; without any: the default tier
     tests/loaded.py --times 2 --one-core
         at the lowest priority, on one core
     tests/loaded.py --no-load --jobs 4 net_test e2e_farm_test
@@ -80,9 +80,9 @@ def names_of(folder, patterns):
     names = {}
     for test in listing["tests"]:
         properties = {p["name"]: p["value"] for p in test.get("properties", [])}
-        names[test["name"]] = "long" in properties.get("LABELS", [])
+        names[test["name"]] = "default" in properties.get("LABELS", [])
     if not patterns:
-        return [name for name, long in names.items() if not long]
+        return [name for name, is_default in names.items() if is_default]
     out = []
     for pattern in patterns:
         found = [name for name in names if re.fullmatch(pattern, name)]

@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
 """Runs a file of Python tests as CTest does: what it leaves out is not taken for passed.
 
-    python3 tests/run_unittest.py tests/e2e/front_test.py [what the file takes]
+    python3 tests/run_unittest.py [--tier default|all] tests/e2e/front_test.py [-k pattern...]
+
+With --tier all the tests run that only_in_all of tests/e2e/support.py marks, or that are in a class
+that it marks; with --tier default the others; without it all of them.
 
 Each skipped test is written to the file that TERRAVOX_SKIPS names, where it names one, for
 config/setup/test_tools.sh. The exit code is 77 where tests were skipped and none ran.
@@ -45,12 +48,36 @@ def write_down(*columns):
     os.close(file)
 
 
+class Loader(unittest.TestLoader):
+    """Of one tier."""
+
+    tier = None
+
+    def getTestCaseNames(self, testCaseClass):
+        names = super().getTestCaseNames(testCaseClass)
+        if Loader.tier is None:
+            return names
+        wanted = Loader.tier == "all"
+        return [name for name in names if is_only_in_all(testCaseClass, name) == wanted]
+
+
+def is_only_in_all(case, name):
+    return getattr(case, "only_in_all", False) or getattr(
+        getattr(case, name), "only_in_all", False
+    )
+
+
 def main():
     sys.argv = sys.argv[1:]
+    if sys.argv[0] == "--tier":
+        Loader.tier = sys.argv[1]
+        sys.argv = sys.argv[2:]
     file = pathlib.Path(sys.argv[0]).resolve()
     # As where the file itself is called.
     sys.path[0] = str(file.parent)
     unittest.TextTestRunner.resultclass = Result
+    # The default of unittest.main().
+    unittest.defaultTestLoader.__class__ = Loader
     try:
         runpy.run_path(str(file), run_name="__main__")
     except SystemExit as end:

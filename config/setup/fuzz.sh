@@ -44,9 +44,9 @@ FUZZ_MALLOC_MB=320
 FUZZ_RSS_MB=2048
 FUZZ_TIMEOUT_S=120
 
-# Of each target, in `./terravox test --long`.
+# Of each target, in `./terravox test --all`.
 # shellcheck disable=SC2034  # used by ./terravox
-FUZZ_LONG_S=20
+FUZZ_SHORT_S=20
 
 # As in the test presets: what a sanitizer finds ends the run.
 FUZZ_ASAN=detect_leaks=1:strict_string_checks=1

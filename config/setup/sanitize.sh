@@ -1,8 +1,8 @@
 # Tests with sanitizers (presets asan and tsan). Sourced by ./terravox.
 # shellcheck shell=bash
 
-# Readers of untrusted files, with the address and the undefined-behaviour sanitizer. Part of every
-# test run, so chosen to be built from few libraries.
+# Readers of untrusted files, with the address and the undefined-behaviour sanitizer. Part of
+# `./terravox test --all`, so chosen to be built from few libraries.
 SANITIZED_PARSERS=(
     common_test
     imagery_test
@@ -35,7 +35,8 @@ SANITIZED_THREADS=(
 
 # What ctest must leave out with sanitizers, as a pattern of names: it reads back that the programs
 # are built as they are shipped.
-SANITIZED_LEFT_OUT='^e2e_hardening_test$'
+# And entries that take minutes without sanitizers.
+SANITIZED_LEFT_OUT='^e2e_hardening_test$|^e2e_wheel_test$|_all$'
 
 # run_sanitized_tests PRESET TEST...
 run_sanitized_tests() {
@@ -48,7 +49,7 @@ run_sanitized_tests() {
 # All programs and all tests, e2e tests too, with addresses, undefined behaviour and leaks; then
 # threads. Takes hours.
 run_all_sanitized() {
-    local failed=() only=(--label-exclude '^long$' --exclude-regex "$SANITIZED_LEFT_OUT")
+    local failed=() only=(--exclude-regex "$SANITIZED_LEFT_OUT")
     set_up
     set_up_tests
     build asan

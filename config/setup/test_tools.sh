@@ -4,6 +4,8 @@
 TEST_PACKAGE_LIST=$ROOT/config/setup/debian-test-packages.txt
 SERVICE_PACKAGE_LIST=$ROOT/config/setup/debian-service-packages.txt
 NGINX_DIR=$ROOT/build/deps/nginx
+# Processor time of each entry of CTest in the last run, by tests/timed.py.
+TIMES=$LOGS/test-times.txt
 NGINX_PLACES=(nginx /usr/sbin/nginx "$NGINX_DIR/usr/sbin/nginx")
 
 # nginx is unpacked, not installed: its package would start a web server on this machine. Without it
@@ -45,12 +47,19 @@ set_up_tests() {
     PATH=$PATH:/usr/sbin:$NGINX_DIR/usr/sbin
 }
 
+# tier_pattern default|all|changed [--base COMMIT]: a regular expression of entries of CTest
+tier_pattern() {
+    local names
+    names=$("$ROOT/tests/tiers.py" names "$@") || return
+    printf '^(%s)$\n' "$(paste --serial --delimiters='|' <<<"$names")"
+}
+
 # Tests write down what they leave out: lines of FILE TAB TEST TAB REASON, by tests/run_unittest.py,
 # tests/catch_main.cpp and tests/skips.mjs.
 count_skips() {
     export TERRAVOX_SKIPS=$LOGS/skipped.txt
     mkdir -p "$LOGS"
-    rm -f "$TERRAVOX_SKIPS"
+    rm -f "$TERRAVOX_SKIPS" "$TIMES"
     trap report_skips EXIT
 }
 

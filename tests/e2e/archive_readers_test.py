@@ -6,16 +6,15 @@ import contextlib
 import pathlib
 import resource
 import shutil
-import sys
 import time
 import unittest
 
 from archive_readers import read_while, two_states
 from nginx import NGINX, Front, Static
-from support import HANGS_S, Case, Run, Server, binary, render, temporary_folder
+from support import HANGS_S, THOROUGH, Case, Run, Server, binary, render, temporary_folder
 
-# Readers at the same time; a thousand with --long.
-READERS = 1000 if "--long" in sys.argv else 120
+# Readers at the same time.
+READERS = 1000 if THOROUGH else 120
 PATCHES = 4
 
 
@@ -156,4 +155,4 @@ class ArchiveReaders(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[word for word in sys.argv if word != "--long"])
+    unittest.main()

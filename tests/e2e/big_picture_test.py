@@ -1,13 +1,9 @@
 #!/usr/bin/env python3
-"""Pictures larger than their memory limit are streamed into their files; memory stays constant.
-
-big_picture_test.py --long: a poster of 32768 x 32768 pixels (minutes, and some 2 GB of disk).
-"""
+"""Pictures larger than their memory limit are streamed into their files; memory stays constant."""
 
 import json
 import signal
 import subprocess
-import sys
 import unittest
 
 from pictures import Tags
@@ -18,6 +14,7 @@ from support import (
     binary,
     entries,
     has_sanitizers,
+    only_in_all,
     render,
     square,
     temporary_folder,
@@ -163,8 +160,8 @@ class BigPictures(Case):
                 self.assertRefused(run, 1, f"a{ending}")
                 self.assertEqual(entries(out), [])
 
-
-class LongPictures(BigPictures):
+    # Minutes, and some 2 GB of disk.
+    @only_in_all
     def test_a_poster_of_a_thousand_million_pixels(self):
         out = self.streamed(
             32768,
@@ -187,6 +184,4 @@ class LongPictures(BigPictures):
 
 
 if __name__ == "__main__":
-    if "--long" in sys.argv:
-        unittest.main(argv=[sys.argv[0], "LongPictures.test_a_poster_of_a_thousand_million_pixels"])
-    unittest.main(argv=[sys.argv[0], "BigPictures", *sys.argv[1:]])
+    unittest.main()

@@ -6,12 +6,11 @@ import pathlib
 import re
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
 from slurm import Cluster, why_not
-from support import HANGS_S, Case, Run, binary, temporary_folder
+from support import HANGS_S, Case, Run, binary, only_in_all, temporary_folder
 
 REASON = why_not()
 SHARDS = 12
@@ -111,7 +110,8 @@ class CountryOnSlurm(Case):
         self.drain("n2")
         self.assertFinished(finished)
 
-    @unittest.skipUnless("--long" in sys.argv, "Slurm waits two minutes: with --long")
+    # Slurm waits two minutes.
+    @only_in_all
     def test_an_array_finishes_though_a_node_dies_and_another_is_drained(self):
         job = self.submit()
         self.until(lambda: len(self.shards()) > 1, "finished shards")
@@ -133,4 +133,4 @@ class CountryOnSlurm(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[word for word in sys.argv if word != "--long"])
+    unittest.main()

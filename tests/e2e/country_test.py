@@ -10,16 +10,15 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
 from small_disk import SmallDisk, why_not
-from support import ROOT, Case, Run, binary, temporary_folder, wait_until
+from support import ROOT, THOROUGH, Case, Run, binary, temporary_folder, wait_until
 
 NO_SMALL_DISK = why_not()
-# Seeds of kills; more with --long.
-KILLED_RUNS = 20 if "--long" in sys.argv else 4
+# Seeds of kills.
+KILLED_RUNS = 20 if THOROUGH else 4
 # Of the archive. Voxels of a metre suffice: 36 columns of boxes to be divided into shards.
 VOXEL = ["--voxel", "1"]
 _made = {}
@@ -555,4 +554,4 @@ class Scripts(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[word for word in sys.argv if word != "--long"])
+    unittest.main()

@@ -3,7 +3,7 @@
 
 Whatever happens, a program ends with an exit code of its own and a line with the reason, never by a
 signal; no partial file appears under the requested name; and complete files have the same bytes as
-without faults. With --long the sweeps have more steps. docs/reliability.md lists what is covered
+without faults. With ./terravox test --all the sweeps have more steps. docs/reliability.md lists what is covered
 where.
 """
 
@@ -12,15 +12,13 @@ import itertools
 import pathlib
 import signal
 import subprocess
-import sys
 import threading
 import time
 import unittest
 
-from support import Program, Server, binary, has_sanitizers, temporary_folder
+from support import THOROUGH, Program, Server, binary, has_sanitizers, temporary_folder
 from writers import WRITERS, Ended, Writers
 
-LONG = "--long" in sys.argv
 FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
 
 
@@ -41,7 +39,7 @@ class Faults(Writers):
             whole = self.whole_bytes(name)
             # full_disk_test.py has more places, where a machine allows it.
             sizes = (0, whole // 2) if WRITERS[name].left else (whole // 2,)
-            for size in (0, whole // 2, whole * 99 // 100) if LONG else sizes:
+            for size in (0, whole // 2, whole * 99 // 100) if THOROUGH else sizes:
                 with self.subTest(name, file_bytes=size):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "file size", size)
@@ -61,8 +59,8 @@ class Faults(Writers):
 
     @unittest.skipIf(has_sanitizers(), "a sanitizer asks through a pipe what memory may be read")
     def test_too_few_descriptors_are_reported(self):
-        for name in WRITERS if LONG else ("render to EXR", "archive", "glTF", "synthetic survey"):
-            for value in range(3, 40) if LONG else (3, 5, 6, 8, 11, 16, 24):
+        for name in WRITERS if THOROUGH else ("render to EXR", "archive", "glTF", "synthetic survey"):
+            for value in range(3, 40) if THOROUGH else (3, 5, 6, 8, 11, 16, 24):
                 with self.subTest(name, descriptors=value):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "descriptors", value)
@@ -76,12 +74,12 @@ class Faults(Writers):
         mib = 1 << 20
         least = {}
         for name in (
-            WRITERS if LONG else ("render to EXR", "archive", "OpenVDB", "synthetic survey")
+            WRITERS if THOROUGH else ("render to EXR", "archive", "OpenVDB", "synthetic survey")
         ):
             program = binary(WRITERS[name].program)
             if program not in least:
                 least[program] = least_address_space(program, range(100 * mib, 3000 * mib, 8 * mib))
-            for more in range(0, 400, 4) if LONG else (0, 12, 16, 40, 80, 140):
+            for more in range(0, 400, 4) if THOROUGH else (0, 12, 16, 40, 80, 140):
                 with self.subTest(name, more_mib=more):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "address space", least[program] + more * mib)
@@ -172,4 +170,4 @@ class Faults(Writers):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[a for a in sys.argv if a != "--long"])
+    unittest.main()

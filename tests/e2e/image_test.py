@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The image for containers: what its layout holds, and whether manifests name it.
 
-With --long it is made, and a picture is rendered in it as user 1000, with a root that cannot be
+With ./terravox test --all it is made, and a picture is rendered in it as user 1000, with a root that cannot be
 written.
 """
 
@@ -17,9 +17,8 @@ import sys
 import tarfile
 import unittest
 
-from support import ROOT, Case, Run, binary, survey, temporary_folder
+from support import ROOT, Case, Run, binary, only_in_all, survey, temporary_folder
 
-LONG = "--long" in sys.argv
 MOST_MB = 250
 WRITER = ROOT / "config" / "release" / "oci_image.py"
 MANIFESTS = sorted((ROOT / "config" / "cluster" / "kubernetes").glob("*.yaml"))
@@ -206,7 +205,7 @@ class Container:
         return Run(command, timeout_s=RUN_S)
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class Made(Case):
     @classmethod
     def setUpClass(cls):
@@ -267,4 +266,4 @@ class Made(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[a for a in sys.argv if a != "--long"])
+    unittest.main()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Packages for Debian, and the services in them.
 
-With --long the packages are made twice, checked by lintian, and installed, used, upgraded and
+With ./terravox test --all the packages are made twice, checked by lintian, and installed, used, upgraded and
 purged in a fresh Debian (debian_root.py).
 """
 
@@ -11,15 +11,13 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import tarfile
 import unittest
 
 import debian_root
 from debian_root import INSTALL_S
-from support import ROOT, Case, Run, binary, survey, temporary_folder
+from support import ROOT, Case, Run, binary, only_in_all, survey, temporary_folder
 
-LONG = "--long" in sys.argv
 UNITS = sorted((ROOT / "config" / "systemd").glob("*.service"))
 MAX_EXPOSURE = 3.0
 PICTURE = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
@@ -118,7 +116,7 @@ def files_of(package):
         return {entry.name for entry in archive if not entry.isdir()}
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class Packages(Case):
     def test_the_same_commit_makes_the_same_bytes(self):
         again = make_packages(TERRAVOX_NO_BUILD="1")
@@ -159,7 +157,7 @@ class Packages(Case):
             self.assertIn("libgdal", control.out)
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class Installed(Case):
     """In a fresh Debian. The order of the tests is that of their names."""
 
@@ -245,7 +243,7 @@ class Installed(Case):
         self.assertEqual(self.root.files() - self.before, set())
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class InstalledOnArm64(Installed):
     """On 64-bit ARM, which may be emulated: the picture has the bytes of this machine's."""
 
@@ -275,4 +273,4 @@ def newer(package, file):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[a for a in sys.argv if a != "--long"])
+    unittest.main()

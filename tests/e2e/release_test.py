@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """Releases.
 
-With --long a draft of Debian packages and the source archive is made, and the latter compiled.
+With ./terravox test --all a draft of Debian packages and the source archive is made, and the latter compiled.
 """
 
 import pathlib
 import re
 import subprocess
-import sys
 import tarfile
 import unittest
 
@@ -23,9 +22,8 @@ from linked import (
     tables,
 )
 from releasing import TIME, fetched_licence, version
-from support import ROOT, Case, Run, temporary_folder
+from support import ROOT, Case, Run, only_in_all, temporary_folder
 
-LONG = "--long" in sys.argv
 BUILD_S = 9000
 DEBIAN = ROOT / "config" / "debian"
 # From the first words of the licences BSD and MIT to their last.
@@ -191,7 +189,7 @@ class Sources(Case):
         self.assertEqual(source_archive().read_bytes(), source_archive().read_bytes())
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class Draft(Case):
     @classmethod
     def setUpClass(cls):
@@ -253,7 +251,7 @@ print(terravox.open("generated:5").render(fields={"output.size": "64x36"}).rgb.s
 """
 
 
-@unittest.skipUnless(LONG, "with --long")
+@only_in_all
 class Compiled(Case):
     """The source archive, where nothing of the checkout is."""
 
@@ -292,4 +290,4 @@ class Compiled(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[a for a in sys.argv if a != "--long"])
+    unittest.main()

@@ -9,15 +9,13 @@ import pathlib
 import re
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
 from slurm import Cluster, why_not
-from support import Case, Run, binary, render, survey, temporary_folder
+from support import Case, Run, binary, only_in_all, render, survey, temporary_folder
 
 REASON = why_not()
-long = unittest.skipUnless("--long" in sys.argv, "minutes of a real scheduler: with --long")
 TURN = "fps = 6\n[turntable]\nseconds = 2\n"
 FRAMES = ["--size", "256x144", "--samples", "4"]
 
@@ -232,7 +230,7 @@ class OnSlurm(Case):
             40,
         )
 
-    @long
+    @only_in_all
     def test_a_signal_cancels_all_and_failed_frames_are_reported(self):
         child = self.start(*self.film_arguments())
         self.until(lambda: self.running("terravox-frames"), "frames at work", child=child)
@@ -250,7 +248,7 @@ class OnSlurm(Case):
         )
         self.assertEqual(sum("005.png" in text for text in self.logs().values()), 1, self.logs())
 
-    @long
+    @only_in_all
     def test_no_wait_returns_and_a_later_call_waits(self):
         done = self.run_here("--no-wait", "--frames", "2-4", *self.film_arguments())
         self.assertDone(done)
@@ -261,7 +259,7 @@ class OnSlurm(Case):
         self.assertIn("0 of 3 frames are to be made", later.err)
         self.assertEqual(sorted(self.contents(self.frames)), ["002.png", "003.png", "004.png"])
 
-    @long
+    @only_in_all
     def test_more_frames_than_an_array_holds(self):
         # Scripts alone: a thousand tasks would take minutes.
         self.film.write_text("fps = 100\n[turntable]\nseconds = 25\n")
@@ -329,7 +327,7 @@ class OnSlurm(Case):
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
         self.assertFalse((self.folder / "the pool" / "token").exists(), "the token stays behind")
 
-    @long
+    @only_in_all
     def test_a_pool_ends_with_its_coordinator(self):
         run = self.run_here(*self.stand_in(code=3))
         self.assertEqual(run.code, 3, str(run))
@@ -346,7 +344,7 @@ class OnSlurm(Case):
         self.assertIn(f":{port}", (self.folder / "said-worker").read_text())
         self.assertIn("worker --once --idle-s 600 ", (self.folder / "said-worker").read_text())
 
-    @long
+    @only_in_all
     def test_a_pool_whose_coordinator_is_a_job_ends_with_it(self):
         run = self.run_here(
             "--coordinator", "job", *self.stand_in(come="2", code=3)
@@ -359,7 +357,7 @@ class OnSlurm(Case):
             f"--listen :{address.rsplit(':', 1)[1]}\n", (self.folder / "said-render").read_text()
         )
 
-    @long
+    @only_in_all
     def test_a_pool_whose_workers_all_end_is_no_use(self):
         run = self.run_here(*self.stand_in(come="never", die=1))
         self.assertEqual(run.code, 1, str(run))
@@ -373,7 +371,7 @@ class OnSlurm(Case):
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
-    @long
+    @only_in_all
     def test_a_signal_ends_a_pool(self):
         child = self.start(*self.stand_in(come="never"))
         self.until(lambda: self.running("terravox-worker"), "workers", child=child)
@@ -386,7 +384,7 @@ class OnSlurm(Case):
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
-    @long
+    @only_in_all
     def test_a_pool_that_is_killed_leaves_no_coordinator(self):
         child = self.start(*self.stand_in(come="never"))
         self.until(lambda: self.running("terravox-worker"), "workers", child=child)
@@ -394,7 +392,7 @@ class OnSlurm(Case):
         child.wait()
         self.until((self.folder / "stopped").exists, "the end of the coordinator", 30)
 
-    @long
+    @only_in_all
     def test_a_picture_whose_coordinator_is_a_job(self):
         if (
             not has_command("worker")
@@ -422,7 +420,7 @@ class OnSlurm(Case):
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
 
-    @long
+    @only_in_all
     def test_a_picture_in_parts(self):
         if (
             not has_command("merge")
@@ -445,7 +443,7 @@ class OnSlurm(Case):
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
 
-    @long
+    @only_in_all
     def test_an_analysis_in_parts(self):
         words = ["analyse", "sky", survey(), "--directions", "16", "--tile", "64"]
         whole = self.folder / "whole.tif"
@@ -551,4 +549,4 @@ class WithoutSlurm(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[word for word in sys.argv if word != "--long"])
+    unittest.main()

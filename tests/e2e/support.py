@@ -21,6 +21,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared" / "data"
 GOLDEN = ROOT / "tests" / "fixtures" / "golden"
+# Whether a test that sweeps over many values takes all of them, as `./terravox test --all` does.
+THOROUGH = os.environ.get("TERRAVOX_TIER") == "all"
 # Timeout that ends a test that hangs. No test measures time: a busy machine may need minutes for
 # what takes a moment elsewhere.
 HANGS_S = 600
@@ -31,6 +33,12 @@ def binary(name):
     if not path:
         sys.exit(f"TERRAVOX_{name} is not set; run these tests with ctest")
     return path
+
+
+def only_in_all(test):
+    """Marks a test, or a class of them, that `./terravox test` leaves to `--all`."""
+    test.only_in_all = True
+    return test
 
 
 def has_sanitizers():

@@ -9,7 +9,6 @@ import os
 import pathlib
 import re
 import subprocess
-import sys
 import unittest
 import zipfile
 
@@ -128,5 +127,4 @@ class Wheel(Case):
 
 
 if __name__ == "__main__":
-    sys.argv = [argument for argument in sys.argv if argument != "--long"]
     unittest.main()
