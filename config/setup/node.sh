@@ -60,7 +60,9 @@ is_older() {
 # Packages when the lock file has changed since, JavaScript when a source has. npm runs no scripts
 # of packages (.npmrc): nothing is compiled, since @photostructure/sqlite holds its finished build,
 # which every version of Node.js loads.
-build_grabber() {
+build_grabber() { locked "$ROOT/build/.lock-grabber" build_grabber_alone; }
+
+build_grabber_alone() {
     [[ -f $ROOT/grabber/package.json ]] || return 0
     local lock built=$ROOT/grabber/dist/.built stamp=$ROOT/grabber/node_modules/.terravox-lock
     lock=$(sha256sum <"$ROOT/grabber/package-lock.json")

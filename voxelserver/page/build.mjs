@@ -2,7 +2,6 @@
 // - of the voxel server's page: index.html, app.js, app.css
 // - of the viewer: viewer.html, viewer.js, worker.js, viewer.css
 // - licences.txt of the packages in both
-import { build } from 'esbuild';
 import { copyFile, mkdir, writeFile } from 'node:fs/promises';
 import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -15,6 +14,10 @@ if (out === undefined || process.argv.length > 3) {
   process.exit(2);
 }
 
+const { build } = await import('esbuild').catch(() => {
+  console.error('Bundle the web page: the packages in voxelserver/page/node_modules are missing; run ./terravox deps');
+  process.exit(1);
+});
 await mkdir(out, { recursive: true });
 const common = {
   absWorkingDir: root,
