@@ -3,8 +3,8 @@
 
 Whatever happens, a program ends with an exit code of its own and a line with the reason, never by a
 signal; no partial file appears under the requested name; and complete files have the same bytes as
-without faults. With ./terravox test --all the sweeps have more steps. docs/reliability.md lists what is covered
-where.
+without faults. With ./terravox test --all the sweeps have more steps. docs/reliability.md lists
+what is covered where.
 """
 
 import contextlib

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The image for containers: what its layout holds, and whether manifests name it.
 
-With ./terravox test --all it is made, and a picture is rendered in it as user 1000, with a root that cannot be
-written.
+With ./terravox test --all it is made, and a picture is rendered in it as user 1000, with a root
+that cannot be written.
 """
 
 import gzip

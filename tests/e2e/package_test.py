@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Packages for Debian, and the services in them.
 
-With ./terravox test --all the packages are made twice, checked by lintian, and installed, used, upgraded and
-purged in a fresh Debian (debian_root.py).
+With ./terravox test --all the packages are made twice, checked by lintian, and installed, used,
+upgraded and purged in a fresh Debian (debian_root.py).
 """
 
 import functools

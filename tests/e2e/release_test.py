@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Releases.
 
-With ./terravox test --all a draft of Debian packages and the source archive is made, and the latter compiled.
+With ./terravox test --all a draft of Debian packages and the source archive is made, and the latter
+compiled.
 """
 
 import pathlib

@@ -3,6 +3,7 @@
 import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readdirSync, rmSync } from 'node:fs';
+import { availableParallelism } from 'node:os';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -58,5 +59,5 @@ await build({
   logLevel: 'warning',
 });
 const files = tests.map((name) => join(out, name.replace(/ts$/, 'mjs')));
-const tested = await run('--enable-source-maps', '--test', ...kReporters, `--test-concurrency=${files.length}`, ...process.argv.slice(2), ...files);
+const tested = await run('--enable-source-maps', '--test', ...kReporters, `--test-concurrency=${availableParallelism()}`, ...process.argv.slice(2), ...files);
 process.exit(Math.max(tested, ...(await Promise.all(checks))));
