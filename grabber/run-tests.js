@@ -1,4 +1,6 @@
-// Runs every *.test.js below dist-test/tests: npm test -- [OPTION OF NODE...] [PART OF A PATH...]
+// Runs every *.test.js below dist-test/tests:
+//   npm test -- [--tier default|all] [OPTION OF NODE...] [PART OF A PATH...]
+// With --tier all those that are called *.all.test.js, with --tier default the others.
 // Node.js 20 expands no patterns itself, and what a shell makes of ** depends on the shell.
 import { spawnSync } from 'node:child_process';
 import { readdirSync } from 'node:fs';
@@ -12,11 +14,13 @@ const kFolder = fileURLToPath(new URL('dist-test/tests', import.meta.url));
 const kConcurrency = 2;
 
 const words = process.argv.slice(2);
+const tier = words[0] === '--tier' ? words.splice(0, 2)[1] : undefined;
 const options = words.filter((word) => word.startsWith('-'));
 const parts = words.filter((word) => !word.startsWith('-'));
 
 const files = readdirSync(kFolder, { recursive: true, encoding: 'utf8' })
   .filter((name) => name.endsWith('.test.js'))
+  .filter((name) => tier === undefined || name.endsWith('.all.test.js') === (tier === 'all'))
   .filter((name) => parts.length === 0 || parts.some((part) => name.includes(part)))
   .map((name) => join(kFolder, name))
   .sort();

@@ -62,9 +62,7 @@ class Loader(unittest.TestLoader):
 
 
 def is_only_in_all(case, name):
-    return getattr(case, "only_in_all", False) or getattr(
-        getattr(case, name), "only_in_all", False
-    )
+    return getattr(case, "only_in_all", False) or getattr(getattr(case, name), "only_in_all", False)
 
 
 def main():

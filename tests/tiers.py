@@ -78,6 +78,7 @@ class Graph:
     def __init__(self, build):
         self.build = build
         self.headers = self.read_headers()
+        self.known = {}
 
     def ninja(self, *words):
         command = ["ninja", "-C", self.build, "-t", *words]
@@ -93,9 +94,13 @@ class Graph:
                 current = found.setdefault(line.split(": #deps")[0], [])
         return found
 
-    @functools.cache  # noqa: B019: one graph lives as long as the program
     def sources(self, target):
         """@return paths in the sources that a file of the build folder is made from"""
+        if target not in self.known:
+            self.known[target] = self.read_sources(target)
+        return self.known[target]
+
+    def read_sources(self, target):
         paths = set()
         for path in self.ninja("inputs", target).splitlines():
             paths.update([path, *self.headers.get(path, [])])
@@ -178,7 +183,9 @@ def used_by(path):
                     waiting.append((module, None))
             else:
                 words = set().union(*(parts[name][0] for name in names), set())
-                waiting += [(module, {name}) for name in taken & words if (module, name) not in seen]
+                waiting += [
+                    (module, {name}) for name in taken & words if (module, name) not in seen
+                ]
     return files, texts
 
 
@@ -188,7 +195,10 @@ def is_touched(test, changed, graph):
         path = pathlib.Path(word)
         if path.is_relative_to(graph.build):
             touched = graph.sources(str(path.relative_to(graph.build))) & changed
-        elif path.is_relative_to(ROOT / "tests") and path.name not in ("timed.py", "run_unittest.py"):
+        elif path.is_relative_to(ROOT / "tests") and path.name not in (
+            "timed.py",
+            "run_unittest.py",
+        ):
             touched = touched_sources(test, path, changed, graph)
         else:
             continue

@@ -3,9 +3,9 @@
 
     tests/timed.py NAME COMMAND [ARGUMENT...]
 
-A line of NAME TAB SECONDS is added to the file that TERRAVOX_TIMES names: user and system time of the
-command and of all that it started and waited for. Without that variable the command takes the place
-of this script. The exit code is the command's, 128 and the signal's number after a signal.
+A line of NAME TAB SECONDS is added to the file that TERRAVOX_TIMES names: user and system time of
+the command and of all that it started and waited for. Without that variable the command takes the
+place of this script. The exit code is the command's, 128 and the signal's number after a signal.
 """
 
 import os

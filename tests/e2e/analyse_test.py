@@ -31,7 +31,17 @@ from analysing import (
     raster,
     village,
 )
-from support import HANGS_S, Case, Run, binary, entries, hold_port, square, temporary_folder
+from support import (
+    HANGS_S,
+    Case,
+    Run,
+    binary,
+    entries,
+    hold_port,
+    only_in_all,
+    square,
+    temporary_folder,
+)
 
 
 def scarce(kind):
@@ -122,6 +132,7 @@ class Rasters(Case):
         self.assertGreater(cells, 10_000)
         self.assertGreater(interpolated, 5)
 
+    @only_in_all
     def test_values_of_the_sky_are_shares(self):
         file = raster("sky")
         for i in (1, 2):
@@ -156,6 +167,7 @@ class Rasters(Case):
             self.assertEqual(is_seen == NO_DATA, what == NO_DATA)
         self.assertLess(max(distance), 250)
 
+    @only_in_all
     def test_observers_add_up_on_the_file_and_in_the_summary(self):
         west, south, east, north = area()
         first = ["--observer", f"{west + 10},{south + 10},+2"]
@@ -182,6 +194,7 @@ class Rasters(Case):
         self.assertRegex(run.out, r"seen: 0\.\d+ km2 of 0\.\d+ km2")
         self.assertIn("grass", run.out)
 
+    @only_in_all
     def test_observers_of_a_file_are_those_of_the_command_line(self):
         west, south, _, _ = area()
         at = [(west + 20, south + 20), (west + 20, south + 41)]
@@ -202,6 +215,7 @@ class Rasters(Case):
         self.assertEqual((run.code, run.out, run.err), (0, "", ""), run)
         return self.out
 
+    @only_in_all
     def test_hours_of_a_year_are_those_of_its_months(self):
         year = [self.values(raster("sun", *YEAR), i + 1) for i in range(3)]
         months = [self.values(raster("sun", *YEAR, "--monthly"), i + 1) for i in range(13)]
@@ -218,6 +232,7 @@ class Rasters(Case):
                 self.assertLessEqual(months[12][y][x], months[6][y][x] + 100)
         self.assertGreater(lit, 1000)
 
+    @only_in_all
     def test_energy_is_the_sum_of_its_parts_and_most_on_southern_roofs(self):
         flags = [*YEAR, "--directions", "64", "--linke", "2,2,2,3,3,3,4,4,3,3,2,2"]
         bands = [self.values(raster("energy", *flags), i + 1) for i in range(6)]
@@ -236,6 +251,7 @@ class Rasters(Case):
         self.assertGreater(len(facing["south"]), 20)
         self.assertGreater(means["south"], 1.3 * means["north"])
 
+    @only_in_all
     def test_crowns_add_light_below_them_and_nowhere_else(self):
         for band in (2, 3):  # of the sun and of the sky
             values = [self.values(raster(*CROWNS, share), band) for share in ("0", "0.1", "1")]
@@ -248,6 +264,7 @@ class Rasters(Case):
                     more += every > 1.2 * none
             self.assertGreater(more, 200)
 
+    @only_in_all
     def test_an_instant_is_sunlit_or_not(self):
         flags = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--at"]
         noon = [v for row in self.values(raster("sun", *flags, "13:00"), 1) for v in row]
@@ -257,6 +274,7 @@ class Rasters(Case):
         night = [v for row in self.values(raster("sun", *flags, "01:00"), 1) for v in row]
         self.assertEqual({v for v in night if v != NO_DATA}, {0})
 
+    @only_in_all
     def test_several_instants_are_bands_with_the_masks_of_each(self):
         zone = ["--date", "2026-06-21", "--zone", "Europe/Ljubljana"]
         cube = raster("sun", *zone, "--times", "13:00,19:30,2026-12-21T12:00")
@@ -276,6 +294,7 @@ class Rasters(Case):
             self.assertEqual(masks, single)
         self.assertEqual({v for row in self.values(cube, 4) for v in row}, {0})
 
+    @only_in_all
     def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
         months = ["sun", *YEAR, "--monthly"]
         crowns = [*CROWNS, "0.03,0.45"]
@@ -326,6 +345,7 @@ class Rasters(Case):
             rows = data.execute("SELECT * FROM objects ORDER BY id").fetchall()
         return {row["id"]: dict(row) for row in rows}, file
 
+    @only_in_all
     def test_masks_of_several_instants_are_a_cube_of_netcdf_by_time(self):
         folder = temporary_folder()
         cube = folder / "masks.nc"
@@ -408,11 +428,13 @@ class Rasters(Case):
         self.assertEqual((table, is_default), ("objects", 1))
         self.assertIn("graduatedSymbol", qml)
 
+    @only_in_all
     def test_objects_are_the_same_for_any_threads_tiles_and_memory(self):
         wanted, _ = self.objects(*village())
         for flags in (["--threads", "1"], ["--tile", "32"], scarce("energy")):
             self.assertEqual(self.objects(*village(), *flags)[0], wanted, flags)
 
+    @only_in_all
     def test_objects_of_polygons_are_those_cells(self):
         west, south, _, _ = area()
         ring = [(west + 10, south + 10), (west + 30, south + 10), (west + 30, south + 25)]
@@ -427,6 +449,7 @@ class Rasters(Case):
         self.assertEqual((found[1]["cells"], found[1]["area_m2"]), (300, 300))
         self.assertGreater(found[1]["kwh"], 300 * 200)
 
+    @only_in_all
     def test_a_part_has_the_values_of_the_whole(self):
         west, south, east, north = area()
         part = temporary_folder() / "part.tif"
@@ -464,6 +487,7 @@ class Rasters(Case):
                 wanted = raster(kind, *what).read_bytes()
                 self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted)
 
+    @only_in_all
     def test_a_planned_object_is_in_the_world_and_hides_what_is_behind(self):
         west, south, _, _ = area()
         box = f"{west + 60},{south + 40},{west + 70},{south + 50}"
@@ -481,6 +505,7 @@ class Rasters(Case):
         wall = [v for row in self.values(raster("sight", "--add", f"{box},700"), 1) for v in row]
         self.assertLess(wall.count(1), 0.9 * seen.count(1))
 
+    @only_in_all
     def test_a_worker_measures_planned_objects_too(self):
         add = ["--area", "0,0,100,80", "--add", "40,30,60,50,300"]
         files = [temporary_folder() / "a.tif", temporary_folder() / "b.tif"]
@@ -518,6 +543,7 @@ class Rasters(Case):
                         counted += hole == 1
                 self.assertGreater(counted, 1000)
 
+    @only_in_all
     def test_coarser_cells_lie_on_the_same_grid(self):
         info = self.info(raster("terrain", "--resolution", "4"))
         west, south, east, north = area()
@@ -527,6 +553,7 @@ class Rasters(Case):
         self.assertTrue(0 <= west - info["geoTransform"][0] < 4)
         self.assertTrue(0 <= info["geoTransform"][3] - north < 4)
 
+    @only_in_all
     def test_an_interrupted_raster_goes_on_where_it_was(self):
         file = temporary_folder() / "a.tif"
         words = ["analyse", "sky", square(), *area_flag(), "--tile", "16", "--resume", "-o", file]

@@ -6,7 +6,18 @@ import subprocess
 import unittest
 
 from pictures import Picture, scene_of
-from support import ROOT, Case, Run, binary, entries, render, square, temporary_folder, wait_until
+from support import (
+    ROOT,
+    Case,
+    Run,
+    binary,
+    entries,
+    only_in_all,
+    render,
+    square,
+    temporary_folder,
+    wait_until,
+)
 
 SIZE = ["--size", "96x54", "--samples", "1"]
 TURN = "fps = 6\n[turntable]\nseconds = 1\n"
@@ -46,6 +57,7 @@ class Animations(Case):
         for i, deg in enumerate(turns):
             self.assertAlmostEqual(deg, (225 + 60 * i) % 360, places=6)
 
+    @only_in_all
     def test_a_day_goes_from_dark_to_light(self):
         day = (
             "fps = 1\nseconds = 4\n"
@@ -58,6 +70,7 @@ class Animations(Case):
         self.assertEqual(light, sorted(light))
         self.assertGreater(light[-1], 2 * light[0])
 
+    @only_in_all
     def test_keys_move_the_camera_and_a_key_is_the_picture_of_its_scene(self):
         keys = (
             "fps = 2\n[[key]]\ntime_s = 0\ncamera.position = [462400, 101400, 700]\n"
@@ -88,6 +101,7 @@ class Animations(Case):
         )
         self.assertTrue(last.read_bytes() == (self.frames / "002.png").read_bytes())
 
+    @only_in_all
     def test_killed_in_the_middle_it_goes_on_where_it_was(self):
         frames = 24  # of which a busy machine may let some pass between the third and the kill
         film = self.file(f"fps = {frames}\n[turntable]\nseconds = 1\n")
@@ -137,6 +151,7 @@ class Animations(Case):
             "what the killed run had begun still lies there",
         )
 
+    @only_in_all
     def test_done_frames_stay_changed_ones_are_made_again(self):
         film = self.file(TURN)
         flags = [*SIZE, "-o", self.pattern]
@@ -161,6 +176,7 @@ class Animations(Case):
         self.assertIn("6 frames made, 0 were done before", animate(film, *flags, "--again").err)
         self.assertEqual(self.contents(), first)
 
+    @only_in_all
     def test_frames_of_another_survey_or_other_materials_are_made_again(self):
         film = self.file(TURN)
         data = self.folder / "data"
@@ -206,6 +222,7 @@ class Animations(Case):
         shutil.copy(next(other.glob("*.laz")), data / "a.laz")
         self.assertIn("6 frames made, 0 were done before", said())
 
+    @only_in_all
     def test_what_the_run_itself_writes_into_the_inputs_is_no_change(self):
         data = self.folder / "data"
         data.mkdir()
@@ -301,6 +318,7 @@ class Animations(Case):
                 self.assertRefused(animate(file, *SIZE, "-o", pattern), 2, said)
                 self.assertFalse(self.contents() if self.frames.exists() else {})
 
+    @only_in_all
     def test_without_ffmpeg_a_video_is_refused_before_any_frame(self):
         empty = temporary_folder()
         run = animate(
@@ -318,6 +336,7 @@ class Animations(Case):
         self.assertFalse(self.contents() if self.frames.exists() else {})
         self.assertFalse((self.folder / "a.mp4").exists())
 
+    @only_in_all
     @unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is not installed")
     def test_with_ffmpeg_there_is_a_video(self):
         video = self.folder / "a.mp4"

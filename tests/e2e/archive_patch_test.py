@@ -14,7 +14,7 @@ import time
 import unittest
 
 from static_host import StaticHost
-from support import Case, Run, binary, entries, prints_of, temporary_folder
+from support import Case, Run, binary, entries, only_in_all, prints_of, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--cache", "none", "--quiet"]
 # Where materials are guessed from intensities, squares up to 500 m away change, too.
@@ -91,6 +91,7 @@ class Patch(Case):
                 self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx"))
                 self.assertDone(archive("verify", out))
 
+    @only_in_all
     def test_materials_that_are_guessed_change_with_squares_that_are_near(self):
         old = convert(self.data[2], temporary_folder() / "old.tvx", *OPTIONS)
         data = self.flown_again(self.names[24])
@@ -99,6 +100,7 @@ class Patch(Case):
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *OPTIONS))
 
+    @only_in_all
     def test_a_square_that_is_new_is_added(self):
         data = self.flown_again()
         (data / f"{self.names[24]}.laz").unlink()
@@ -108,6 +110,7 @@ class Patch(Case):
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, self.old)
 
+    @only_in_all
     def test_islands_are_compared_with_what_lies_far_from_them(self):
         def islands_of(data):
             for name in self.names[1:24]:
@@ -128,6 +131,7 @@ class Patch(Case):
         run = archive("patch", old, change, "-o", out, "--overwrite")
         self.assertRefused(run, 2, "are not alike")
 
+    @only_in_all
     def test_several_changes_are_put_in_together(self):
         """Far from each other, and next to each other: each is compared where the other changes."""
         for names in ((self.names[0], self.names[24]), (self.names[11], self.names[12])):
@@ -140,6 +144,7 @@ class Patch(Case):
                     self.assertDone(archive("patch", self.old, *files, "-o", out))
                     self.assertSameBytes(out, new)
 
+    @only_in_all
     def test_photographs_whose_light_is_taken_out_change_with_their_squares(self):
         photographs = [*PLAIN, "--ortho", self.data[2] / "ortho"]
         old = convert(self.data[2], temporary_folder() / "old.tvx", *photographs)
@@ -149,6 +154,7 @@ class Patch(Case):
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *photographs))
 
+    @only_in_all
     def test_no_names_are_no_change_of_everything(self):
         for names in ("", ",", ",,"):
             out = temporary_folder() / "change.tvx"
@@ -156,6 +162,7 @@ class Patch(Case):
             self.assertRefused(Run(words), 2, "names none", "allowed: names")
             self.assertEqual(entries(out.parent), [])
 
+    @only_in_all
     def test_threads_do_not_matter(self):
         out = temporary_folder() / "patched.tvx"
         for threads in (1, 3):
@@ -163,6 +170,7 @@ class Patch(Case):
             self.assertDone(archive("patch", self.old, self.change, *words))
             self.assertSameBytes(out, self.new)
 
+    @only_in_all
     def test_the_archive_itself_is_replaced_and_killed_patches_leave_it_whole(self):
         place = pathlib.Path(shutil.copy(self.old, temporary_folder() / "place.tvx"))
         states = (self.old.read_bytes(), self.new.read_bytes())
@@ -185,6 +193,7 @@ class Patch(Case):
         self.assertDone(archive("patch", place, self.change))
         self.assertSameBytes(place, self.new)
 
+    @only_in_all
     def test_a_symbolic_link_stays_and_what_it_leads_to_is_written(self):
         folder = temporary_folder()
         (folder / "disk").mkdir()
@@ -210,6 +219,7 @@ class Patch(Case):
         self.assertRefused(run, 1, "symbolic links")
         self.assertEqual(entries(folder), ["again.tvx", "disk", "place.tvx"])
 
+    @only_in_all
     def test_readers_see_the_old_or_the_new_one(self):
         """Files that are open, and hosts with entity tags: whole archives, and never a mixture."""
         back = self.change_of(self.data[2], self.names[11])
@@ -261,6 +271,7 @@ class Patch(Case):
         self.assertDone(Run([binary("CONVERT"), file, out, "--level", "2", "--quiet"]))
         return out.read_bytes()
 
+    @only_in_all
     def test_a_change_says_what_it_is(self):
         run = archive("info", self.change)
         self.assertDone(run)

@@ -14,7 +14,7 @@ import time
 import unittest
 
 from small_disk import SmallDisk, why_not
-from support import ROOT, THOROUGH, Case, Run, binary, temporary_folder, wait_until
+from support import ROOT, THOROUGH, Case, Run, binary, only_in_all, temporary_folder, wait_until
 
 NO_SMALL_DISK = why_not()
 # Seeds of kills.
@@ -158,6 +158,7 @@ class Country(Case):
         plan = [survey(), "-o", self.plan, "--heights", "500"]
         self.assertRefused(country("plan", *plan), 2, "--heights")
 
+    @only_in_all
     def test_what_a_kill_leaves_of_a_finished_shard_is_removed(self):
         self.make_plan(2)
         self.assertDone(country("run", self.plan, "--task", "1", "--quiet"))
@@ -167,6 +168,7 @@ class Country(Case):
         self.assertSame()
         self.assertFalse(journal.exists())
 
+    @only_in_all
     def test_killed_at_any_time_it_goes_on_and_makes_nothing_again(self):
         """The whole run, and single tasks, are killed at random times until it is done."""
         for seed in range(KILLED_RUNS):
@@ -226,6 +228,7 @@ class Country(Case):
         run = country("run", self.plan, "-o", self.out)
         self.assertRefused(run, 1, square.name, "is new")
 
+    @only_in_all
     def test_other_settings_than_planned_are_refused(self):
         settings = self.folder / "voxelize.toml"
         shutil.copy(ROOT / "config" / "voxelize.toml", settings)
@@ -247,6 +250,7 @@ class Country(Case):
         plan = json.loads(file.read_text(encoding="utf-8"))
         file.write_text(json.dumps({**plan, **values}), encoding="utf-8")
 
+    @only_in_all
     def test_another_version_is_refused(self):
         self.make_plan(2)
         self.edit_plan(program="0.0.1")
@@ -282,6 +286,7 @@ class Country(Case):
                     run = country(command[0], self.plan, *command[1:])
                     self.assertRefused(run, 1, "read the plan")
 
+    @only_in_all
     def test_two_runs_at_once_never_spoil_anything(self):
         self.make_plan(9)
         first = start("run", self.plan, "-o", self.out, "--jobs", "1", "--quiet")
@@ -300,6 +305,7 @@ class Country(Case):
         self.assertEqual(first.returncode, 0)
         self.assertSame()
 
+    @only_in_all
     def test_tasks_elsewhere_share_a_plan_with_a_run(self):
         self.make_plan(9)
         run = start("run", self.plan, "-o", self.out, "--jobs", "1", "--quiet")
@@ -309,6 +315,7 @@ class Country(Case):
         self.assertEqual(run.wait(), 0)
         self.assertSame()
 
+    @only_in_all
     def test_a_task_that_runs_is_not_made_twice(self):
         self.make_plan(2)
         task = start("run", self.plan, "--task", "1", "--threads", "1", "--quiet")
@@ -351,6 +358,7 @@ class Country(Case):
         self.assertEqual(status.code, 3, str(status))
         self.assertIn(unreadable.stem, status.out)
 
+    @only_in_all
     def test_a_square_damaged_in_its_first_points_is_missing_by_name(self):
         data = pathlib.Path(shutil.copytree(survey(), self.folder / "data"))
         broken = sorted(data.glob("*.laz"))[4]
@@ -364,6 +372,7 @@ class Country(Case):
         self.assertIn(f"missing: {broken.stem}: read the point cloud", run.err)
         self.assertEqual(Run([binary("ARCHIVE"), "verify", self.out]).code, 0)
 
+    @only_in_all
     def test_data_of_which_nothing_can_be_opened_are_no_wrong_usage(self):
         data = self.folder / "data"
         data.mkdir()
@@ -372,6 +381,7 @@ class Country(Case):
         self.assertRefused(run, 1, "no file can be opened", "TM_462_101.laz")
         self.assertFalse(self.plan.exists())
 
+    @only_in_all
     def test_an_archive_that_is_there_is_left_alone(self):
         self.make_plan(2)
         self.out.write_text("mine", encoding="utf-8")
@@ -384,6 +394,7 @@ class Country(Case):
         self.assertDone(run)
         self.assertIn("there already, of 2 shards", run.out)
 
+    @only_in_all
     def test_a_shard_that_is_damaged_is_made_again(self):
         self.make_plan(2)
         self.assertDone(country("run", self.plan, "-o", self.out, "--quiet"))
@@ -395,6 +406,7 @@ class Country(Case):
         self.assertSame()
         self.assertEqual(shard.read_bytes(), kept)
 
+    @only_in_all
     def test_a_plan_and_its_data_can_be_moved(self):
         place = self.folder / "place"
         place.mkdir()
@@ -441,6 +453,7 @@ class Country(Case):
         run = country("run", self.plan, "-o", self.out, "--join")
         self.assertRefused(run, 1, "shard 1 of 2 is missing")
 
+    @only_in_all
     def test_a_plan_does_not_say_where_to_write_elsewhere(self):
         """A plan may be a stranger's, and its run.json names any file of this user."""
         self.make_plan(2)
@@ -456,6 +469,7 @@ class Country(Case):
         self.assertDone(country("resume", self.plan, "-o", elsewhere, "--quiet"))
         self.assertEqual(elsewhere.read_bytes(), whole())
 
+    @only_in_all
     @unittest.skipIf(NO_SMALL_DISK, NO_SMALL_DISK)
     def test_a_full_disk_in_a_task_is_a_line_and_loses_nothing(self):
         with SmallDisk(40_000) as disk:
@@ -477,6 +491,7 @@ class Country(Case):
             self.assertEqual((disk.seen / "country.tvx").read_bytes(), whole())
             self.assertEqual((disk.seen / "plan" / "shards" / "00001.tvx").read_bytes(), first)
 
+    @only_in_all
     def test_ctrl_c_ends_it_with_a_line(self):
         self.make_plan(9)
         run = subprocess.Popen(
@@ -508,6 +523,7 @@ class Scripts(Case):
             cwd=self.folder,
         )
 
+    @only_in_all
     def test_the_script_for_slurm_makes_the_archive(self):
         programs = self.folder / "bin"
         programs.mkdir()
@@ -523,6 +539,7 @@ class Scripts(Case):
         self.assertIn("--dependency=afterany:1", said)
         self.assertEqual((self.folder / "my out.tvx").read_bytes(), whole())
 
+    @only_in_all
     def test_the_template_for_openjd_makes_the_archive(self):
         self.assertDone(self.write("--openjd", "job.json"))
         job = json.loads((self.folder / "job.json").read_text(encoding="utf-8"))
@@ -537,6 +554,7 @@ class Scripts(Case):
             self.assertDone(Run(words, environment={"PATH": path}))
         self.assertEqual((self.folder / "plan.tvx").read_bytes(), whole())
 
+    @only_in_all
     def test_the_jobs_for_kubernetes_make_the_archive(self):
         pods = ("--image", "terravox:0", "--claim", "data", "--nodes", "2")
         self.assertDone(self.write("--kubernetes", "jobs.json", *pods))

@@ -21,6 +21,7 @@ from support import (
     Run,
     Server,
     binary,
+    only_in_all,
     render,
     survey,
     temporary_folder,
@@ -152,6 +153,7 @@ class Farm(unittest.TestCase):
         for worker in workers:
             self.assertEqual(worker.end(), 0, worker.log())
 
+    @only_in_all
     def test_a_generated_token_is_shown(self):
         coordinator = self.coordinator(
             "shown.png",
@@ -172,6 +174,7 @@ class Farm(unittest.TestCase):
         )
         self.check(coordinator, "shown.png", wanted="short.png")
 
+    @only_in_all
     def test_green_alone_and_together_with_others(self):
         self.check(
             self.coordinator("green.png", "--green", scene=SHORT), "green.png", wanted="short.png"
@@ -208,6 +211,7 @@ class Farm(unittest.TestCase):
                 return
         self.fail(f"{address} never finished {tiles} tiles")
 
+    @only_in_all
     def test_all_workers_lost(self):
         worker, a = self.worker()
         coordinator = self.coordinator(
@@ -230,6 +234,7 @@ class Farm(unittest.TestCase):
         self.assertGreater(done["tiles_resumed"], 0)
         self.assertEqual(done["tiles"] + done["tiles_resumed"], 144)
 
+    @only_in_all
     def test_a_worker_that_is_busy_is_none(self):
         _, a = self.worker()
         # A paused worker keeps its coordinator for as long as that waits.
@@ -241,6 +246,7 @@ class Farm(unittest.TestCase):
         self.assertEqual(second.end(), 3, second.log())
         self.assertEqual(second.log().count("works for another coordinator"), 1, second.log())
 
+    @only_in_all
     def test_a_coordinator_killed_and_resumed(self):
         _, a = self.worker()
         _, b = self.worker()
@@ -326,6 +332,7 @@ class Farm(unittest.TestCase):
         self.assertEqual(late.code, 1, late)
         self.assertIn("its certificate is revoked", late.err)
 
+    @only_in_all
     def test_the_unwelcome_are_refused_and_harm_nothing(self):
         daemon, a = self.worker()
         port = int(a.rsplit(":", 1)[1])
@@ -371,6 +378,7 @@ class Farm(unittest.TestCase):
         )
         self.check(coordinator, "alone.png", wanted="short.png")
 
+    @only_in_all
     def test_a_busy_worker_serves_coordinators_one_after_the_other(self):
         _, a = self.worker()
         first = self.coordinator("first.png", "--worker", a, "--threads", "0")
@@ -378,6 +386,7 @@ class Farm(unittest.TestCase):
         self.check(first, "first.png")
         self.check(second, "second.png")
 
+    @only_in_all
     def test_metrics_and_configuration(self):
         config = self.out / "worker.toml"
         text = 'version = 1\nlisten = "127.0.0.1:0"\nthreads = 1\nmetrics = "127.0.0.1:0"\n'
@@ -405,6 +414,7 @@ class Farm(unittest.TestCase):
         daemon.process.send_signal(signal.SIGTERM)
         self.assertEqual(daemon.end(), 0, daemon.log())
 
+    @only_in_all
     def test_a_worker_that_opens_a_silent_server_ends_at_a_signal(self):
         server = Server(survey())
         self.addCleanup(server.stop)
@@ -429,6 +439,7 @@ class Farm(unittest.TestCase):
         self.assertEqual(worker.end(), 0, worker.log())
         self.assertNotIn("hole", worker.log())
 
+    @only_in_all
     def test_paused_and_resumed(self):
         def state(address):
             members = self.status(address)["members"]
@@ -504,6 +515,7 @@ class Farm(unittest.TestCase):
         files = {"ca": "ca.pem", "cert": f"{name}.pem", "key": f"{name}.key"}
         return [word for flag, file in files.items() for word in (f"--tls-{flag}", folder / file)]
 
+    @only_in_all
     def test_workers_that_announce_themselves(self):
         path = os.environ["PATH"] + ":/usr/sbin:/sbin"
         missing = [

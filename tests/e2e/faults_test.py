@@ -59,7 +59,9 @@ class Faults(Writers):
 
     @unittest.skipIf(has_sanitizers(), "a sanitizer asks through a pipe what memory may be read")
     def test_too_few_descriptors_are_reported(self):
-        for name in WRITERS if THOROUGH else ("render to EXR", "archive", "glTF", "synthetic survey"):
+        for name in (
+            WRITERS if THOROUGH else ("render to EXR", "archive", "glTF", "synthetic survey")
+        ):
             for value in range(3, 40) if THOROUGH else (3, 5, 6, 8, 11, 16, 24):
                 with self.subTest(name, descriptors=value):
                     arguments, out = self.writer(name)

@@ -20,6 +20,7 @@ from support import (
     Run,
     binary,
     entries,
+    only_in_all,
     render,
     square,
     survey,
@@ -115,6 +116,7 @@ class Maps(Case):
                 if name != "turned":
                     self.assertEqual((alpha[64 * 192 + 20], alpha[64 * 192 + 180]), (0, 0))
 
+    @only_in_all
     def test_larger_than_memory_it_is_the_same_map(self):
         out = temporary_folder()
         flags = [
@@ -172,6 +174,7 @@ class Maps(Case):
                     agreement(material, kind, shift), here, f"material {material}, moved 3 m {name}"
                 )
 
+    @only_in_all
     def test_a_colour_of_the_orthophoto_is_found_at_its_place(self):
         out = temporary_folder()
         flags = [
@@ -227,6 +230,7 @@ class Maps(Case):
         for dx, dy in ((4, 0), (-4, 0), (0, 4), (0, -4)):
             self.assertLess(here, 0.8 * difference(dx, dy), f"moved by {dx}, {dy} m")
 
+    @only_in_all
     def test_other_views_are_pictures_without_a_place(self):
         out = temporary_folder()
         views = {
@@ -244,6 +248,7 @@ class Maps(Case):
                 self.assertEqual(tags.geo_keys(), {})
                 self.assertEqual(set(Picture(out / f"{name}.tif").types.values()), {"float"})
 
+    @only_in_all
     @unittest.skipUnless(shutil.which("gdalinfo"), "gdalinfo is not installed")
     def test_gdal_reads_the_same(self):
         out = temporary_folder()
@@ -312,6 +317,7 @@ class WholeMaps(Case):
             same += abs(here - piece.channel("G")[y * 32 + x]) < 0.1
         self.assertGreater(same, 0.9 * 16 * 32)
 
+    @only_in_all
     def test_a_map_is_the_picture_of_a_camera_that_looks_straight_down(self):
         out = temporary_folder()
         area = f"{WEST},{SOUTH},{EAST},{NORTH}"
@@ -324,6 +330,7 @@ class WholeMaps(Case):
         metadata = Picture(out / "map.tif").metadata
         self.assertEqual((metadata["ImageDescription"], metadata["Copyright"]), ("Bled", "ARSO"))
 
+    @only_in_all
     def test_an_interrupted_map_goes_on(self):
         out = temporary_folder()
         words = [
@@ -351,6 +358,7 @@ class WholeMaps(Case):
         self.assertEqual(file.read_bytes(), (out / "whole.pmtiles").read_bytes())
         self.assertEqual(pmtiles_archive.Archive(file).kind, 4)
 
+    @only_in_all
     def test_a_map_for_the_web_does_not_depend_on_threads_or_tiles(self):
         out = temporary_folder()
         flags = [square(), "--resolution", "1", "--tiles", "png", "--title", "Bled"]
@@ -374,6 +382,7 @@ class WholeMaps(Case):
         self.assertGreaterEqual(len(tiles.tiles), 3)
         self.assertEqual({tile[:8] for tile in tiles.tiles.values()}, {b"\x89PNG\r\n\x1a\n"})
 
+    @only_in_all
     def test_tiles_may_be_larger_and_zooms_chosen(self):
         out = temporary_folder()
         flags = [square(), "--resolution", "1", "--tiles", "png"]
@@ -389,6 +398,7 @@ class WholeMaps(Case):
             self.assertDone(draw_map(*flags, "--zooms", zooms, "--quiet", "-o", file))
             self.assertEqual(pmtiles_archive.Archive(file).zooms, expected)
 
+    @only_in_all
     def test_a_terminal_shows_how_many_tiles_are_cut(self):
         out = temporary_folder()
         ours, theirs = pty.openpty()
@@ -414,6 +424,7 @@ class WholeMaps(Case):
         self.assertRegex(said, rb"tile \d+ of \d+  [0-9.]+ Mray/s")
         self.assertRegex(said, rb"100 %  tile (\d+) of \1  0 s left")
 
+    @only_in_all
     def test_workers_draw_the_same_map(self):
         out = temporary_folder()
         secret = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"}
@@ -434,6 +445,7 @@ class WholeMaps(Case):
         self.assertEqual(drawn["kind"], "socket")
         self.assertGreater(drawn["pixels"], 60_000)
 
+    @only_in_all
     def test_a_map_with_holes_is_made_and_counted(self):
         """Of an archive that is damaged: what can be drawn is, and the exit code is 3."""
         out = temporary_folder()

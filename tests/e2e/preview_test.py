@@ -20,6 +20,7 @@ from support import (
     Server,
     binary,
     hold_port,
+    only_in_all,
     render,
     survey,
     temporary_folder,
@@ -259,6 +260,7 @@ class Window(Case):
             print(f"{what}: {report[what]}", file=sys.stderr)
         self.assertGreater(report["first_pictures"]["count"], 5)
 
+    @only_in_all
     def test_layers_themes_help_and_a_measured_distance(self):
         program = self.preview(survey(), "--samples", "1")
         desktop = self.desktop
@@ -289,6 +291,7 @@ class Window(Case):
         self.keep("no-panel")
         self.quit(program)
 
+    @only_in_all
     def test_the_panel_by_keyboard_alone(self):
         program = self.preview(survey(), "--samples", "1", "--ui-scale", "1.5", "--light")
         desktop = self.desktop
@@ -306,6 +309,7 @@ class Window(Case):
         self.assertEqual(self.time_h(program), 12.5)
         self.quit(program)
 
+    @only_in_all
     def test_keys_behind_a_click_are_the_fields_however_busy_the_program_is(self):
         height = 1500
         program = self.preview(survey(), "--samples", "1", height=height)
@@ -329,6 +333,7 @@ class Window(Case):
         program.saw("picked voxel: ")
         self.quit(program)
 
+    @only_in_all
     def test_threads_and_workers_are_added_and_a_final_picture_given_up(self):
         _, address = self.worker()
         program = self.preview(
@@ -374,6 +379,7 @@ class Window(Case):
         self.keep("given-up")
         self.quit(program)
 
+    @only_in_all
     def test_coordinates_a_click_on_the_map_and_a_named_view_lead_there(self):
         program = self.preview(survey(), "--samples", "1", height=1500)
         desktop = self.desktop
@@ -409,6 +415,7 @@ class Window(Case):
         self.assertGreater(abs(target()[0] - 462560), 4)
         self.quit(program)
 
+    @only_in_all
     def test_a_flight_is_made_played_and_saved(self):
         program = self.preview(survey(), "--size", "64x36", "--samples", "1")
         desktop = self.desktop
@@ -448,6 +455,7 @@ class Window(Case):
         self.assertDone(frames)
         self.assertTrue((self.out / "frame-0000.png").exists(), list(self.out.iterdir()))
 
+    @only_in_all
     def test_no_memory_is_lost_over_hundreds_of_moves(self):
         # A small window makes a move a quick one. Its picture, of some 100,000 pixels, still takes
         # several times the 41 KiB for each move that the check below lets pass.
@@ -473,6 +481,7 @@ class Window(Case):
         self.assertLess(after, before + 16)
         self.quit(program)
 
+    @only_in_all
     def test_tiny_hidden_and_closed_in_the_middle(self):
         program = self.preview(
             survey(), "--integrator", "path", "--samples", "4000", "--size", "4000x4000"
@@ -490,6 +499,7 @@ class Window(Case):
         self.quit(program)  # in the middle: the picture would take hours
         self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
 
+    @only_in_all
     def test_a_broken_scene_is_reported_and_the_window_stays(self):
         program = self.preview(survey(), "--samples", "1", "--voxel", "2")
         broken = self.out / "scene.toml"
@@ -525,6 +535,7 @@ class Window(Case):
         self.wait_for_more(program, FIRST, pictures)
         self.quit(program)
 
+    @only_in_all
     def test_a_world_that_cannot_be_opened(self):
         program = self.preview("http://127.0.0.1:9", "--processing-box-timeout-s", "1", first=False)
         program.saw(r"\[error\].*127.0.0.1:9")
@@ -540,6 +551,7 @@ class Window(Case):
         wait_until(closed, "the window is closed")
         self.assertEqual(program.end(), 1, program.log())
 
+    @only_in_all
     def test_a_server_that_goes_and_comes_back(self):
         port = hold_port()
         server = Server(survey(), port=port)
@@ -563,6 +575,7 @@ class Window(Case):
         self.keep("server-back")
         self.quit(program)
 
+    @only_in_all
     def test_a_worker_that_comes_and_is_killed(self):
         worker, address = self.worker()
         program = self.preview(

@@ -36,6 +36,7 @@ from support import (
     binary,
     compare,
     entries,
+    only_in_all,
     render,
     survey,
     temporary_folder,
@@ -99,6 +100,7 @@ class Publish(Case):
         self.assertRefused(refused, 2, "would be removed from the site")
         self.assertTrue((site / "place.tvx").exists())
 
+    @only_in_all
     def test_planned_objects_are_in_the_archive_of_a_site(self):
         folder = temporary_folder()
         info = Run([binary("RAYTRACER"), "world", "info", self.site / "place.tvx", "--json"])
@@ -114,6 +116,7 @@ class Publish(Case):
             self.assertGreater(higher, 20, data)
             self.assertEqual("squares.json" in entries(folder / "site"), data == survey())
 
+    @only_in_all
     def test_an_archive_elsewhere_is_referred_to_and_not_copied(self):
         folder = temporary_folder()
         shutil.copy(self.site / "place.tvx", folder / "valley.tvx")
@@ -145,6 +148,7 @@ class Publish(Case):
         self.assertRefused(own, 2, "would be removed")
         self.assertTrue((self.site / "place.tvx").exists())
 
+    @only_in_all
     def test_a_browser_reads_an_archive_of_another_host(self):
         if not os.environ.get("TERRAVOX_NODE"):
             self.skipTest("no Node.js")
@@ -173,6 +177,7 @@ class Publish(Case):
             pages.stop()
             files.stop()
 
+    @only_in_all
     def test_a_part_is_published_where_one_is_chosen(self):
         site = temporary_folder() / "site"
         noise = ("generated:7", site, "--no-preview", "--sun-date", "2026-06-21")
@@ -194,6 +199,7 @@ class Publish(Case):
         archive = publish(site / "place.tvx", site.parent / "other", "--area", "0,0,64,64")
         self.assertRefused(archive, 2, "published whole")
 
+    @only_in_all
     def test_a_damaged_archive_is_published_with_a_word_of_its_holes(self):
         folder = temporary_folder()
         data = bytearray((self.site / "place.tvx").read_bytes())
@@ -216,6 +222,7 @@ class Publish(Case):
         # Now it is a site.
         self.assertDone(publish(place, folder, "--no-preview"))
 
+    @only_in_all
     def test_a_web_server_may_read_all_files_of_a_site(self):
         folder = temporary_folder()
         shutil.copy(self.site / "place.tvx", folder / "private.tvx")
@@ -294,6 +301,7 @@ class Publish(Case):
             code = view.end()
         self.assertEqual(code, 0, view.log())
 
+    @only_in_all
     def test_view_shows_what_is_no_site_yet_and_leaves_nothing(self):
         scratch = temporary_folder()
         view = Program(
@@ -312,6 +320,7 @@ class Publish(Case):
         self.assertEqual(code, 0, view.log())
         self.assertEqual(entries(scratch), [])
 
+    @only_in_all
     def test_a_view_that_is_stopped_while_it_publishes_leaves_nothing(self):
         for stop in (signal.SIGINT, signal.SIGTERM):
             scratch = temporary_folder()
@@ -374,6 +383,7 @@ class Publish(Case):
         self.assertGreaterEqual(same, 0.999)
         self.assertGreaterEqual(lit, 0.995)
 
+    @only_in_all
     def test_views_levels_dates_and_light_are_those_of_the_ray_tracer(self):
         if not os.environ.get("TERRAVOX_NODE"):
             self.skipTest("no Node.js")

@@ -14,7 +14,17 @@ import time
 import unittest
 
 from pictures import Picture
-from support import HANGS_S, Case, Run, binary, entries, render, square, temporary_folder
+from support import (
+    HANGS_S,
+    Case,
+    Run,
+    binary,
+    entries,
+    only_in_all,
+    render,
+    square,
+    temporary_folder,
+)
 
 COLUMNS = 20
 ROWS = 12
@@ -167,6 +177,7 @@ class Resume(Case):
         self.assertLess(count, TILES)
         return count
 
+    @only_in_all
     def test_killed_at_any_time_it_goes_on_and_no_finished_tile_is_rendered_again(self):
         self.assertDone(render(square(), *FLAGS, "--part", "1/1", "-o", self.out / "size.exr"))
         full = (self.out / "size.exr.part-1-of-1.tiles").stat().st_size
@@ -204,6 +215,7 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
+    @only_in_all
     def test_the_choice_and_order_of_processors_do_not_matter(self):
         before = self.half_done("--quality-tile-order", "rows", "--threads", "1")
         self.assertDone(
@@ -221,6 +233,7 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
+    @only_in_all
     def test_a_picture_that_streams_goes_on_too(self):
         flags = ["--memory-mib", "2"]  # its film would take 1.6 MiB
         before = self.half_done(*flags)
@@ -229,6 +242,7 @@ class Resume(Case):
         self.assertEqual(Picture(self.picture).tile, [TILE, TILE])
         self.assertWhole()
 
+    @only_in_all
     def test_without_the_option_nothing_is_kept_and_at_the_end_nothing_is_left(self):
         self.assertDone(render(square(), *FLAGS, "-o", self.out / "b.exr"))
         self.assertDone(self.resume())
@@ -236,6 +250,7 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], 0)
         self.assertEqual(self.report()["tiles"], TILES)
 
+    @only_in_all
     def test_another_picture_is_refused_and_the_tiles_stay(self):
         self.half_done()
         before = self.journal.read_bytes()
@@ -262,6 +277,7 @@ class Resume(Case):
         self.assertRefused(self.resume("--time", "5"), 2, "quality.time_s")
         self.assertEqual(self.journal.read_bytes(), before)
 
+    @only_in_all
     def test_data_that_changed_are_another_picture(self):
         data = self.out / "data.laz"
         shutil.copy(square(), data)
@@ -282,6 +298,7 @@ class Resume(Case):
         self.assertDone(render(elsewhere, *command))
         self.assertWhole()
 
+    @only_in_all
     def test_damage_costs_the_tiles_that_it_hit(self):
         before = self.half_done()
         data = bytearray(self.journal.read_bytes())
@@ -299,11 +316,13 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], before - len(hit))
         self.assertWhole()
 
+    @only_in_all
     def test_a_file_that_is_none_is_not_overwritten(self):
         self.journal.write_text("my notes")
         self.assertRefused(self.resume(), 1, "a.exr.tiles", "no checkpoint of a picture")
         self.assertEqual(self.journal.read_text(), "my notes")
 
+    @only_in_all
     def test_a_full_disk_is_reported_and_resumed_from(self):
         run = self.resume(file_bytes=80_000)
         self.assertRefused(run, 1, "a.exr.tiles", "File too large", "--resume goes on with them")
@@ -313,6 +332,7 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
+    @only_in_all
     def test_two_coordinators_do_not_write_to_one_checkpoint(self):
         command = [
             "render",
@@ -375,6 +395,7 @@ class Merge(Case):
     def setUp(self):
         self.out = temporary_folder()
 
+    @only_in_all
     def test_parts_share_the_tiles_and_write_no_picture(self):
         done = [set(cells(part)) for part in self.parts]
         self.assertEqual(done[0] & done[1], set())
@@ -400,6 +421,7 @@ class Merge(Case):
             if key.startswith("terravox:"):
                 self.assertEqual(whole.metadata[key], value, key)
 
+    @only_in_all
     def test_larger_than_memory_they_stream(self):
         self.assertDone(
             merge(*reversed(self.parts), "-o", self.out / "a.exr", "--memory-mib", "2", "--quiet")
@@ -441,6 +463,7 @@ class Merge(Case):
         self.assertEqual(json.loads((self.out / "r.json").read_text())["tiles_resumed"], TILES // 2)
         self.assertTrue(Picture(self.out / "b.exr").bytes == Picture(self.made / "whole.exr").bytes)
 
+    @only_in_all
     def test_parts_of_parts_join_in_steps(self):
         self.assertDone(merge(*self.parts, "--tiles", self.out / "all.tiles", "--quiet"))
         self.assertDone(
@@ -453,6 +476,7 @@ class Merge(Case):
             "all.tiles: it is there already",
         )
 
+    @only_in_all
     def test_a_part_that_was_cut_off_goes_on(self):
         part = self.out / "a.exr.part-1-of-2.tiles"
         whole = self.parts[0].read_bytes()
@@ -476,6 +500,7 @@ class Merge(Case):
         self.assertEqual((report["tiles_resumed"], report["tiles"]), (before, TILES // 2 - before))
         self.assertEqual(set(cells(part)), set(cells(self.parts[0])))
 
+    @only_in_all
     def test_what_a_file_is_of(self):
         run = merge("--info", *self.parts)
         self.assertDone(run)

@@ -1,4 +1,5 @@
-// Compiles the grabber and its tests, and runs them: node run.js [what grabber/run-tests.js takes]
+// Compiles the grabber and its tests, and runs them:
+//   node run.js [what grabber/run-tests.js takes]
 import { spawnSync } from 'node:child_process';
 import { existsSync, readdirSync, rmSync } from 'node:fs';
 import { join } from 'node:path';

@@ -1,4 +1,6 @@
-// Checks the types of the page and of its tests, bundles both, and runs the tests: node run.mjs [arguments of node --test]
+// Checks the types of the page and of its tests, bundles both, and runs the tests:
+//   node run.mjs [--tier default|all] [arguments of node --test]
+// With --tier all those that are called *.all.test.ts, with --tier default the others.
 // With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE, that of a published site, it runs what depends on these alone.
 import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
@@ -12,6 +14,8 @@ import { kReporters } from '../skips.mjs';
 const here = dirname(fileURLToPath(import.meta.url));
 const page = join(here, '../../voxelserver/page');
 const modules = join(page, 'node_modules');
+const words = process.argv.slice(2);
+const tier = words[0] === '--tier' ? words.splice(0, 2)[1] : undefined;
 if (!existsSync(modules)) {
   console.error('The packages of the page are missing: run ./terravox deps');
   process.exit(1);
@@ -28,13 +32,13 @@ function run(...args) {
 
 // The type checks compute while the tests mostly wait for a browser: they run side by side.
 const given = {
-  TERRAVOX_URL: ['page.test.ts'],
+  TERRAVOX_URL: ['page.all.test.ts'],
   TERRAVOX_SITE: ['site.test.ts', 'site-tools.test.ts'],
   TERRAVOX_VIEWED: ['server-view.test.ts'],
 };
 const forPrograms = [...given.TERRAVOX_SITE, ...given.TERRAVOX_VIEWED];
 const alone = Object.keys(given).find((name) => process.env[name] !== undefined);
-const checks = (alone !== undefined ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
+const checks = (alone !== undefined || tier === 'all' ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
 const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
 if (built !== 0) process.exit(built);
 
@@ -42,7 +46,8 @@ if (built !== 0) process.exit(built);
 const out = join(page, 'dist-test');
 rmSync(out, { recursive: true, force: true });
 const { build } = createRequire(join(page, 'package.json'))('esbuild');
-const isForAll = (name) => name.endsWith('.test.ts') && !forPrograms.includes(name);
+const isOfTier = (name) => tier === undefined || name.endsWith('.all.test.ts') === (tier === 'all');
+const isForAll = (name) => name.endsWith('.test.ts') && !forPrograms.includes(name) && isOfTier(name);
 const tests = alone !== undefined ? given[alone] : readdirSync(here).filter(isForAll);
 await build({
   entryPoints: tests.map((name) => join(here, name)),
@@ -59,5 +64,5 @@ await build({
   logLevel: 'warning',
 });
 const files = tests.map((name) => join(out, name.replace(/ts$/, 'mjs')));
-const tested = await run('--enable-source-maps', '--test', ...kReporters, `--test-concurrency=${availableParallelism()}`, ...process.argv.slice(2), ...files);
+const tested = await run('--enable-source-maps', '--test', ...kReporters, `--test-concurrency=${availableParallelism()}`, ...words, ...files);
 process.exit(Math.max(tested, ...(await Promise.all(checks))));
