@@ -1,6 +1,6 @@
 #include <unistd.h>
 
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::farm_entry {
 namespace {
