@@ -1,8 +1,5 @@
 #!/usr/bin/env python3
-"""kill -9 in the middle of computing and writing boxes: later replies are the truth.
-
-`terravox bench serve/kill` does it 200 times.
-"""
+"""kill -9 in the middle of computing and writing boxes: later replies are the truth."""
 
 import pathlib
 import sys

@@ -7,16 +7,6 @@
 namespace terravox::bench {
 namespace {
 
-std::vector<float> canopy_of(const VoxelField& found) {
-    std::vector<float> out(found.area().size());
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        const FoundRun* const top = found.highest(i, voxel::is_plant);
-        if (top != nullptr && !std::isnan(found.ground_m(i)))
-            out[i] = std::max(0.0F, static_cast<float>(top->y1) - 0.5F - found.ground_m(i));
-    }
-    return out;
-}
-
 /// The runs of the columns under one crown, joined where they touch.
 class Crown {
 public:
@@ -105,14 +95,9 @@ private:
 
 }  // namespace
 
-void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width,
-                   Readings& readings) {
+void measure_trees(const TruthPlace& truth, const VoxelField& found, Readings& readings) {
     const auto real = truth.trees();
-    const auto seen = find_tree_tops(truth.area, canopy_of(found), width, kMinTree_m);
-    if (!found.trees().empty())
-        readings.add("trees: F1 (detector on the voxels)", "",
-                     match_trees(seen, real, kMinTree_m).f1());
-    const auto& tops = found.trees().empty() ? seen : found.trees();
+    const auto& tops = found.trees();
     const TreeMatch match = match_trees(tops, real, kMinTree_m);
     Errors heights;
     Share floating;

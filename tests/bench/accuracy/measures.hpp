@@ -40,9 +40,8 @@ void measure_overhangs(const TruthPlace& truth, const VoxelField& found, Reading
 void measure_bridges(const TruthPlace& truth, const VoxelField& found, Readings& readings);
 /// Lakes level and flat, rivers and brooks that never rise downstream.
 void measure_waters(const TruthPlace& truth, const VoxelField& found, Readings& readings);
-/// Tree tops found in the canopy of the voxels, their heights, and crowns that nothing holds up.
-void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width,
-                   Readings& readings);
+/// Trees by the voxelizer's own step, their heights, and crowns that nothing holds up.
+void measure_trees(const TruthPlace& truth, const VoxelField& found, Readings& readings);
 /// The material of the highest voxel of each column against the true kind, with the table of both.
 void measure_materials(const TruthPlace& truth, const VoxelField& found, Readings& readings);
 

@@ -1,7 +1,6 @@
 #include "tests/bench/accuracy/tree_tops.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
@@ -12,44 +11,6 @@ namespace {
 constexpr double kCellSize_m =
     8;  ///< of the grid in which partners are sought; no partner is farther away
 
-std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m) {
-    constexpr std::array<float, 3> kWeights = {1, 2, 1};
-    std::vector<float> out(canopy_m.size());
-    for (int row = 0; row < area.height; ++row)
-        for (int column = 0; column < area.width; ++column) {
-            float sum = 0;
-            float weight = 0;
-            for (int dr = -1; dr <= 1; ++dr)
-                for (int dc = -1; dc <= 1; ++dc) {
-                    if (!area.holds(column + dc, row + dr))
-                        continue;
-                    const float w = kWeights[static_cast<std::size_t>(dc + 1)] *
-                                    kWeights[static_cast<std::size_t>(dr + 1)];
-                    sum += w * canopy_m[area.index(column + dc, row + dr)];
-                    weight += w;
-                }
-            out[area.index(column, row)] = canopy_m[area.index(column, row)] > 0 ? sum / weight : 0;
-        }
-    return out;
-}
-
-bool highest_within(const Area& area, const std::vector<float>& heights,
-                    const std::vector<float>& around, int column, int row, double radius_m) {
-    const std::pair here{heights[area.index(column, row)], around[area.index(column, row)]};
-    const int reach = static_cast<int>(radius_m);
-    for (int dr = -reach; dr <= reach; ++dr)
-        for (int dc = -reach; dc <= reach; ++dc) {
-            if (dc * dc + dr * dr > radius_m * radius_m || !area.holds(column + dc, row + dr))
-                continue;
-            const std::pair there{heights[area.index(column + dc, row + dr)],
-                                  around[area.index(column + dc, row + dr)]};
-            const bool before = dr < 0 || (dr == 0 && dc < 0);
-            if (there > here || (there == here && before))
-                return false;
-        }
-    return true;
-}
-
 std::int64_t cell_of(double east_m, double south_m, int dx = 0, int dy = 0) {
     const auto part = [](double v) {
         return static_cast<std::int64_t>(std::floor(v / kCellSize_m));
@@ -58,50 +19,6 @@ std::int64_t cell_of(double east_m, double south_m, int dx = 0, int dy = 0) {
 }
 
 }  // namespace
-
-CrownWidth fit_crown_width(const std::vector<TreeTop>& trees) {
-    double n = 0;
-    double x = 0;
-    double y = 0;
-    double xx = 0;
-    double xy = 0;
-    for (const TreeTop& tree : trees) {
-        const double square = tree.height_m * tree.height_m;
-        const double width = 2 * tree.radius_m;
-        n += 1;
-        x += square;
-        y += width;
-        xx += square * square;
-        xy += square * width;
-    }
-    const double spread = n * xx - x * x;
-    if (n == 0)
-        return {};
-    if (spread <= 1e-9 * n * xx)
-        return {y / n, 0, 0};
-    const double slope = (n * xy - x * y) / spread;
-    CrownWidth out{(y - slope * x) / n, slope};
-    double squares = 0;
-    for (const TreeTop& tree : trees)
-        squares += std::pow(2 * tree.radius_m - out.width_m(tree.height_m), 2);
-    out.spread_m = std::sqrt(squares / n);
-    return out;
-}
-
-std::vector<TreeTop> find_tree_tops(const Area& area, const std::vector<float>& canopy_m,
-                                    const CrownWidth& width, double min_m) {
-    const std::vector<float> around = smoothed(area, canopy_m);
-    std::vector<TreeTop> out;
-    for (int row = 0; row < area.height; ++row)
-        for (int column = 0; column < area.width; ++column) {
-            const double top = canopy_m[area.index(column, row)];
-            if (top < min_m ||
-                !highest_within(area, canopy_m, around, column, row, 0.5 * width.window_m(top)))
-                continue;
-            out.push_back({column + 0.5, row + 0.5, top, 0});
-        }
-    return out;
-}
 
 double TreeMatch::precision() const noexcept {
     return static_cast<double>(pairs.size()) /

@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "common/util/error.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 #include "tests/bench/moved_square.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::country_entry {
 namespace {
@@ -71,10 +70,7 @@ private:
     ChildOutcome program(const std::string& name, std::vector<std::string> words) {
         const bool is_ours = name.starts_with("terravox-");
         words.insert(words.begin(), is_ours ? (m_c.programs / name).string() : name);
-        const ChildOutcome run = m_c.children.run(words, m_place / "said");
-        if (run.exit_code != 0)
-            throw util::Error("run " + name + ": " + last_line(m_place / "said"));
-        return run;
+        return run_program(m_c, words, m_place / "said");
     }
 
     static double cpu_s(const ChildOutcome& run) { return run.user_s + run.system_s; }
@@ -157,11 +153,9 @@ Entry entry_for(int n, int shards) {
         "all";
     out.work = size + " copies of " + square().facts + " in " + std::to_string(shards) + " shards";
     out.missing = [](const Context& c) {
-        std::error_code ignored;
-        for (const char* name : {"terravox-archive", "terravox-convert", "terravox-raytracer"})
-            if (!fs::is_regular_file(c.programs / name, ignored))
-                return "no " + std::string(name) + " in " + c.programs.string();
-        return square().missing(c);
+        const std::string reason =
+            missing_programs(c, {"terravox-archive", "terravox-convert", "terravox-raytracer"});
+        return reason.empty() ? square().missing(c) : reason;
     };
     out.exact = out.only_by_name = true;
     out.prepare = [n, shards](const Context& c) -> Body {

@@ -1,4 +1,4 @@
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::grab_throughput_entry {
 namespace {

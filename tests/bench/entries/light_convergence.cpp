@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "common/util/error.hpp"
+#include "raytracer/processors/thread_processor.hpp"
+#include "raytracer/render/passes/passes.hpp"
 #include "raytracer/shade/view_maker.hpp"
-#include "tests/bench/entries/light_picture.hpp"
+#include "tests/bench/bench.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 namespace terravox::bench::light_convergence_entry {
@@ -46,20 +50,58 @@ scene::Scene valley_scene() {
     return scene;
 }
 
-LinearPicture traced(blocks::BlockManager& blocks, const Light& light, int samples, int seed,
-                     int threads) {
+/// A picture in linear light, r, g, b of each pixel, and how many rays went through pixels.
+struct Traced {
+    std::vector<float> rgb;
+    std::size_t rays = 0;
+};
+
+/// As the program traces a scene, in a single pass.
+Traced traced(blocks::BlockManager& blocks, const scene::Scene& scene, int threads) {
+    const shade::View view = shade::make_view(scene, blocks);
+    const auto [width, height] = view.scene.output.size_px;
+    output::Film film(width, height);
+    processors::ThreadProcessor processor(view, blocks, threads);
+    const render::RenderCounts counts = render::render_film({view, processor, true, {}}, film);
+    if (counts.trace.hole_rays != 0)
+        throw util::Error("trace the valley: " + std::to_string(counts.trace.hole_rays) +
+                          " rays met holes");
+    Traced out;
+    out.rays = counts.trace.rays[kPrimary];
+    for (const tiles::PixelSample& pixel : film.samples())
+        out.rgb.insert(out.rgb.end(), {pixel.colour.r, pixel.colour.g, pixel.colour.b});
+    return out;
+}
+
+scene::Scene lit_scene(const Light& light, int samples, int seed) {
     scene::Scene scene = valley_scene();
     scene.quality.samples = samples;
     scene.quality.seed = seed;
     light.set(scene);
-    return trace_picture(shade::make_view(scene, blocks), blocks, threads).picture;
+    return scene;
+}
+
+double mean_of(const Traced& picture) {
+    double sum = 0;
+    for (const float v : picture.rgb)
+        sum += static_cast<double>(v);
+    return sum / static_cast<double>(picture.rgb.size());
+}
+
+double rms_difference(const Traced& a, const Traced& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+        const double d = static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]);
+        sum += d * d;
+    }
+    return std::sqrt(sum / static_cast<double>(a.rgb.size()));
 }
 
 /// Root of the mean squared difference in brightness, as quality.noise counts it: shares of a
 /// pixel's brightness, or of what is dark.
-double relative_noise(const LinearPicture& found, const LinearPicture& reference) {
+double relative_noise(const Traced& found, const Traced& reference) {
     constexpr double kDark = 0.02;
-    const auto brightness = [](const LinearPicture& p, std::size_t i) {
+    const auto brightness = [](const Traced& p, std::size_t i) {
         return static_cast<double>(voxel::luminance({p.rgb[i], p.rgb[i + 1], p.rgb[i + 2]}));
     };
     double sum = 0;
@@ -72,21 +114,17 @@ double relative_noise(const LinearPicture& found, const LinearPicture& reference
 }
 
 /// What is found where a noise is asked for.
-void measure_noise(blocks::BlockManager& blocks, const Light& light, const LinearPicture& reference,
+void measure_noise(blocks::BlockManager& blocks, const Light& light, const Traced& reference,
                    int threads, Readings& readings) {
     for (const double noise : kNoises) {
-        scene::Scene scene = valley_scene();
-        light.set(scene);
-        scene.quality.samples = kMostSamples;
-        scene.quality.seed = kSeed;
+        scene::Scene scene = lit_scene(light, kMostSamples, kSeed);
         scene.quality.noise = noise;
-        const TracedPicture found = trace_picture(shade::make_view(scene, blocks), blocks, threads);
-        const double pixels = static_cast<double>(found.picture.rgb.size()) / 3;
+        const Traced found = traced(blocks, scene, threads);
+        const double pixels = static_cast<double>(found.rgb.size()) / 3;
         const std::string name = fmt::format("{} with noise {}", light.name, noise);
-        readings.add(name + ": noise / asked", "", relative_noise(found.picture, reference) / noise,
+        readings.add(name + ": noise / asked", "", relative_noise(found, reference) / noise,
                      at_most(1));
-        readings.add(name + ": samples of a pixel", "",
-                     static_cast<double>(found.counts.trace.rays[kPrimary]) / pixels);
+        readings.add(name + ": samples of a pixel", "", static_cast<double>(found.rays) / pixels);
     }
 }
 
@@ -94,14 +132,15 @@ void measure(const Context& c, Readings& readings) {
     const auto world = test::landscape();
     blocks::BlockManager blocks(*world, std::size_t{256} << 20);
     for (const Light& light : kLights) {
-        const LinearPicture reference =
-            traced(blocks, light, kReferenceSamples, kReferenceSeed, c.threads);
+        const Traced reference =
+            traced(blocks, lit_scene(light, kReferenceSamples, kReferenceSeed), c.threads);
         const double mean = mean_of(reference);
         double first = 0;
         double last = 0;
         for (const int samples : kSamples) {
-            last =
-                rms_difference(traced(blocks, light, samples, kSeed, c.threads), reference) / mean;
+            last = rms_difference(traced(blocks, lit_scene(light, samples, kSeed), c.threads),
+                                  reference) /
+                   mean;
             if (first == 0)
                 first = last;
             readings.add(std::string(light.name) + ": error of " + std::to_string(samples) +

@@ -1,36 +1,15 @@
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
-#include "tests/bench/bench.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::light_direct_entry {
 namespace {
 
-std::string missing(const Context& c) {
-    for (const char* program : {"terravox-raytracer", "terravox-survey"}) {
-        std::error_code ignored;
-        if (!std::filesystem::is_regular_file(c.programs / program, ignored))
-            return std::string("no ") + program + " in " + c.programs.string() + " (--programs)";
-    }
-    return "";
-}
-
-ChildOutcome run(const Context& c, const std::vector<std::string>& command) {
-    const auto said = c.scratch / "light-direct.txt";
-    const ChildOutcome outcome = c.children.run(command, said);
-    if (outcome.exit_code != 0)
-        throw util::Error("run " + command.front() + ": exit code " +
-                          std::to_string(outcome.exit_code) + ": " + last_line(said));
-    return outcome;
-}
-
 /// The place of the demo, prepared.
 struct DemoPlace {
     explicit DemoPlace(const Context& context)
-        : c(context), survey(c.scratch / "light-survey"), report(c.scratch / "light-direct.json") {
-        (void)run(c, {(c.programs / "terravox-survey").string(), "--seed", "7", "--squares", "1x1",
-                      "--square-m", "1000", "--density", "6", "-o", survey.string()});
+        : c(context), survey(demo_survey(c)), report(c.scratch / "light-direct.json") {
         (void)render({});
     }
     ChildOutcome render(const std::vector<std::string>& arguments) const {
@@ -45,7 +24,7 @@ struct DemoPlace {
                        {"--threads", std::to_string(c.threads), "--quiet", "--report",
                         report.string(), "-o", (c.scratch / "light-direct.png").string()});
         command.insert(command.end(), arguments.begin(), arguments.end());
-        return run(c, command);
+        return run_program(c, command, c.scratch / "light-direct.txt");
     }
     const Context& c;
     std::filesystem::path survey;
@@ -79,7 +58,9 @@ Entry entry() {
     out.work =
         "the demo's place (synthetic, 1 km2, prepared) and camera, 1280x720, 4 samples, N threads: "
         "sun, sky, mirrors, water; with 8 rays of ambient occlusion; with paths of 6 bounces";
-    out.missing = missing;
+    out.missing = [](const Context& c) {
+        return missing_programs(c, {"terravox-raytracer", "terravox-survey"});
+    };
     out.prepare = [](const Context& c) -> Body {
         const auto place = std::make_shared<const DemoPlace>(c);
         return [place](Readings& readings) {

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
 #include "tests/bench/entries/data_sets.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::render_entry {
 namespace {
@@ -41,23 +41,12 @@ std::vector<std::string> command_for(const DataSet& set, const Context& c,
     return out;
 }
 
-std::string missing_for(const DataSet& set, const Context& c) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(c.programs / "terravox-raytracer", ignored))
-        return "no terravox-raytracer in " + c.programs.string() + " (--programs)";
-    return set.missing(c);
-}
-
 void render_once(const std::vector<std::string>& command, const std::filesystem::path& report,
                  const DecodeFloor& floor, const Context& c, Readings& readings) {
     // Short for these files: the fastest of three is what the machine can do.
     const double floor_s =
         std::min({floor.seconds(c.threads), floor.seconds(c.threads), floor.seconds(c.threads)});
-    const auto said = c.scratch / "render.txt";
-    const ChildOutcome outcome = c.children.run(command, said);
-    if (outcome.exit_code != 0)
-        throw util::Error("render: exit code " + std::to_string(outcome.exit_code) + ": " +
-                          last_line(said));
+    const ChildOutcome outcome = run_program(c, command, c.scratch / "render.txt");
     readings.add("whole", "s", outcome.wall_s);
     readings.add("whole / LASzip Nt", "x", outcome.wall_s / floor_s);
     readings.add("LASzip Nt", "s", floor_s);
@@ -77,7 +66,10 @@ Entry entry_for(const DataSet& set, const std::vector<std::string>& endings) {
     for (const std::string& ending : endings)
         out.work += " " + ending;
     out.floor = "LASzip decoding of the same files, N threads, the fastest of three";
-    out.missing = [&set](const Context& c) { return missing_for(set, c); };
+    out.missing = [&set](const Context& c) {
+        const std::string reason = missing_programs(c, {"terravox-raytracer"});
+        return reason.empty() ? set.missing(c) : reason;
+    };
     out.prepare = [&set, endings](const Context& c) -> Body {
         const auto floor = std::make_shared<DecodeFloor>(set.paths(c));
         const auto report = c.scratch / (set.id + ".json");

@@ -1,4 +1,4 @@
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::serve_cached_entry {
 namespace {
@@ -38,7 +38,7 @@ Entry entry() {
     out.missing = [](const Context& c) { return missing_for_serving(c, {"wrk", "nginx"}); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {
-            const auto figures = run_serve_script(c, "cached", {"--seconds", "4"});
+            const auto figures = run_script(c, "serve/cached", {"--seconds", "4"});
             add_variant(figures, "boxes", true, readings);
             add_variant(figures, "304", false, readings);
             add_variant(figures, "identity", false, readings);

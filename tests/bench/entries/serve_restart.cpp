@@ -1,4 +1,4 @@
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::serve_restart_entry {
 namespace {
@@ -16,7 +16,7 @@ Entry entry() {
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {
-            const auto figures = run_serve_script(c, "restart", {"--starts", "20"});
+            const auto figures = run_script(c, "serve/restart", {"--starts", "20"});
             const auto value = [&](const char* name) { return figures.at(name).get<double>(); };
             readings.add("exec to the end of --version", "ms", value("version_ms"));
             readings.add("exec to listening", "ms", value("listening_ms"));

@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 namespace terravox::bench::view_entry {
 namespace {
@@ -22,12 +22,11 @@ std::string missing(const Context& c) {
     return missing_for_serving(c);
 }
 
-void add_first(const std::string& what, const nlohmann::json& first, double requests, double bytes,
-               Readings& readings) {
+void add_first(const nlohmann::json& first, Readings& readings) {
     const auto value = [&](const char* name) { return first.at(name).get<double>(); };
-    readings.add(what + ": requests", "requests", value("requests"), at_most(requests));
-    readings.add(what + ": transferred", "MB", value("bytes") / kMega, at_most(bytes));
-    readings.add(what + ": until it stands", "s", value("ms") / 1000, at_most(5));
+    readings.add("first picture: requests", "requests", value("requests"), at_most(25));
+    readings.add("first picture: transferred", "MB", value("bytes") / kMega, at_most(1.5));
+    readings.add("first picture: until it stands", "s", value("ms") / 1000, at_most(5));
 }
 
 void add_size(const std::string& size, const nlohmann::json& of, Target pass, Readings& readings) {
@@ -48,7 +47,7 @@ void add_graphics(const nlohmann::json& of, Readings& readings) {
 
 void measure_square(const Context& c, Readings& readings) {
     const auto figures = run_script(c, "view/square", {});
-    add_first("first picture", figures.at("first"), 25, 1.5, readings);
+    add_first(figures.at("first"), readings);
     const double scripts = figures.at("script_bytes").get<double>();
     readings.add("page and scripts, gzip", "kB", scripts / 1000, at_most(250));
     const auto& sizes = figures.at("sizes");
@@ -70,72 +69,6 @@ Entry square() {
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) { measure_square(c, readings); };
     };
-    return out;
-}
-
-void measure_large(const Context& c, Readings& readings) {
-    const auto figures = run_script(c, "view/square", {"--sizes", "1920x1080,3840x2160"});
-    const auto& sizes = figures.at("sizes");
-    for (const char* size : {"1920x1080", "3840x2160"})
-        add_size(size, sizes.at(size), {}, readings);
-    add_graphics(sizes.at("3840x2160"), readings);
-}
-
-Entry large() {
-    Entry out;
-    out.name = "view/large";
-    out.measures = "the same at 1080p and 4K: for a machine with a graphics processor";
-    out.work = "the demo's square and camera, 1920x1080 and 3840x2160";
-    out.missing = missing;
-    out.prepare = [](const Context& c) -> Body {
-        return [&c](Readings& readings) { measure_large(c, readings); };
-    };
-    out.only_by_name = true;
-    return out;
-}
-
-void add_memory(const std::string& who, const nlohmann::json& figures, Readings& readings) {
-    const auto value = [&](const char* name) {
-        return figures.at(who + name).get<double>() / kMebi;
-    };
-    readings.add(who + ": heap, slope", "MiB/min", value("_used_slope"), at_most(0.1));
-    readings.add(who + ": heap and arrays, slope", "MiB/min", value("_slope"));
-    readings.add(who + ": heap, peak", "MiB", value("_used_peak"));
-    readings.add(who + ": heap and arrays, peak", "MiB", value("_peak"));
-}
-
-void measure_flight(const Context& c, const std::string& seconds, Readings& readings) {
-    const auto figures = run_script(c, "view/flight", {"--seconds", seconds});
-    const auto value = [&](const char* name) { return figures.at(name).get<double>(); };
-    add_first("first picture of 1 km2", figures.at("small"), 25, 1.5, readings);
-    add_first("first picture of 100 km2", figures.at("large"), 50, 3, readings);
-    readings.add("pools", "MiB", value("pool_bytes") / kMebi, at_most(256));
-    readings.add("all textures, peak", "MiB", value("texture_bytes") / kMebi);
-    readings.add("pools, largest share in use", "", value("fill"));
-    readings.add("objects of WebGL that came and stayed", "", value("objects_more"), at_most(4));
-    readings.add("textures made", "", value("textures_made"));
-    readings.add("textures in the end", "", value("textures_live"));
-    add_memory("page", figures, readings);
-    add_memory("worker", figures, readings);
-    readings.add("frames", "frames", value("frames"));
-    readings.add("requests", "requests", value("requests"));
-    readings.add("transferred", "MB", value("bytes") / kMega);
-}
-
-Entry flight(const std::string& name, const std::string& seconds) {
-    Entry out;
-    out.name = "view/flight/" + name;
-    out.measures =
-        "100 km2 in a browser: the first picture next to that of 1 km2, then a flight at 100 m/s: "
-        "memory of the page, its worker and the graphics, objects that are left over";
-    out.work = seconds +
-               " s at 320x180 above a world of noise, whose archive of 0.5 GB is made before "
-               "($TERRAVOX_BENCH_CACHE keeps it)";
-    out.missing = missing;
-    out.prepare = [seconds](const Context& c) -> Body {
-        return [seconds, &c](Readings& readings) { measure_flight(c, seconds, readings); };
-    };
-    out.exact = out.only_by_name = true;
     return out;
 }
 
@@ -170,9 +103,7 @@ Entry equality() {
     return out;
 }
 
-const Registration kRegistered([] {
-    return std::vector{square(), large(), equality(), flight("1min", "60"), flight("10min", "600")};
-});
+const Registration kRegistered([] { return std::vector{square(), equality()}; });
 
 }  // namespace
 }  // namespace terravox::bench::view_entry

@@ -2,7 +2,6 @@
 """Compares the grabber with curl: the same list of files, the same concurrency, the same server.
 
     tests/bench/grab/throughput.py [--rounds 5] [--concurrency 4] [--rate BYTES_PER_S]
-                                   [--netem "delay 20ms rate 200mbit"]
 
 Needs the built grabber (npm run build && npm run build:test in grabber/) and curl. Prints one
 result line per list: name, files, bytes, median seconds (and of processor time) of curl, of curl
@@ -10,13 +9,11 @@ and then `sync -d` of its files, and of the grabber, and their ratios (1.00 = as
 0.90 of curl). Rounds of both take turns, since machines are shared. The grabber hashes, checks and
 records what it fetches, and waits until it is on the disk, which curl does not; so the second ratio
 compares like with like. Its start, about half a second, is in its time: lists should take many
-times that. With --netem and as root, the server is in a network namespace behind a slow link. The
-last line is JSON, for programs.
+times that. The last line is JSON, for programs.
 """
 
 import argparse
 import json
-import os
 import pathlib
 import random
 import resource
@@ -31,7 +28,6 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PORTAL = ROOT / "grabber" / "dist-test" / "tests" / "grabber" / "portal" / "main.js"
 GRABBER = ROOT / "grabber" / "dist" / "main.js"
-SPACE = "terravox-bench"
 LISTS = {"large": (24, 25_000_000), "middle": (150, 2_000_000), "small": (4000, 50_000)}
 
 
@@ -103,7 +99,7 @@ def run_grabber(base, names, target, concurrency):
         "--store",
         target,
     ]
-    command += ["--concurrency", str(concurrency), *os.environ.get("GRAB_OPTIONS", "").split()]
+    command += ["--concurrency", str(concurrency)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"the grabber ended with {done.returncode}: {done.stderr[-2000:]}")
@@ -127,38 +123,6 @@ def timed(action, *arguments):
         return took_s, spent_s, time.monotonic() - began
     finally:
         shutil.rmtree(target)
-
-
-def slow_line(netem):
-    """Adds a delaying queue to the loopback of a network namespace.
-
-    @return the command prefix; False when this user may not make one
-    """
-    if not netem:
-        return True
-    if os.geteuid() != 0 or shutil.which("tc") is None:
-        return False
-    steps = [
-        ["ip", "netns", "add", SPACE],
-        ["ip", "netns", "exec", SPACE, "ip", "link", "set", "lo", "up"],
-    ]
-    steps += [
-        [
-            "ip",
-            "netns",
-            "exec",
-            SPACE,
-            "tc",
-            "qdisc",
-            "add",
-            "dev",
-            "lo",
-            "root",
-            "netem",
-            *netem.split(),
-        ]
-    ]
-    return all(subprocess.run(step, stderr=subprocess.DEVNULL).returncode == 0 for step in steps)
 
 
 def compare(label, count, size, options):
@@ -205,23 +169,7 @@ def main():
         type=int,
         help="the server paces each body to so many bytes a second, as portals do",
     )
-    parser.add_argument(
-        "--netem", default="", help="as tc has it, such as 'delay 10ms rate 200mbit'; needs root"
-    )
     options = parser.parse_args()
-    if options.netem and os.environ.get("TERRAVOX_BENCH_INSIDE") is None:
-        try:
-            if not slow_line(options.netem):
-                print(f"skipped: a slow line ({options.netem}) needs root, ip netns and tc netem")
-                return
-            environment = {**os.environ, "TERRAVOX_BENCH_INSIDE": "1"}
-            sys.exit(
-                subprocess.run(
-                    ["ip", "netns", "exec", SPACE, sys.executable, *sys.argv], env=environment
-                ).returncode
-            )
-        finally:
-            subprocess.run(["ip", "netns", "del", SPACE], stderr=subprocess.DEVNULL)
     print(
         json.dumps(
             {label: compare(label, *LISTS[label], options) for label in options.lists.split(",")}

@@ -7,41 +7,17 @@ pictures. Rendered with green threads alone, and with a thread. Prints one line 
 
 import argparse
 import json
-import os
 import pathlib
 import re
 import statistics
-import subprocess
 import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "tests" / "e2e"), str(ROOT / "tests" / "bench")]
 from desktop import Desktop  # noqa: E402
 from support import Program, temporary_folder  # noqa: E402
-
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-
-
-def demo_survey(folder):
-    """As `terravox demo` has it."""
-    subprocess.run(
-        [
-            os.environ["TERRAVOX_SURVEY"],
-            "--seed",
-            "7",
-            "--squares",
-            "1x1",
-            "--square-m",
-            "1000",
-            "--density",
-            "6",
-            "-o",
-            folder,
-        ],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
-    return folder
+from surveys import synthetic_survey  # noqa: E402
 
 
 def hold(desktop, key, seconds):
@@ -122,7 +98,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=float, default=30)
     args = parser.parse_args()
-    world = demo_survey(temporary_folder() / "demo")
+    world = synthetic_survey()
     desktop = Desktop()
     try:
         figures = {

@@ -1,7 +1,6 @@
-// Runs in the page before its own scripts: counts what it makes on the graphics processor, and
-// times its passes. window.watched holds the figures.
+// Runs in the page before its own scripts: counts the bytes of its textures, and times its
+// passes. window.watched holds the figures.
 (() => {
-  const kinds = ['Texture', 'Buffer', 'Framebuffer', 'Renderbuffer', 'Program', 'Shader', 'VertexArray', 'Query', 'Sampler'];
   const kBytes = {
     RGBA32UI: 16,
     RGBA32I: 16,
@@ -16,10 +15,7 @@
     RG32UI: 8,
   };
   const watched = {
-    live: {},
-    made: {},
     textureBytes: 0,
-    unknownFormats: 0,
     // Of each timed pass or band: pixels, milliseconds.
     passes: [],
     isTiming: false,
@@ -27,10 +23,6 @@
   };
   window.watched = watched;
   const gl2 = WebGL2RenderingContext.prototype;
-  const add = (kind, by) => {
-    watched.live[kind] = (watched.live[kind] ?? 0) + by;
-    if (by > 0) watched.made[kind] = (watched.made[kind] ?? 0) + by;
-  };
   const wrap = (name, around) => {
     const plain = gl2[name];
     gl2[name] = function (...args) {
@@ -38,28 +30,10 @@
     };
   };
   const bytesOf = new WeakMap(); // by texture
-  const gone = new WeakSet();
-  for (const kind of kinds) {
-    wrap(`create${kind}`, function (plain, args) {
-      add(kind, 1);
-      return plain.apply(this, args);
-    });
-    wrap(`delete${kind}`, function (plain, [thing, ...rest]) {
-      if (thing !== null && thing !== undefined && !gone.has(thing)) {
-        gone.add(thing);
-        add(kind, -1);
-        watched.textureBytes -= bytesOf.get(thing) ?? 0;
-      }
-      return plain.apply(this, [thing, ...rest]);
-    });
-  }
-  wrap('fenceSync', function (plain, args) {
-    add('Sync', 1);
-    return plain.apply(this, args);
-  });
-  wrap('deleteSync', function (plain, args) {
-    add('Sync', -1);
-    return plain.apply(this, args);
+  wrap('deleteTexture', function (plain, [texture]) {
+    watched.textureBytes -= bytesOf.get(texture) ?? 0;
+    bytesOf.delete(texture);
+    return plain.call(this, texture);
   });
   const bound = new WeakMap(); // by context: target -> texture
   wrap('bindTexture', function (plain, args) {
@@ -69,7 +43,6 @@
   });
   const store = (gl, target, format, texels) => {
     const name = Object.keys(kBytes).find((known) => gl2[known] === format);
-    if (name === undefined) watched.unknownFormats += 1;
     const texture = bound.get(gl)?.get(target);
     const bytes = texels * (kBytes[name] ?? 4);
     watched.textureBytes += bytes - (bytesOf.get(texture) ?? 0);

@@ -1,4 +1,4 @@
-#include "tests/bench/serve_script.hpp"
+#include "tests/bench/programs.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -28,6 +28,38 @@ bool installed(const std::string& program) {
 
 }  // namespace
 
+std::string missing_programs(const Context& context, const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(context.programs / name, ignored))
+            return "no " + name + " in " + context.programs.string() + " (--programs)";
+    }
+    return {};
+}
+
+ChildOutcome run_program(const Context& context, const std::vector<std::string>& command,
+                         const std::filesystem::path& output) {
+    const ChildOutcome outcome = context.children.run(command, output);
+    if (outcome.exit_code != 0)
+        throw util::Error("run " + command.front() + ": exit code " +
+                          std::to_string(outcome.exit_code) + ": " + last_line(output));
+    return outcome;
+}
+
+// The name is that of tests/bench/surveys.py, which takes it, too.
+std::filesystem::path demo_survey(const Context& context) {
+    auto out = context.scratch / "survey-1000-6";
+    if (!std::filesystem::exists(out)) {
+        const auto part = context.scratch / "survey-1000-6.part";
+        run_program(context,
+                    {(context.programs / "terravox-survey").string(), "--seed", "7", "--squares",
+                     "1x1", "--square-m", "1000", "--density", "6", "-o", part.string()},
+                    context.scratch / "demo-survey.txt");
+        std::filesystem::rename(part, out);
+    }
+    return out;
+}
+
 std::string missing_for_grabbing() {
     for (const char* file : {"dist/main.js", "dist-test/tests/grabber/portal/main.js"}) {
         const auto path = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "grabber" / file;
@@ -42,12 +74,10 @@ std::string missing_for_grabbing() {
 }
 
 std::string missing_for_serving(const Context& context, const std::vector<std::string>& others) {
-    for (const char* program : {"terravox-voxelserver", "terravox-survey"}) {
-        std::error_code ignored;
-        if (!std::filesystem::is_regular_file(context.programs / program, ignored))
-            return std::string("no ") + program + " in " + context.programs.string() +
-                   " (--programs)";
-    }
+    if (const std::string reason =
+            missing_programs(context, {"terravox-voxelserver", "terravox-survey"});
+        !reason.empty())
+        return reason;
     if (!installed("python3"))
         return "python3 is not installed";
     for (const std::string& program : others)
@@ -56,21 +86,8 @@ std::string missing_for_serving(const Context& context, const std::vector<std::s
     return {};
 }
 
-std::filesystem::path python_package(const Context& context) {
-    return context.programs.parent_path() / "python";
-}
-
-std::string package_python() {
-    return TERRAVOX_PACKAGE_PYTHON;
-}
-
-nlohmann::json run_serve_script(const Context& context, const std::string& name,
-                                const std::vector<std::string>& arguments) {
-    return run_script(context, "serve/" + name, arguments);
-}
-
 nlohmann::json run_script(const Context& context, const std::string& name,
-                          const std::vector<std::string>& arguments, const std::string& python) {
+                          const std::vector<std::string>& arguments) {
     const auto program = [&](const char* file) { return (context.programs / file).string(); };
     std::vector<std::string> command = {
         "env",
@@ -82,12 +99,10 @@ nlohmann::json run_script(const Context& context, const std::string& name,
         "TERRAVOX_CONVERT=" + program("terravox-convert"),
         "TERRAVOX_PUBLISH=" + program("terravox-publish"),
         "TERRAVOX_VALUES=" + program("picture_values"),
-        "TERRAVOX_LIBRARY_RATES=" + program("library_rates"),
-        "TERRAVOX_PYTHON_PACKAGE=" + python_package(context).string(),
         "TERRAVOX_NODE=" TERRAVOX_NODE,
         "TERRAVOX_BENCH_DATA=" + context.data.string(),
         "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
-        python,
+        "python3",
         "-B",
         std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/" + name + ".py"};
     command.insert(command.end(), arguments.begin(), arguments.end());
