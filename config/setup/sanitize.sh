@@ -42,7 +42,7 @@ SANITIZED_LEFT_OUT='^e2e_hardening_test$|^e2e_wheel_test$|_all$'
 run_sanitized_tests() {
     local preset=$1 tests=("${@:2}") pattern
     build "$preset" "${tests[@]}" || return
-    pattern=$(IFS='|' && echo "^(${tests[*]})\$")
+    pattern=$(IFS='|' && echo "^(${tests[*]})(_all)?\$")
     (cd "$ROOT" && ctest --preset "$preset" --parallel "$(nproc)" --tests-regex "$pattern")
 }
 

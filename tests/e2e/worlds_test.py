@@ -13,7 +13,18 @@ import unittest
 import zipfile
 
 from static_host import StaticHost
-from support import Case, Run, binary, compare, entries, render, square, survey, temporary_folder
+from support import (
+    Case,
+    Run,
+    binary,
+    compare,
+    entries,
+    only_in_all,
+    render,
+    square,
+    survey,
+    temporary_folder,
+)
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
 PLAIN = [*SMALL, "--colour", "material"]
@@ -88,6 +99,7 @@ class Worlds(Case):
         )
         self.assertLess(server.sent, 1.2 * len(data) + 20000)
 
+    @only_in_all
     def test_an_archive_that_changes_while_it_is_read_ends_what_is_made_of_it(self):
         data = self.archive().read_bytes()
         reading = changing_host(data, after=1 << 30)
@@ -110,6 +122,7 @@ class Worlds(Case):
                     self.assertNotIn("hole", run.err)
                     self.assertFalse((self.out / name).is_file())
 
+    @only_in_all
     def test_a_conversion_does_not_go_on_with_another_state_of_an_archive(self):
         area = ["--area", "-256,-256,256,256"]
         self.done(convert("generated:3", self.out / "noise.tvx", *area))
@@ -215,6 +228,7 @@ class Worlds(Case):
         self.done(convert("generated:7", self.out / "noise.tvx", "--area", "-128,-128,128,128"))
         self.assertIn("a box archive", self.done(info(self.out / "noise.tvx")).out)
 
+    @only_in_all
     def test_a_conversion_that_was_killed_goes_on(self):
         arguments = [
             binary("RAYTRACER"),
@@ -257,6 +271,7 @@ class Worlds(Case):
         self.assertTrue(whole.read_bytes() == killed.read_bytes(), "not the same bytes")
         self.assertEqual(entries(self.out), ["killed.tvx", "whole.tvx"])
 
+    @only_in_all
     def test_a_minecraft_world_that_was_killed_goes_on(self):
         arguments = [
             binary("RAYTRACER"),
@@ -295,6 +310,7 @@ class Worlds(Case):
         empty.mkdir()
         self.done(convert("generated:3", empty, "--area", "-64,-64,64,64"))
 
+    @only_in_all
     def test_a_divided_volume_is_not_overwritten_by_default_nor_mixed(self):
         volume = self.out / "place.vdb"
         self.done(convert(survey(), volume, "--write-memory-mib", "64"))
@@ -306,6 +322,7 @@ class Worlds(Case):
         self.done(convert(survey(), volume, "--overwrite"))
         self.assertEqual(entries(self.out), ["place.vdb", "place.vdb.georef.json"])
 
+    @only_in_all
     def test_a_full_disk_leaves_nothing(self):
         for name in ("full.tvx", "full.vox", "full.vdb", "full.glb", "full.ply", "full"):
             with self.subTest(name):

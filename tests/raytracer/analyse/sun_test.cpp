@@ -171,7 +171,7 @@ TEST_CASE("hours of a period are the sum of those of its days, and those of its 
 }
 
 TEST_CASE("hours of a year by bins are within a hundredth of those by each step",
-          "[raytracer][analyse]") {
+          "[raytracer][analyse][all]") {
     ArrayWorld world({-30, -1, -30}, {30, 20, 30});
     world.fill({-30, -1, -30}, {30, 0, 30}, Material::kGrass);
     world.fill({-4, 0, -4}, {5, 20, 5}, Material::kWall);

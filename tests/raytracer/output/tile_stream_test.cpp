@@ -173,7 +173,7 @@ TEST_CASE(
 
 // A sanitizer's own memory grows with what a program touches, or has freed.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stream]") {
+TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stream][all]") {
     if (test::emulated()) {
         WARN("not tried: an emulator keeps what it has translated in the program's memory");
         return;

@@ -271,7 +271,7 @@ TEST_CASE("a level that the world does not have is refused", "[raytracer][render
 }
 
 TEST_CASE("Delft is bit-identical for any threads and memory",
-          "[raytracer][render][deterministic][data]") {
+          "[raytracer][render][deterministic][data][all]") {
     const std::filesystem::path files =
         std::filesystem::path(TERRAVOX_SHARED_DATA) / "tudelft-3dfier-ahn3" / "ahn3";
     if (!std::filesystem::exists(files)) {

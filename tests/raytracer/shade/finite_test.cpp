@@ -239,7 +239,7 @@ std::string fault_of_picture(const scene::Scene& scene, Chooser& choose) {
 }  // namespace
 
 TEST_CASE("in any scene every value of every layer is a number, and no light is less than nothing",
-          "[raytracer][shade][light][finite]") {
+          "[raytracer][shade][light][finite][all]") {
     for (int number = 0; number < kScenes; ++number) {
         Chooser choose(static_cast<std::uint64_t>(number) + 1);
         const scene::Scene scene = random_scene(choose);

@@ -150,7 +150,7 @@ TEST_CASE("a lamp lights the ground below it as its lower side is seen from ther
 }
 
 TEST_CASE("lamps that are sampled bring the light that paths find by chance, with less noise",
-          "[raytracer][shade][light][lamp]") {
+          "[raytracer][shade][light][lamp][all]") {
     const output::Film chance =
         lamp_film(street_scene(core::Integrator::kPath, 4096), lamp_street(), false);
     const output::Film converged =

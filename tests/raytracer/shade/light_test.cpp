@@ -42,7 +42,7 @@ output::Film picture(const scene::Scene& scene) {
 
 TEST_CASE(
     "light of any kind comes closer to its mean with more samples, and is a number everywhere",
-    "[raytracer][shade][light]") {
+    "[raytracer][shade][light][all]") {
     struct Kind {
         const char* name;
         void (*set)(scene::Scene&);

@@ -4,7 +4,7 @@ using namespace terravox;
 using namespace terravox::test;
 
 TEST_CASE("the light goes with the sun, evenly and without a jump, down to the glow of the night",
-          "[raytracer][sky][twilight]") {
+          "[raytracer][sky][twilight][all]") {
     const double clouds = GENERATE(0.0, 0.4);
     const core::Vec3 up{0, 1, 0};
     constexpr double kStep_deg = 0.25;

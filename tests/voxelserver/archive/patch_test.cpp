@@ -107,7 +107,7 @@ std::uint32_t seed_at(std::uint32_t salt, std::int32_t bx, std::int32_t bz) {
 
 }  // namespace
 
-TEST_CASE("patch: a patched archive is that of the changed world", "[archive]") {
+TEST_CASE("patch: a patched archive is that of the changed world", "[archive][all]") {
     struct Case {
         const char* name;
         voxel::VoxelBounds before;

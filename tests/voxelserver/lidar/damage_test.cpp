@@ -94,7 +94,7 @@ bool files_are_there() {
 }  // namespace
 
 TEST_CASE("every kind of file cut at random is refused, unless all its points are there",
-          "[voxelserver][lidar][damage][data]") {
+          "[voxelserver][lidar][damage][data][all]") {
     if (!files_are_there())
         return;
     const TemporaryFolder folder;
@@ -119,7 +119,7 @@ TEST_CASE("every kind of file cut at random is refused, unless all its points ar
 }
 
 TEST_CASE("every kind of file with random bytes changed is read whole or refused",
-          "[voxelserver][lidar][damage][data]") {
+          "[voxelserver][lidar][damage][data][all]") {
     if (!files_are_there())
         return;
     const TemporaryFolder folder;

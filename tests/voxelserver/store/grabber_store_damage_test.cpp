@@ -146,7 +146,7 @@ TEST_CASE("what is no database is refused", "[voxelserver][store][grabber]") {
 }
 
 TEST_CASE("a database with wrong bytes is read or refused, and never ends the program",
-          "[voxelserver][store][grabber]") {
+          "[voxelserver][store][grabber][all]") {
     const TemporaryFolder folder;
     {
         Fishnet fishnet(folder.path());

@@ -133,7 +133,7 @@ TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver]
 
 TEST_CASE(
     "a store is read while the grabber writes to it, and leaves nothing behind when it does not",
-    "[voxelserver][store][grabber]") {
+    "[voxelserver][store][grabber][all]") {
     const TemporaryFolder folder;
     std::optional<Fishnet> fishnet(folder.path());
     fishnet->add("a", "missing");

@@ -240,7 +240,7 @@ TEST_CASE("chunks contain what the game needs, and no more", "[convert][anvil]")
 }
 
 TEST_CASE("bytes are the same for any number of threads, and after being cut off",
-          "[convert][anvil]") {
+          "[convert][anvil][all]") {
     PaintedWorld world({-600, 0, -100}, {600, 40, 100});
     fill(world, 9);
     const voxel::VoxelBounds part{{-600, 0, -100}, {600, 40, 100}};

@@ -129,7 +129,7 @@ TEST_CASE("no kept box outlives a change of a file that shaped it",
 }
 
 TEST_CASE("no kept box outlives any of many random changes of files",
-          "[voxelserver][voxelize][fingerprint][property]") {
+          "[voxelserver][voxelize][fingerprint][property][all]") {
     Patchwork patchwork;
     Outcome all;
     Kept kept = keep(OpenWorld(patchwork.options()).world());

@@ -185,7 +185,7 @@ TEST_CASE("regions that lie beyond the end of the world are passed over and note
 }
 
 TEST_CASE("a region with any bytes flipped is opened, and ends as a world or as an error",
-          "[raytracer][minecraft]") {
+          "[raytracer][minecraft][all]") {
     std::mt19937_64 random(77);
     MadeRegion region;
     struct Put {

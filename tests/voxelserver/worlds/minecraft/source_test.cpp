@@ -90,7 +90,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a large file of a ZIP file is unpacked to disk, and reads as it is",
-          "[raytracer][minecraft]") {
+          "[raytracer][minecraft][all]") {
     Bytes large(std::size_t{70} << 20);
     std::mt19937_64 random(1);
     for (std::size_t i = 0; i + 8 <= large.size(); i += 64)
@@ -134,7 +134,7 @@ TEST_CASE("ZIP files that are none, cut short or without a world are an error",
 }
 
 TEST_CASE("a ZIP file with any bytes flipped is opened, and ends as a world or as an error",
-          "[raytracer][minecraft]") {
+          "[raytracer][minecraft][all]") {
     std::mt19937_64 random(5);
     const TemporaryFolder folder;
     MadeWorld made;

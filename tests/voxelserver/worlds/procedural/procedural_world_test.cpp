@@ -285,7 +285,7 @@ TEST_CASE("plants of a generated world stand on ground, are of many kinds, and c
 }
 
 TEST_CASE("a generated world has boxes for any settings, to its very edges",
-          "[raytracer][generated]") {
+          "[raytracer][generated][all]") {
     for (int i = 0; i < 14; ++i) {
         const std::uint64_t h = mix(static_cast<std::uint64_t>(i) + 77);
         const auto pick = [&](int part, double low, double high) {
