@@ -244,14 +244,16 @@ KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
 }
 
 /// Heights of all files together, in voxels.
-struct HeightRange {
+struct AllHeights {
     double lowest = INFINITY;
     double highest = -INFINITY;
     double floor = INFINITY;  ///< below nearly all points
+    double typical_lowest = INFINITY;
+    double typical_highest = -INFINITY;
 };
 
-HeightRange height_range(const Sources& sources, const std::vector<SquareSample>& samples) {
-    HeightRange out;
+AllHeights heights_of(const Sources& sources, const std::vector<SquareSample>& samples) {
+    AllHeights out;
     for (std::size_t i = 0; i < sources.files.size(); ++i) {
         const SquareSource& s = sources.files[i];
         const auto voxels = [&](double height) {
@@ -263,6 +265,13 @@ HeightRange height_range(const Sources& sources, const std::vector<SquareSample>
         out.lowest = std::min(out.lowest, voxels(s.lowest));
         out.highest = std::max(out.highest, voxels(s.highest));
         out.floor = std::min(out.floor, voxels(floor));
+        // Towers and gorges are few points of their square, too, and the steeper the land, the
+        // farther they reach.
+        constexpr double kBeyondMost_m = 30;
+        const double beyond =
+            std::max(kBeyondMost_m / s.vertical_metres, (samples[i].high - samples[i].low) / 4);
+        out.typical_lowest = std::min(out.typical_lowest, voxels(samples[i].low - beyond));
+        out.typical_highest = std::max(out.typical_highest, voxels(samples[i].high + beyond));
     }
     return out;
 }
@@ -281,7 +290,7 @@ void sum_up(Sources& sources, const std::vector<SquareSample>& samples) {
     sources.density = static_cast<double>(sources.point_count) / std::max(area, 1.0);
 }
 
-void set_heights(Sources& sources, const HeightRange& range, double ground_depth_m) {
+void set_heights(Sources& sources, const AllHeights& range, double ground_depth_m) {
     constexpr double kMaxY = 500'000;  // fixed point holds 524,287
     if (!(range.lowest > -kMaxY && range.highest < kMaxY))
         throw util::Error("place the LiDAR data: heights from " + std::to_string(range.lowest) +
@@ -292,6 +301,16 @@ void set_heights(Sources& sources, const HeightRange& range, double ground_depth
     sources.lowest_y =
         std::min(static_cast<std::int32_t>(std::floor(range.lowest)), sources.floor_y);
     sources.highest_y = static_cast<std::int32_t>(std::floor(range.highest)) + 1;
+    const auto within = [&](double y) {
+        return static_cast<std::int32_t>(
+            std::clamp<double>(y, sources.lowest_y, sources.highest_y));
+    };
+    // The land is solid down to its floor.
+    const voxel::HeightRange typical{
+        within(std::min<double>(std::floor(range.typical_lowest), sources.floor_y)),
+        within(std::floor(range.typical_highest) + 1)};
+    if (typical != voxel::HeightRange{sources.lowest_y, sources.highest_y})
+        sources.typical_heights = typical;
 }
 
 }  // namespace
@@ -321,6 +340,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         0,
         0,
         0,
+        std::nullopt,
         0,
         false,
         0,
@@ -340,7 +360,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
             share_brightness(out, samples, trusted, classes, settings.points, options.threads);
     sum_up(out, samples);
     check_apart(out);
-    set_heights(out, height_range(out, samples), settings.ground.depth_m);
+    set_heights(out, heights_of(out, samples), settings.ground.depth_m);
     for (std::size_t i = 0; i < out.files.size(); ++i)
         out.known.add(known_square(out.files[i], samples[i], scale_of[i]));
     out.known_before = std::move(known);

@@ -224,6 +224,7 @@ private:
         info.attribution = options.attribution;
         info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
         info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
+        info.typical_heights = sources.typical_heights;
         info.voxel_m = frame.voxel_m();
         info.crs = frame.crs().name();
         info.crs_wkt = frame.crs().wkt();

@@ -101,6 +101,16 @@ TEST_CASE("a planned object is solid, and all else is as it was", "[voxelserver]
     CHECK(after->may_hold({{0, -1, 1, -1}, {0, 0, 2, 0}}));
 }
 
+TEST_CASE("an added tower is typical of its place", "[voxelserver][overlay]") {
+    auto base = land();
+    base->editable_info().bounds.max[1] = 900;
+    base->editable_info().typical_heights = voxel::HeightRange{-4, 12};
+    const std::vector<std::string> tower{"-10,-70,5,-60,300"};
+    const auto after = overlay::with_additions(std::move(base), tower);
+    CHECK(after->info().bounds.max[1] == 900);
+    CHECK(after->info().typical_heights == voxel::HeightRange{-4, 300});
+}
+
 TEST_CASE("on coarse levels an object keeps its place, and never vanishes",
           "[voxelserver][overlay]") {
     // Voxels of 8; the array's coordinates are in these.
