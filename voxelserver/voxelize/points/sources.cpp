@@ -123,33 +123,13 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
 // The columns that a rectangle of a file's coordinates covers.
 grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
                               const grid::Frame& frame) {
-    // Along the edges too: a straight line of one system is an arc in another.
-    constexpr int kPieces = 20;
-    std::vector<double> x;
-    std::vector<double> y;
-    const auto add = [&](double at_x, double at_y) {
-        x.push_back(at_x);
-        y.push_back(at_y);
-    };
-    for (int i = 0; i <= kPieces; ++i) {
-        const double part = static_cast<double>(i) / kPieces;
-        const double along_x =
-            i == kPieces ? rect.max_x : rect.min_x + part * (rect.max_x - rect.min_x);
-        const double along_y =
-            i == kPieces ? rect.max_y : rect.min_y + part * (rect.max_y - rect.min_y);
-        add(along_x, rect.min_y);
-        add(along_x, rect.max_y);
-        add(rect.min_x, along_y);
-        add(rect.max_x, along_y);
-    }
+    std::array<double, 4> edges{rect.min_x, rect.min_y, rect.max_x, rect.max_y};
     if (source.transform)
-        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
-    const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
-    const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
-    const double west = std::floor(frame.x(*x0));
-    const double east = std::floor(frame.x(*x1)) + 1;
-    const double north = std::floor(frame.z(*y1));
-    const double south = std::floor(frame.z(*y0)) + 1;
+        edges = geo::Transform(*source.info.crs, frame.crs()).around(edges);
+    const double west = std::floor(frame.x(edges[0]));
+    const double east = std::floor(frame.x(edges[2])) + 1;
+    const double north = std::floor(frame.z(edges[3]));
+    const double south = std::floor(frame.z(edges[1])) + 1;
     constexpr double kFarthest = 1.0e9;
     if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
           std::abs(south) < kFarthest))
