@@ -283,3 +283,13 @@ TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") 
     CHECK_THROWS_WITH(with(std::vector<std::string>(10'001, "0,0,2,2,5")),
                       contains("more than 10000 objects"));
 }
+
+TEST_CASE("adding objects ends when it is stopped", "[voxelserver][overlay]") {
+    std::stop_source stop;
+    const std::vector<std::string> additions{"-10,-70,5,-60,300"};
+    const auto added = overlay::with_additions(land(), additions, stop.get_token());
+    CHECK(added->info().bounds.max[1] == 300);
+    stop.request_stop();
+    CHECK_THROWS_WITH(overlay::with_additions(land(), additions, stop.get_token()),
+                      contains("interrupted"));
+}
