@@ -274,6 +274,7 @@ private:
     GrabberStore out;
     out.squares = reader.squares();
     out.orthophotos = reader.orthophotos();
+    out.folder = folder;
     return out;
 }
 

@@ -51,6 +51,7 @@ struct StoredOrthophoto {
 struct GrabberStore {
     std::vector<StoredSquare> squares;          ///< sorted by source, then name; no duplicates
     std::vector<StoredOrthophoto> orthophotos;  ///< sorted by path
+    std::filesystem::path folder;               ///< as given to read_grabber_store()
     /// The fetched squares: those with a file. Valid as long as `squares` is not changed.
     [[nodiscard]] std::vector<const StoredSquare*> fetched() const;
 };

@@ -90,6 +90,7 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     CHECK(found.fetched()[0] == &fetched);
     CHECK(found.fetched()[1]->file == root / "lidar/si-lss/469_101.las");
     CHECK(found.orthophotos.empty());
+    CHECK(found.folder == root);
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
 }
 
