@@ -332,6 +332,31 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
                           ") lies outside the domain");
 }
 
+std::array<double, 4> Transform::around(const std::array<double, 4>& rect) const {
+    // Along the edges too: a straight line of one system is an arc in another.
+    constexpr int kPieces = 20;
+    const auto [west, south, east, north] = rect;
+    std::vector<double> x;
+    std::vector<double> y;
+    const auto add = [&](double at_x, double at_y) {
+        x.push_back(at_x);
+        y.push_back(at_y);
+    };
+    for (int i = 0; i <= kPieces; ++i) {
+        const double part = static_cast<double>(i) / kPieces;
+        const double along_x = i == kPieces ? east : west + part * (east - west);
+        const double along_y = i == kPieces ? north : south + part * (north - south);
+        add(along_x, south);
+        add(along_x, north);
+        add(west, along_y);
+        add(east, along_y);
+    }
+    apply(x, y);
+    const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
+    const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
+    return {*x0, *y0, *x1, *y1};
+}
+
 LatLon to_lat_lon(const Crs& crs, double easting, double northing) {
     const Transform transform(crs, Crs::from_text("EPSG:4326"));
     double x = easting;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -84,6 +85,11 @@ public:
     /// Transforms in place.
     /// @throws Error when a point lies outside the domain of either system
     void apply(std::span<double> x, std::span<double> y) const;
+
+    /// The least rectangle in the other system around one of this, both as west, south, east,
+    /// north; up to what its edges bend between a few points.
+    /// @throws Error as apply()
+    [[nodiscard]] std::array<double, 4> around(const std::array<double, 4>& rect) const;
 
 private:
     std::string m_between;  ///< "A to B", for messages

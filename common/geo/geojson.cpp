@@ -39,8 +39,8 @@ double number_of(const json& property) {
 /// Reads one file.
 class Reader {
 public:
-    explicit Reader(const std::filesystem::path& file)
-        : m_attempt("read the GeoJSON file " + file.string()) {
+    Reader(const std::filesystem::path& file, const std::stop_token& stop)
+        : m_attempt("read the GeoJSON file " + file.string()), m_stop(stop) {
         std::error_code failed;
         const auto bytes = std::filesystem::file_size(file, failed);
         if (failed)
@@ -52,6 +52,7 @@ public:
         std::string text(static_cast<std::size_t>(bytes), '\0');
         in.read(text.data(), static_cast<std::streamsize>(text.size()));
         text.resize(static_cast<std::size_t>(in.gcount()));
+        check_stop();
         if (util::has_more_json_levels(text, util::kMaxJsonLevels))
             fail("more than " + std::to_string(util::kMaxJsonLevels) + " lists in lists");
         m_root = util::parse_json(text);
@@ -68,6 +69,10 @@ public:
 private:
     [[noreturn]] void fail(const std::string& what) const {
         throw util::Error(m_attempt + ": " + what);
+    }
+    void check_stop() const {
+        if (m_stop.stop_requested())
+            fail("interrupted");
     }
     [[nodiscard]] std::string type_of(const json& object) const {
         const auto type = object.is_object() ? object.find("type") : object.end();
@@ -97,6 +102,7 @@ private:
     }
 
     void read_feature(const json& object, bool is_feature) {
+        check_stop();
         m_numbers = std::make_shared<std::map<std::string, double>>();
         if (!is_feature) {
             read_geometry(object);
@@ -157,6 +163,7 @@ private:
     }
 
     [[nodiscard]] Shape::Position position_of(const json& from) {
+        check_stop();
         if (++m_positions > kMaxGeoJsonPositions)
             fail("more than " + std::to_string(kMaxGeoJsonPositions) + " positions");
         Shape::Position out{0, 0, std::numeric_limits<double>::quiet_NaN()};
@@ -204,6 +211,7 @@ private:
     }
 
     void transform(const Crs& to) {
+        check_stop();
         const std::string name = crs_name();
         const Crs from = Crs::from_text(name.empty() ? "OGC:CRS84" : name);
         if (from.same_horizontal(to))
@@ -230,6 +238,7 @@ private:
     }
 
     const std::string m_attempt;
+    const std::stop_token& m_stop;
     json m_root;
     std::vector<Shape> m_shapes;
     std::shared_ptr<std::map<std::string, double>> m_numbers;
@@ -239,8 +248,9 @@ private:
 
 }  // namespace
 
-std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to) {
-    return Reader(file).shapes(to);
+std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to,
+                                const std::stop_token& stop) {
+    return Reader(file, stop).shapes(to);
 }
 
 }  // namespace terravox::geo

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,8 @@ inline constexpr std::size_t kMaxGeoJsonPositions = 100'000;
 /// Reads the shapes of a GeoJSON file into a CRS. Positions are longitude and latitude (RFC 7946)
 /// unless a member "crs" names another system, as GIS programs write it.
 /// @throws Error naming the file when it cannot be read, is no GeoJSON, holds more than the limits
-/// above, or lies outside of the domain of a CRS
-[[nodiscard]] std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to);
+/// above, or lies outside of the domain of a CRS; "interrupted" when stopped
+[[nodiscard]] std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to,
+                                              const std::stop_token& stop = {});
 
 }  // namespace terravox::geo

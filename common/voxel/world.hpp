@@ -27,6 +27,13 @@ struct VoxelBounds {
     friend bool operator==(const VoxelBounds&, const VoxelBounds&) = default;
 };
 
+/// Heights of voxels, half-open: min <= y < max, in voxels of level 0.
+struct HeightRange {
+    std::int32_t min = 0;
+    std::int32_t max = 0;
+    friend bool operator==(const HeightRange&, const HeightRange&) = default;
+};
+
 /// Metadata of a world, available before any box is read.
 struct WorldInfo {
     std::string title;
@@ -46,6 +53,23 @@ struct WorldInfo {
     VoxelBounds framed;
     [[nodiscard]] const VoxelBounds& framed_bounds() const noexcept {
         return framed.empty() ? bounds : framed;
+    }
+    /// Heights of nearly all that the world holds, where single voxels (birds, clouds, noise) lie
+    /// far beyond: what a camera shows by default. Not an extent: boxes and exports have them all.
+    std::optional<HeightRange> typical_heights;
+    /// A block of voxels within the typical heights; the block itself where nothing of it lies
+    /// there.
+    [[nodiscard]] VoxelBounds at_typical_heights(const VoxelBounds& block) const noexcept {
+        if (!typical_heights)
+            return block;
+        VoxelBounds out = block;
+        out.min[1] = std::max(out.min[1], typical_heights->min);
+        out.max[1] = std::min(out.max[1], typical_heights->max);
+        return out.empty() ? block : out;
+    }
+    /// The block that a camera shows by default.
+    [[nodiscard]] VoxelBounds camera_bounds() const noexcept {
+        return at_typical_heights(framed_bounds());
     }
 };
 

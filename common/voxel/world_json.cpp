@@ -60,6 +60,9 @@ std::string world_to_json(const WorldInfo& info) {
                 {"attribution", info.attribution}};
     if (!info.framed.empty())
         out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
+    if (info.typical_heights)
+        out["typical_heights"] = {{"min", info.typical_heights->min},
+                                  {"max", info.typical_heights->max}};
     if (info.centre)
         out["centre"] = place_to_json(*info.centre);
     return out.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -81,10 +84,10 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ})
             fail("boxes of another size than 64 x 256 x 64");
         info.title = in.at("title").get<std::string>();
+        constexpr std::int64_t kFarthest = 1 << 30;
         const auto read_bounds = [&](const json& from, VoxelBounds& into) {
             const auto min = from.at("min").get<std::array<std::int64_t, 3>>();
             const auto max = from.at("max").get<std::array<std::int64_t, 3>>();
-            constexpr std::int64_t kFarthest = 1 << 30;
             for (std::size_t a = 0; a < 3; ++a) {
                 if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a])
                     fail("bounds beyond 2^30 voxels, or upside down");
@@ -95,6 +98,14 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         read_bounds(in.at("bounds"), info.bounds);
         if (in.contains("framed"))
             read_bounds(in["framed"], info.framed);
+        if (in.contains("typical_heights")) {
+            const auto min = in["typical_heights"].at("min").get<std::int64_t>();
+            const auto max = in["typical_heights"].at("max").get<std::int64_t>();
+            if (min < -kFarthest || max > kFarthest || min >= max)
+                fail("typical heights beyond 2^30 voxels, or upside down");
+            info.typical_heights =
+                HeightRange{static_cast<std::int32_t>(min), static_cast<std::int32_t>(max)};
+        }
         info.voxel_m = in.at("voxel_m").get<double>();
         info.levels = in.at("levels").get<int>();
         info.crs = in.at("crs").get<std::string>();

@@ -128,7 +128,7 @@ private:
 scene::PointList place_observers(std::span<const Observer> observers, const scene::Scene& scene,
                                  blocks::BlockManager& blocks) {
     const voxel::WorldInfo& world = blocks.world_info();
-    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
+    const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
     const walk::LevelCut cut(world.bounds, camera, scene.quality.detail, scene.quality.level,
                              world.levels - 1);
     Placing placing(world, cut, blocks);

@@ -23,7 +23,7 @@ EditorState::EditorState(scene::Scene first, std::shared_ptr<render::LoadedWorld
       history(scene) {}
 
 Viewpoint EditorState::viewpoint_of(const scene::Scene& of) const {
-    const voxel::VoxelBounds& bounds = info().framed_bounds();
+    const voxel::VoxelBounds bounds = info().camera_bounds();
     const scene::Camera camera = scene::make_camera(of, info(), bounds);
     Viewpoint out = Viewpoint::of(camera, (bounds.min[1] + bounds.max[1]) / 2.0);
     if (of.camera.target) {

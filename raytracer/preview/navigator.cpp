@@ -51,7 +51,7 @@ bool Navigator::closer(EditorState& editor_state, double factor) {
     // For parallel rays the height of the picture's area replaces the distance.
     if (parallel(editor_state.scene)) {
         const scene::Camera camera = scene::make_camera(editor_state.scene, editor_state.info(),
-                                                        editor_state.info().framed_bounds());
+                                                        editor_state.info().camera_bounds());
         const double height_m = editor_state.scene.camera.height_m.value_or(
             camera.pixel_voxels(0) * editor_state.scene.output.size_px[1] *
             editor_state.info().voxel_m);

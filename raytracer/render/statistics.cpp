@@ -200,8 +200,8 @@ output::ImageMetadata metadata_of(const shade::View& view, const voxel::WorldInf
         out.emplace_back("terravox:damage", std::to_string(s.damage.size()));
     if (!world.crs.empty())
         out.emplace_back("terravox:crs", world.crs);
-    if (!world.attribution.empty())
-        out.emplace_back("Copyright", world.attribution);
+    if (std::string copyright = copyright_of(world); !copyright.empty())
+        out.emplace_back("Copyright", std::move(copyright));
     return out;
 }
 
@@ -225,6 +225,12 @@ std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
 }
 
 }  // namespace
+
+std::string copyright_of(const voxel::WorldInfo& world) {
+    if (world.attribution.find(world.licence) != std::string::npos)
+        return world.attribution;
+    return world.attribution.empty() ? world.licence : world.attribution + ", " + world.licence;
+}
 
 output::PictureInfo picture_info(const shade::View& view, const voxel::WorldInfo& world,
                                  const RenderStatistics& statistics, bool with_run) {

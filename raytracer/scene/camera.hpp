@@ -151,8 +151,9 @@ private:
 
 /// Makes the camera of a scene: with its own position and target, or one that frames `subject`.
 /// Orthographic and isometric cameras may have only a target, the middle of the picture; rays start
-/// in front of `subject` whatever the position is. An isometric camera looks from azimuth_deg,
-/// wherever it is placed. A panorama uses only the horizontal direction to the target.
+/// in front of `subject`, and of what stands out of typical heights, whatever the position is. An
+/// isometric camera looks from azimuth_deg, wherever it is placed. A panorama uses only the
+/// horizontal direction to the target.
 /// @param subject level-0 voxels
 /// @throws UsageError when position and target coincide, only one is given, a number is out of its
 /// range, or the world has no CRS to place them in

@@ -252,6 +252,11 @@ private:
             half_y = std::max(half_y, std::abs(core::dot(corner, axes.up)));
             nearest = std::min(nearest, core::dot(corner, forward));
         }
+        if (m_world.typical_heights) {
+            const Block all(m_world.bounds);
+            for (int i = 0; i < 8; ++i)
+                nearest = std::min(nearest, core::dot(all.corner(i) - about, forward));
+        }
         const double fits = std::max({half_y, half_x * m_height / m_width, 0.5}) /
                             (1 - 2 * m_camera.margin) / m_camera.zoom;
         m_shape.half = m_camera.height_m ? *m_camera.height_m / 2 / m_world.voxel_m : fits;

@@ -83,7 +83,7 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
                                "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty())
         throw util::Error("render the world '" + world.title + "': it is empty");
-    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
+    const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
     const bool has_end = world.framed.empty();
     const walk::LevelCut cut(has_end ? world.bounds : walk::within_horizon(world.bounds, camera),
                              camera, scene.quality.detail, level, world.levels - 1);

@@ -448,7 +448,7 @@ class Stores(Case):
             file = store / f"{credit}.png"
             self.assertDone(render(store, *words, "--credit", credit, "-o", file))
             pictures[credit] = Picture(file)
-            self.assertEqual(pictures[credit].metadata["Copyright"], "Somebody <b>")
+            self.assertEqual(pictures[credit].metadata["Copyright"], "Somebody <b>, CC BY 4.0")
         self.assertNotEqual(pictures["no"].bytes, pictures["yes"].bytes)
 
     def test_a_store_without_squares_is_refused(self):

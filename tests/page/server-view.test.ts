@@ -13,7 +13,6 @@ const kSite = process.env['TERRAVOX_VIEWED_SITE'] ?? '';
 const kToken = process.env['TERRAVOX_VIEWED_TOKEN'] ?? '';
 const kViewport = { width: 400, height: 300 };
 const kAlike = 0.999;
-const kOnLand_px = { x: 200, y: 250 }; // in the view of the whole place
 const kLinkMs = 1000; // the address has followed the view by then
 
 // What the driver says of reading back a pixel, and the browser of replies that ask for a token.
@@ -51,7 +50,7 @@ function compare(server: readonly number[], site: readonly number[]): void {
     if ([0, 1, 2, 3].every((k) => server[i + k] === site[i + k])) ++alike;
     if ((server[i + 3]! & (1 << 13)) !== 0) ++solid;
   }
-  assert.ok(solid > pixels / 10, `${solid} of ${pixels} pixels show the world`);
+  assert.ok(solid > pixels / 4, `${solid} of ${pixels} pixels show the world`);
   assert.ok(alike >= kAlike * pixels, `${alike} of ${pixels} pixels are alike`);
 }
 
@@ -81,8 +80,7 @@ test('a voxel server shows its world as a site of it does', { skip: noBrowser },
     await whole(site);
     compare(await hitsOf(server), await hitsOf(site));
 
-    // Below the middle: above the place there is room for what flies over it.
-    await server.locator('#picture').click({ position: kOnLand_px });
+    await server.locator('#picture').click();
     await untilText(server, '#facts', /LiDAR square[A-Z]+_\d+_\d+/);
     await server.keyboard.press('Escape');
 

@@ -227,6 +227,19 @@ test('the map begins with what the world frames, or with all of it', () => {
   assert.throws(() => readWorld({ ...good, framed: { min: [0], max: [1, 1, 1] } }), /framed.min/);
 });
 
+test('what flies far above a place is not among what is shown first', () => {
+  const good = { ...(worldJson('x') as Record<string, unknown>), bounds: { min: [0, 0, 0], max: [64, 900, 64] } };
+  const heights = (min: unknown, max: unknown): readonly number[] => {
+    const { framed } = readWorld({ ...good, typical_heights: { min, max } });
+    return [framed.min[1], framed.max[1]];
+  };
+  assert.deepEqual(heights(-5, 80), [0, 80]);
+  assert.deepEqual(heights(20, 80), [20, 80]);
+  assert.deepEqual(heights(900, 950), [0, 900]);
+  assert.equal(readWorld({ ...good, typical_heights: { min: 20, max: 80 } }).max[1], 900);
+  assert.throws(() => heights('0', 80), /typical_heights.min/);
+});
+
 test('replies are checked: what the map depends on must be there, the rest may be missing', () => {
   const good = worldJson('x') as Record<string, unknown>;
   const flat = { min: [0, 0], max: [1, 1, 1] };

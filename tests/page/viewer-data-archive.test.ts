@@ -271,6 +271,8 @@ test('facts that no world has are refused', async () => {
     ['22 levels', { levels: 22 }, 'damaged'],
     ['fewer levels than the bounds need', { levels: 2 }, 'damaged'],
     ['a frame that is none', { framed: 5 }, 'damaged'],
+    ['heights that are none', { typical_heights: 5 }, 'damaged'],
+    ['half heights', { typical_heights: { min: 0.5, max: 9 } }, 'damaged'],
     ['millions of coarse boxes', { ...bounds([-wide, 0, -wide], [wide, 9, wide]) }, 'damaged'],
     [
       'too far from the origin',

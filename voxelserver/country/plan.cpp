@@ -17,8 +17,7 @@ std::string Plan::id() const {
         out.add(bounds.min[a]);
         out.add(bounds.max[a]);
     }
-    // The title of the world is that of its first input.
-    out.add(std::string_view(std::filesystem::path(world.inputs.front()).stem().string()));
+    out.add(std::string_view(world.title));
     out.add(shards.size());
     return voxel::hex_of(out.fingerprint());
 }

@@ -22,7 +22,6 @@ class Paths {
 public:
     explicit Paths(const PlanFolder& folder) : m_folder(folder.path()) {}
 
-    /// The last part stays as it is: the title of a world is made of it.
     [[nodiscard]] std::string written(const fs::path& path) const {
         if (path.empty() || path.is_absolute())
             return path.string();
@@ -86,6 +85,7 @@ Json json_of(const worlds::WorldOptions& world, const Paths& paths) {
     return {{"inputs", inputs},
             {"orthophotos", orthophotos},
             {"left_out", left_out},
+            {"title", world.title},
             {"crs", world.crs},
             {"classes", names_file(world.classes) ? paths.written(world.classes) : world.classes},
             {"vertical_unit", world.vertical_unit},
@@ -103,6 +103,8 @@ worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
         out.orthophotos.push_back(paths.read(path.get<std::string>()));
     for (const Json& path : json.at("left_out"))
         out.left_out.push_back(paths.read(path.get<std::string>()));
+    if (json.contains("title"))  // plans of before the field
+        out.title = json.at("title").get<std::string>();
     out.crs = json.at("crs").get<std::string>();
     out.classes = json.at("classes").get<std::string>();
     if (names_file(out.classes))

@@ -69,6 +69,8 @@ private:
         const voxel::WorldInfo& info = country.world().info();
         m_plan.fingerprint = country.fingerprint();
         m_plan.fingerprint_of_all_boxes = country.fingerprint_of_all_boxes();
+        // By the names of folders, which may be others where a task runs.
+        m_plan.world.title = info.title;
         m_plan.crs = info.crs;
         m_plan.voxel_m = info.voxel_m;
         m_plan.bounds = country.part().bounds;

@@ -39,6 +39,12 @@ std::string_view take_while(std::string_view& text, const Is& is) {
     return out;
 }
 
+toml::table read_source(const fs::path& file) {
+    return util::read_toml(file, [&](const std::string& what) {
+        throw util::UsageError("read the source " + file.string() + ": " + what);
+    });
+}
+
 double number_of(std::string_view digits) {
     double out = 0;
     for (const char c : digits)
@@ -107,10 +113,7 @@ SquareNames SquareNames::load(const fs::path& folder) {
     std::sort(files.begin(), files.end());
     SquareNames out;
     for (const fs::path& file : files) {
-        const auto fail = [&](const std::string& what) {
-            throw util::UsageError("read the source " + file.string() + ": " + what);
-        };
-        const toml::table root = util::read_toml(file, fail);
+        const toml::table root = read_source(file);
         const auto id = root["id"].value<std::string>();
         const auto crs = root["crs"].value<std::string>();
         const auto square_m = root["square_m"].value<double>();
@@ -182,6 +185,14 @@ std::optional<NamedSquare> SquareNames::square_of(const fs::path& file) const {
     if (found)
         found->file = file.filename().string().substr(0, stem.size());
     return found;
+}
+
+std::optional<std::string> source_title(const fs::path& folder, const std::string& id) {
+    const fs::path file = folder / (id + ".toml");
+    std::error_code failed;
+    if (!fs::is_regular_file(file, failed))
+        return std::nullopt;
+    return read_source(file)["title"].value<std::string>();
 }
 
 bool is_named_like(const fs::path& image, const NamedSquare& square) {

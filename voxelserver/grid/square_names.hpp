@@ -55,6 +55,14 @@ private:
     std::vector<Rule> m_rules;
 };
 
+/// The title of a source.
+/// @param folder as for SquareNames::load()
+/// @param id from any source, without slashes
+/// @return nullopt for a source that is not there
+/// @throws UsageError for a source file that cannot be read
+[[nodiscard]] std::optional<std::string> source_title(const std::filesystem::path& folder,
+                                                      const std::string& id);
+
 /// Whether an image is named like a square: as its file of points (TM_462_101), or by its numbers
 /// alone (462_101).
 [[nodiscard]] bool is_named_like(const std::filesystem::path& image, const NamedSquare& square);

@@ -47,7 +47,8 @@ struct Heights {
     double high = 0;
 };
 
-// Heights that may be solid at a place, as far as that is known without a box; nullopt: air.
+// Heights that may be solid at a place, as far as that is known without a box, apart from what
+// flies over it; nullopt: air.
 std::optional<Heights> heights_at(voxel::World& world, double x, double z) {
     const auto column_of = [](double at, int size) {
         return static_cast<std::int32_t>(std::floor(at / size));
@@ -56,8 +57,8 @@ std::optional<Heights> heights_at(voxel::World& world, double x, double z) {
         world.column(0, column_of(x, voxel::kBoxSizeX), column_of(z, voxel::kBoxSizeZ));
     if (column.empty())
         return std::nullopt;
+    const voxel::VoxelBounds bounds = world.info().at_typical_heights(world.info().bounds);
     const auto within = [&](std::int32_t by) {
-        const voxel::VoxelBounds& bounds = world.info().bounds;
         const double y = static_cast<double>(voxel::kBoxSizeY) * by;
         return std::clamp<double>(y, bounds.min[1], bounds.max[1]);
     };
@@ -75,7 +76,7 @@ double width(const voxel::VoxelBounds& bounds, std::size_t axis) {
 /// A view of the middle of the world that shows about `across` voxels of it.
 json view(voxel::World& world, const char* name, double across) {
     const voxel::WorldInfo& info = world.info();
-    const voxel::VoxelBounds& shown = info.framed_bounds();
+    const voxel::VoxelBounds shown = info.camera_bounds();
     const double away = kAway * across;
     const double flat = away * std::cos(kDown_rad);
     Point target{middle(shown, 0), middle(shown, 1), middle(shown, 2)};
@@ -91,7 +92,7 @@ json view(voxel::World& world, const char* name, double across) {
 
 json views(voxel::World& world) {
     const voxel::WorldInfo& info = world.info();
-    const voxel::VoxelBounds& shown = info.framed_bounds();
+    const voxel::VoxelBounds shown = info.camera_bounds();
     const double across = std::max({width(shown, 0), width(shown, 2), 1.0});
     json whole = view(world, "Whole place", across);
     // The page moves it to where its picture, of whatever shape, shows all of this.

@@ -136,7 +136,10 @@ http::Service service_of(const Options& options, const OpenedForServing& opened,
     worlds::ServedWorld& world = *opened.world;
     http::Service out{world, times, cache};
     if (opened.lidar != nullptr)
-        out.squares = [&opened] { return squares_of(*opened.lidar, opened.store); };
+        out.squares = [&opened] {
+            const DeferredWorld& lidar = *opened.lidar;
+            return squares_of(lidar.squares(), lidar.info(), opened.store);
+        };
     out.health = [&world] { return health_of(world); };
     out.edition = edition_of(world);
     out.archive = world.archive_file();

@@ -1,11 +1,14 @@
 #include "voxelserver/serve/store_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <set>
+#include <string>
+#include <utility>
 
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::serve {
@@ -46,21 +49,61 @@ void add_terms(const StoredSquare& from, http::SquareEntry& to) {
     to.attribution = from.attribution;
 }
 
+using Extent = std::array<double, 4>;  ///< west, south, east, north
+
 // Squares are named E_N by their south-western corner in kilometres; this is used where the store
 // has no bounds for one that it has not fetched.
-std::optional<store::StoredBounds> bounds_of(const StoredSquare& s) {
+std::optional<Extent> stored_extent(const StoredSquare& s) {
     if (s.bounds)
-        return s.bounds;
+        return Extent{s.bounds->min[0], s.bounds->min[1], s.bounds->max[0], s.bounds->max[1]};
     double e = 0;
     double n = 0;
     char tail = 0;
     if (std::sscanf(s.name.c_str(), "%lf_%lf%c", &e, &n, &tail) != 2 || !std::isfinite(e) ||
         !std::isfinite(n))
         return std::nullopt;
-    return store::StoredBounds{{e * 1000, n * 1000, 0}, {(e + 1) * 1000, (n + 1) * 1000, 0}};
+    return Extent{e * 1000, n * 1000, (e + 1) * 1000, (n + 1) * 1000};
 }
 
-http::SquareEntry entry_of(const StoredSquare& s, const store::StoredBounds& bounds,
+/// Where squares of a store lie in a world. Catalogues may have a CRS of their own, as that of a
+/// country whose surveys have many.
+class Placing {
+public:
+    explicit Placing(const voxel::WorldInfo& world) : m_world(world) {}
+
+    /// @return nullopt where that is not known
+    [[nodiscard]] std::optional<Extent> extent_of(const StoredSquare& square) {
+        const auto extent = stored_extent(square);
+        if (!extent || square.bounds_crs.empty() || m_world.crs_wkt.empty() ||
+            square.bounds_crs == m_world.crs)
+            return extent;
+        try {
+            const std::optional<geo::Transform>& transform = transform_from(square.bounds_crs);
+            return transform ? transform->around(*extent) : *extent;
+        } catch (const util::Error&) {
+            return std::nullopt;
+        }
+    }
+
+private:
+    /// @return nullopt: it is that of the world
+    const std::optional<geo::Transform>& transform_from(const std::string& crs) {
+        const auto found = m_transforms.find(crs);
+        if (found != m_transforms.end())
+            return found->second;
+        const auto from = geo::Crs::from_text(crs);
+        const auto to = geo::Crs::from_wkt(m_world.crs_wkt);
+        std::optional<geo::Transform> made;
+        if (!from.same_horizontal(to))
+            made.emplace(from, to);
+        return m_transforms.emplace(crs, std::move(made)).first->second;
+    }
+
+    const voxel::WorldInfo& m_world;
+    std::map<std::string, std::optional<geo::Transform>> m_transforms;
+};
+
+http::SquareEntry entry_of(const StoredSquare& s, const Extent& extent,
                            const voxel::WorldInfo& info) {
     http::SquareEntry out;
     out.name = s.name;
@@ -74,16 +117,18 @@ http::SquareEntry entry_of(const StoredSquare& s, const store::StoredBounds& bou
     const auto voxel = [&](double value) {
         return static_cast<std::int32_t>(std::clamp(value / info.crs_units_per_voxel, -1e9, 1e9));
     };
-    out.min_x = voxel(bounds.min[0]);
-    out.max_x = voxel(bounds.max[0]);
-    out.min_z = voxel(-bounds.max[1]);
-    out.max_z = voxel(-bounds.min[1]);
+    const auto& [west, south, east, north] = extent;
+    out.min_x = voxel(west);
+    out.max_x = voxel(east);
+    out.min_z = voxel(-north);
+    out.max_z = voxel(-south);
     return out;
 }
 
 }  // namespace
 
-std::vector<http::SquareEntry> squares_of(const DeferredWorld& world,
+std::vector<http::SquareEntry> squares_of(std::span<const voxelize::SquareInfo> opened,
+                                          const voxel::WorldInfo& world,
                                           const std::optional<GrabberStore>& store) {
     std::map<std::string, const StoredSquare*> by_file;
     if (store)
@@ -91,18 +136,19 @@ std::vector<http::SquareEntry> squares_of(const DeferredWorld& world,
             if (!s.file.empty())
                 by_file[s.file.string()] = &s;
     std::vector<http::SquareEntry> out;
-    for (const voxelize::SquareInfo& s : world.squares()) {
+    for (const voxelize::SquareInfo& s : opened) {
         out.push_back(entry_of(s));
         if (const auto stored = by_file.find(s.file.string()); stored != by_file.end())
             add_terms(*stored->second, out.back());
     }
     if (!store)
         return out;
+    Placing placing(world);
     for (const StoredSquare& s : store->squares) {
         if (s.state == StoredState::kFetched || s.state == StoredState::kMissing)
             continue;
-        if (const auto bounds = bounds_of(s))
-            out.push_back(entry_of(s, *bounds, world.info()));
+        if (const auto extent = placing.extent_of(s))
+            out.push_back(entry_of(s, *extent, world));
     }
     return out;
 }

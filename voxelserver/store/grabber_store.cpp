@@ -106,7 +106,7 @@ public:
                   "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, "
                   "point_count, error_message, "
                   "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, "
-                  "max_z, west, south, east, north, grid "
+                  "max_z, west, south, east, north, grid_crs "
                   "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
         for (std::size_t row = 0; rows.next(); ++row) {
             m_where = "squares." + std::to_string(row) + ".";
@@ -183,14 +183,16 @@ private:
         return out;
     }
 
-    /// Bounds of the file's points; for a square without a file, those in its catalogue.
-    [[nodiscard]] std::optional<StoredBounds> bounds(const Rows& rows) const {
+    /// Sets the bounds: of the file's points; for a square without a file, those in its catalogue.
+    void read_bounds(const Rows& rows, StoredSquare& square) const {
         constexpr int kPoints = 12;
         constexpr int kSquare = 18;
-        StoredBounds out;
+        constexpr int kSquareCrs = 22;
         const bool points = !rows.is_null(kPoints);
+        square.bounds_crs = points ? square.crs : text(rows, kSquareCrs, "grid_crs", false);
         if (!points && rows.is_null(kSquare))
-            return std::nullopt;
+            return;
+        StoredBounds& out = square.bounds.emplace();
         const auto number = [&](int column) {
             const auto value = rows.number(column);
             if (!value)
@@ -203,7 +205,6 @@ private:
             out.min[axis] = number((points ? kPoints : kSquare) + i);
             out.max[axis] = number((points ? kPoints + 3 : kSquare + 2) + i);
         }
-        return out;
     }
 
     [[nodiscard]] StoredSquare read_square(const Rows& rows) const {
@@ -215,7 +216,7 @@ private:
         out.class_table = text(rows, 9, "class_table", false);
         out.licence = text(rows, 10, "licence", false);
         out.attribution = text(rows, 11, "attribution", false);
-        out.bounds = bounds(rows);
+        read_bounds(rows, out);
         if (!rows.is_null(7)) {
             auto said = rows.text(7);
             if (!said)
@@ -273,6 +274,7 @@ private:
     GrabberStore out;
     out.squares = reader.squares();
     out.orthophotos = reader.orthophotos();
+    out.folder = folder;
     return out;
 }
 

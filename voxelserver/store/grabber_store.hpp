@@ -20,7 +20,7 @@ enum class StoredState : std::uint8_t {
 /// Supported version of the store's schema: the number of files in grabber/migrations.
 inline constexpr int kGrabberSchema = 3;
 
-/// A rectangle of ground, in the units of the square's CRS.
+/// A rectangle of ground.
 struct StoredBounds {
     std::array<double, 3> min{};
     std::array<double, 3> max{};
@@ -34,6 +34,9 @@ struct StoredSquare {
     std::uint64_t bytes = 0;
     std::uint64_t points = 0;
     std::optional<StoredBounds> bounds;
+    /// That of the bounds, or of the place in the name; empty = not recorded. Those of a catalogue
+    /// may be in another one than the file.
+    std::string bounds_crs;
     std::string crs, class_table, licence, attribution;  ///< empty = not recorded
     std::string error;                                   ///< one line; empty = none
 };
@@ -48,6 +51,7 @@ struct StoredOrthophoto {
 struct GrabberStore {
     std::vector<StoredSquare> squares;          ///< sorted by source, then name; no duplicates
     std::vector<StoredOrthophoto> orthophotos;  ///< sorted by path
+    std::filesystem::path folder;               ///< as given to read_grabber_store()
     /// The fetched squares: those with a file. Valid as long as `squares` is not changed.
     [[nodiscard]] std::vector<const StoredSquare*> fetched() const;
 };

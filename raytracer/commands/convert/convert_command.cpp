@@ -102,8 +102,8 @@ std::vector<std::string> names_in(const std::string& list) {
     return out;
 }
 
-/// @return empty: the world has a title. Of data in files that is the name of the first one, which
-/// nobody has given to the world.
+/// @return empty: the world has a title. Of data in files that is the name of a file or a folder,
+/// which nobody has given to the world.
 std::string title_of(const ConvertArguments& args, const fs::path& out) {
     if (!args.write.title.empty() || !worlds::kind_of(args.world.inputs.front()).takes_several)
         return args.write.title;

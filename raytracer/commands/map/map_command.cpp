@@ -119,7 +119,8 @@ output::PictureInfo info_of(const MapArguments& args, const render::PictureRende
 pmtiles::MapTexts texts_of(const MapArguments& args, const voxel::WorldInfo& world,
                            const render::RenderStatistics& statistics) {
     return {args.title.empty() ? world.title : args.title,
-            args.attribution.empty() ? util::escaped_markup(world.attribution) : args.attribution,
+            args.attribution.empty() ? util::escaped_markup(render::copyright_of(world))
+                                     : args.attribution,
             statistics.counts.holes.size()};
 }
 

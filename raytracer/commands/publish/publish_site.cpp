@@ -121,7 +121,7 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
 
 publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
                           const voxel::WorldInfo& world) {
-    const scene::Camera camera = scene::make_camera(scene, world, world.framed_bounds());
+    const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
     constexpr double kAhead_voxel = 100;
     publish::SiteView view;
     view.name = name;
@@ -139,7 +139,7 @@ std::vector<publish::SiteView> views_of(const scene::Scene& scene, const voxel::
     scene::Scene without_camera = scene;
     without_camera.camera = {};
     publish::SiteView whole = view_of("Whole place", without_camera, world);
-    whole.frame = world.framed_bounds();
+    whole.frame = world.camera_bounds();
     return {view_of("Start", scene, world), whole};
 }
 

@@ -43,7 +43,7 @@ void refuse_without_camera(EditorState& editor_state, const scene::Scene& before
         return;
     try {
         const voxel::WorldInfo& world = editor_state.info();
-        (void)scene::make_camera(editor_state.scene, world, world.framed_bounds());
+        (void)scene::make_camera(editor_state.scene, world, world.camera_bounds());
     } catch (const util::Error& e) {
         editor_state.scene = before;
         editor_state.notify(e.what(), true);

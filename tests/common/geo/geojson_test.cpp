@@ -129,3 +129,16 @@ TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
         many += ",[1,2]";
     CHECK_THROWS_WITH(read(many + "]}"), contains("more than 100000 positions"));
 }
+
+TEST_CASE("a reader of GeoJSON that is stopped ends with an error that names the file",
+          "[common][geo][geojson]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "plan.geojson";
+    std::ofstream(file) << R"({"type":"Point","coordinates":[14.5,46]})";
+    const auto crs = geo::Crs::from_text("EPSG:3794");
+    std::stop_source stop;
+    CHECK(geo::read_geojson(file, crs, stop.get_token()).size() == 1);
+    stop.request_stop();
+    CHECK_THROWS_WITH(geo::read_geojson(file, crs, stop.get_token()),
+                      contains("plan.geojson: interrupted"));
+}

@@ -23,6 +23,7 @@ WorldInfo full() {
     info.centre = geo::MapPlace{{46.36364, 14.09366}, -1.0 / 3};
     info.licence = "CC BY 4.0";
     info.attribution = "ARSO\nline two";
+    info.typical_heights = HeightRange{-20, 2600};
     return info;
 }
 
@@ -52,6 +53,36 @@ TEST_CASE("a world's description survives the way through JSON, to the last bit"
     CHECK(out.centre->convergence_deg == in.centre->convergence_deg);
     CHECK(out.licence == in.licence);
     CHECK(out.attribution == in.attribution);
+    CHECK(out.typical_heights == in.typical_heights);
+}
+
+TEST_CASE("a world without typical heights has none in JSON, and those of no world are refused",
+          "[common][voxel][world_json]") {
+    WorldInfo plain = full();
+    plain.typical_heights.reset();
+    CHECK_FALSE(contains("typical").match(world_to_json(plain)));
+    CHECK_FALSE(world_from_json(world_to_json(plain), "test").typical_heights);
+    const std::string text = world_to_json(full());
+    for (const char* heights : {"{\"max\":-20,\"min\":-20}", "{\"max\":1073741825,\"min\":0}",
+                                "{\"max\":1,\"min\":-1073741825}", "{\"max\":1}", "5"}) {
+        INFO(heights);
+        const std::string bad = changed(text, "{\"max\":2600,\"min\":-20}", heights);
+        CHECK_THROWS_AS(world_from_json(bad, "test"), util::Error);
+    }
+}
+
+TEST_CASE("a camera shows what is framed at typical heights, or all where nothing lies there",
+          "[common][voxel]") {
+    WorldInfo info;
+    info.bounds = {{0, 0, 0}, {9, 500, 9}};
+    CHECK(info.camera_bounds() == info.bounds);
+    info.typical_heights = HeightRange{-10, 80};
+    CHECK(info.camera_bounds() == VoxelBounds{{0, 0, 0}, {9, 80, 9}});
+    CHECK(info.framed_bounds() == info.bounds);
+    info.framed = {{2, 40, 2}, {5, 600, 5}};
+    CHECK(info.camera_bounds() == VoxelBounds{{2, 40, 2}, {5, 80, 5}});
+    info.framed.min[1] = 80;
+    CHECK(info.camera_bounds() == info.framed);
 }
 
 TEST_CASE("where a world's centre does not say how its map is turned, north is true north",

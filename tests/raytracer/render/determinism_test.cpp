@@ -229,6 +229,29 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
                      std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
 }
 
+TEST_CASE("a picture names whose its data are, and their licence once", "[raytracer][render]") {
+    struct Case {
+        const char* attribution;
+        const char* licence;
+        const char* copyright;
+    };
+    const auto c = GENERATE(values<Case>({{"ARSO", "CC BY 4.0", "ARSO, CC BY 4.0"},
+                                          {"ARSO, CC BY 4.0", "CC BY 4.0", "ARSO, CC BY 4.0"},
+                                          {"ARSO", "", "ARSO"},
+                                          {"", "CC0", "CC0"},
+                                          {"", "", nullptr}}));
+    auto world = landscape();
+    world->editable_info().attribution = c.attribution;
+    world->editable_info().licence = c.licence;
+    const Job job(small_scene(), 256 * kMiB, std::move(world));
+    const auto metadata = render::picture_info(job.view, job.world->info(), {}, false).metadata;
+    const auto found = std::find_if(metadata.begin(), metadata.end(),
+                                    [](const auto& entry) { return entry.first == "Copyright"; });
+    REQUIRE((found != metadata.end()) == (c.copyright != nullptr));
+    if (c.copyright != nullptr)
+        CHECK(found->second == c.copyright);
+}
+
 TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][render]") {
     auto world = landscape();
     for (int bx = -2; bx < 2; ++bx)

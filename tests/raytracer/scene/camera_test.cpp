@@ -139,6 +139,21 @@ TEST_CASE("straight down, north is up and east is right", "[raytracer][camera]")
     CHECK(camera.ray(1280, 360).direction.x > 0.05);
 }
 
+TEST_CASE("parallel rays start above what stands out of typical heights", "[raytracer][camera]") {
+    voxel::WorldInfo world;
+    world.bounds = {{0, 0, 0}, {100, 800, 100}};
+    world.typical_heights = voxel::HeightRange{0, 40};
+    scene::Scene scene;
+    scene.camera.projection = core::CameraProjection::kOrthographic;
+    const double down = GENERATE(20.0, 90.0);
+    scene.camera.down_deg = down;
+    const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
+    const scene::Camera low = scene::make_camera(scene, {}, world.camera_bounds());
+    CHECK(camera.pixel_voxels(0) == low.pixel_voxels(0));
+    for (int i = 0; i < 8; ++i)
+        CHECK(core::dot(corner(world.bounds, i) - camera.position(), camera.forward()) > 0);
+}
+
 TEST_CASE("zoom brings the camera nearer along its line of sight", "[raytracer][camera]") {
     scene::Scene scene;
     const VoxelBounds b{{0, 0, 0}, {100, 20, 100}};

@@ -18,6 +18,7 @@ Plan some_plan() {
     plan.world.inputs = {"/data/survey"};
     plan.world.orthophotos = {"/data/photos"};
     plan.world.left_out = {"/data/survey/x.laz"};
+    plan.world.title = "survey";
     plan.world.crs = "EPSG:3794";
     plan.world.voxel_m = 0.1;
     plan.world.memory_bytes = std::size_t{512} << 20;
@@ -47,6 +48,7 @@ TEST_CASE("a plan is read as it was written", "[country][plan]") {
     CHECK(read.id() == plan.id());
     CHECK(read.world.inputs == plan.world.inputs);
     CHECK(read.world.left_out == plan.world.left_out);
+    CHECK(read.world.title == plan.world.title);
     CHECK(read.world.voxel_m == plan.world.voxel_m);
     CHECK(read.world.memory_bytes == plan.world.memory_bytes);
     CHECK(read.area == plan.area);
@@ -73,7 +75,7 @@ TEST_CASE("what shards are made of has a name of its own", "[country][plan]") {
     CHECK(differs([](Plan& p) { p.fingerprint.back() = 'e'; }));
     CHECK(differs([](Plan& p) { ++p.bounds.max[2]; }));
     CHECK(differs([](Plan& p) { p.shards.pop_back(); }));
-    CHECK(differs([](Plan& p) { p.world.inputs = {"/data/other"}; }));
+    CHECK(differs([](Plan& p) { p.world.title = "another"; }));
     CHECK_FALSE(differs([](Plan& p) { p.estimate = {}; }));
     CHECK_FALSE(differs([](Plan& p) { p.world.memory_bytes = 1; }));
 }

@@ -7,6 +7,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
+#include "voxelserver/export/archive/archive_box.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
 #include "voxelserver/export/core/journal.hpp"
 #include "voxelserver/export/core/part.hpp"
@@ -209,6 +210,18 @@ TEST_CASE("a part is what lies in area, heights and level, and nothing else is a
     CHECK(part_of(endless, {}).bounds == endless.framed);
     CHECK(part_of(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds ==
           voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});
+}
+
+TEST_CASE("an archive knows the typical heights of its world, in its own voxels",
+          "[raytracer][convert][part]") {
+    voxel::WorldInfo world;
+    world.bounds = {{0, -40, 0}, {64, 500, 64}};
+    world.levels = 2;
+    CHECK_FALSE(archive_info(part_of(world, {1, {}, {}}), world).typical_heights);
+    world.typical_heights = voxel::HeightRange{-7, 83};
+    CHECK(archive_info(part_of(world, {}), world).typical_heights == world.typical_heights);
+    CHECK(archive_info(part_of(world, {1, {}, {}}), world).typical_heights ==
+          voxel::HeightRange{-4, 42});
 }
 
 TEST_CASE("two conversions to one place do not spoil each other", "[raytracer][convert][journal]") {

@@ -100,6 +100,15 @@ TEST_CASE("a world without end is shown where it is framed", "[voxelserver][http
     CHECK(views[0]["target"][2] == -200);
 }
 
+TEST_CASE("what flies far above a place moves none of its views",
+          "[voxelserver][http][view_place]") {
+    WideWorld clean(8192, 8);
+    WideWorld with_bird(8192, 8);
+    with_bird.info().bounds.max[1] = 2000;
+    with_bird.info().typical_heights = voxel::HeightRange{0, 256};
+    CHECK(Place(with_bird).json()["views"] == Place(clean).json()["views"]);
+}
+
 TEST_CASE("it is afternoon where the world lies", "[voxelserver][http][view_place]") {
     WideWorld world(64, 1);
     constexpr std::int64_t kFour = 1'782'057'600'000;  // 2026-06-21, 16:00 UTC

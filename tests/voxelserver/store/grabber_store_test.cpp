@@ -38,8 +38,9 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
         fishnet.add("463_101", "missing");
         fishnet.add_verified("462_101", "lidar/si-lss/462_101.laz");
         fishnet.add("464_101", "wanted",
-                    ", error_code, error_message, error_at, west, south, east, north",
-                    ", 'HTTP', 'x', '', 464000, 101000, 465000, 102000");
+                    ", error_code, error_message, error_at, west, south, east, north, "
+                    "grid_crs",
+                    ", 'HTTP', 'x', '', 464000, 101000, 465000, 102000, 'EPSG:3857'");
         fishnet.add("465_101", "fetching");
         fishnet.add_failed("466_101", "503\nback later");
         fishnet.add_verified("467_101", "lidar/si-lss/467_101.laz");
@@ -62,6 +63,7 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     CHECK(fetched.bounds->min == std::array{1.0, 2.0, 3.5});
     CHECK(fetched.bounds->max == std::array{4.0, 5.0, 6.0});
     CHECK(fetched.crs == "EPSG:3794");
+    CHECK(fetched.bounds_crs == "EPSG:3794");
     CHECK(fetched.class_table == "si-lss");
     CHECK(fetched.licence == "CC BY 4.0");
     CHECK(fetched.attribution == "ARSO \xc5\xbd");
@@ -73,6 +75,7 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     REQUIRE(wanted.bounds);
     CHECK(wanted.bounds->min == std::array{464000.0, 101000.0, 0.0});
     CHECK(wanted.bounds->max == std::array{465000.0, 102000.0, 0.0});
+    CHECK(wanted.bounds_crs == "EPSG:3857");
     CHECK(square(found, "465_101").state == StoredState::kWanted);
     CHECK_FALSE(square(found, "465_101").bounds);
     CHECK(square(found, "466_101").state == StoredState::kFailed);
@@ -87,6 +90,7 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     CHECK(found.fetched()[0] == &fetched);
     CHECK(found.fetched()[1]->file == root / "lidar/si-lss/469_101.las");
     CHECK(found.orthophotos.empty());
+    CHECK(found.folder == root);
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
 }
 

@@ -66,6 +66,10 @@ voxel::WorldInfo archive_info(const Part& part, const voxel::WorldInfo& world) {
     info.crs_units_per_voxel *= scale;
     info.levels = voxel::levels_for(info.bounds);
     info.framed = {};
+    if (info.typical_heights) {
+        info.typical_heights->min >>= part.level;
+        info.typical_heights->max = ((info.typical_heights->max - 1) >> part.level) + 1;
+    }
     return info;
 }
 

@@ -19,7 +19,7 @@ export type World = {
   /** Half-open, voxels of level 0; x east, y up, z south. */
   readonly min: Vec3;
   readonly max: Vec3;
-  /** What to show first, as min and max; of worlds without end less than all. */
+  /** What to show first, as min and max: of worlds without end less than all, and of surveys without what flies far above. */
   readonly framed: { readonly min: Vec3; readonly max: Vec3 };
   readonly voxelM: number;
   readonly levels: number;
@@ -103,10 +103,22 @@ function readPlace(centre: Readonly<Record<string, unknown>>): MapPlace {
   };
 }
 
+/** @return the block itself where nothing of it lies at these heights */
+function atHeights(block: World['framed'], heights: Fields | undefined): World['framed'] {
+  if (heights === undefined) return block;
+  const far = 2 ** 31;
+  const [west, bottom, north] = block.min;
+  const [east, top, south] = block.max;
+  const low = Math.max(bottom, number(heights['min'], 'typical_heights.min', -far, far));
+  const high = Math.min(top, number(heights['max'], 'typical_heights.max', -far, far));
+  return low < high ? { min: [west, low, north], max: [east, high, south] } : block;
+}
+
 export function readWorld(json: unknown): World {
   const all = fields(json, 'the world');
   const bounds = fields(all['bounds'], 'the bounds of the world');
   const framed = isFields(all['framed']) ? all['framed'] : bounds;
+  const heights = isFields(all['typical_heights']) ? all['typical_heights'] : undefined;
   const map = isFields(all['map']) ? all['map'] : undefined;
   const zooms = map && Array.isArray(map['zooms']) ? (map['zooms'] as unknown[]) : [];
   const centre = isFields(all['centre']) ? all['centre'] : undefined;
@@ -115,7 +127,7 @@ export function readWorld(json: unknown): World {
     software: textOf(all['software']),
     min: vec3(bounds['min'], 'bounds.min'),
     max: vec3(bounds['max'], 'bounds.max'),
-    framed: { min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') },
+    framed: atHeights({ min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') }, heights),
     voxelM: number(all['voxel_m'], 'voxel_m', 1e-6, 1e6),
     levels: number(all['levels'], 'levels', 1, 32),
     crs: textOf(all['crs']),

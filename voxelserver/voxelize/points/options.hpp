@@ -21,6 +21,7 @@ struct LidarWorldOptions {
     std::optional<std::string> crs;  ///< overrides that of the files
     /// The CRS of files that carry none, by the paths in `files`, as a store has recorded it.
     std::map<std::filesystem::path, std::string> recorded_crs;
+    std::string title;        ///< of the world; empty: by the files (world_title.hpp)
     std::string licence;      ///< of the data, for WorldInfo; empty = unknown
     std::string attribution;  ///< as above
     /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.

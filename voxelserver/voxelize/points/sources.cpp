@@ -123,33 +123,13 @@ std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>
 // The columns that a rectangle of a file's coordinates covers.
 grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
                               const grid::Frame& frame) {
-    // Along the edges too: a straight line of one system is an arc in another.
-    constexpr int kPieces = 20;
-    std::vector<double> x;
-    std::vector<double> y;
-    const auto add = [&](double at_x, double at_y) {
-        x.push_back(at_x);
-        y.push_back(at_y);
-    };
-    for (int i = 0; i <= kPieces; ++i) {
-        const double part = static_cast<double>(i) / kPieces;
-        const double along_x =
-            i == kPieces ? rect.max_x : rect.min_x + part * (rect.max_x - rect.min_x);
-        const double along_y =
-            i == kPieces ? rect.max_y : rect.min_y + part * (rect.max_y - rect.min_y);
-        add(along_x, rect.min_y);
-        add(along_x, rect.max_y);
-        add(rect.min_x, along_y);
-        add(rect.max_x, along_y);
-    }
+    std::array<double, 4> edges{rect.min_x, rect.min_y, rect.max_x, rect.max_y};
     if (source.transform)
-        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
-    const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
-    const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
-    const double west = std::floor(frame.x(*x0));
-    const double east = std::floor(frame.x(*x1)) + 1;
-    const double north = std::floor(frame.z(*y1));
-    const double south = std::floor(frame.z(*y0)) + 1;
+        edges = geo::Transform(*source.info.crs, frame.crs()).around(edges);
+    const double west = std::floor(frame.x(edges[0]));
+    const double east = std::floor(frame.x(edges[2])) + 1;
+    const double north = std::floor(frame.z(edges[3]));
+    const double south = std::floor(frame.z(edges[1])) + 1;
     constexpr double kFarthest = 1.0e9;
     if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
           std::abs(south) < kFarthest))
@@ -244,14 +224,16 @@ KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
 }
 
 /// Heights of all files together, in voxels.
-struct HeightRange {
+struct AllHeights {
     double lowest = INFINITY;
     double highest = -INFINITY;
     double floor = INFINITY;  ///< below nearly all points
+    double typical_lowest = INFINITY;
+    double typical_highest = -INFINITY;
 };
 
-HeightRange height_range(const Sources& sources, const std::vector<SquareSample>& samples) {
-    HeightRange out;
+AllHeights heights_of(const Sources& sources, const std::vector<SquareSample>& samples) {
+    AllHeights out;
     for (std::size_t i = 0; i < sources.files.size(); ++i) {
         const SquareSource& s = sources.files[i];
         const auto voxels = [&](double height) {
@@ -263,6 +245,13 @@ HeightRange height_range(const Sources& sources, const std::vector<SquareSample>
         out.lowest = std::min(out.lowest, voxels(s.lowest));
         out.highest = std::max(out.highest, voxels(s.highest));
         out.floor = std::min(out.floor, voxels(floor));
+        // Towers and gorges are few points of their square, too, and the steeper the land, the
+        // farther they reach.
+        constexpr double kBeyondMost_m = 30;
+        const double beyond =
+            std::max(kBeyondMost_m / s.vertical_metres, (samples[i].high - samples[i].low) / 4);
+        out.typical_lowest = std::min(out.typical_lowest, voxels(samples[i].low - beyond));
+        out.typical_highest = std::max(out.typical_highest, voxels(samples[i].high + beyond));
     }
     return out;
 }
@@ -281,7 +270,7 @@ void sum_up(Sources& sources, const std::vector<SquareSample>& samples) {
     sources.density = static_cast<double>(sources.point_count) / std::max(area, 1.0);
 }
 
-void set_heights(Sources& sources, const HeightRange& range, double ground_depth_m) {
+void set_heights(Sources& sources, const AllHeights& range, double ground_depth_m) {
     constexpr double kMaxY = 500'000;  // fixed point holds 524,287
     if (!(range.lowest > -kMaxY && range.highest < kMaxY))
         throw util::Error("place the LiDAR data: heights from " + std::to_string(range.lowest) +
@@ -292,6 +281,16 @@ void set_heights(Sources& sources, const HeightRange& range, double ground_depth
     sources.lowest_y =
         std::min(static_cast<std::int32_t>(std::floor(range.lowest)), sources.floor_y);
     sources.highest_y = static_cast<std::int32_t>(std::floor(range.highest)) + 1;
+    const auto within = [&](double y) {
+        return static_cast<std::int32_t>(
+            std::clamp<double>(y, sources.lowest_y, sources.highest_y));
+    };
+    // The land is solid down to its floor.
+    const voxel::HeightRange typical{
+        within(std::min<double>(std::floor(range.typical_lowest), sources.floor_y)),
+        within(std::floor(range.typical_highest) + 1)};
+    if (typical != voxel::HeightRange{sources.lowest_y, sources.highest_y})
+        sources.typical_heights = typical;
 }
 
 }  // namespace
@@ -321,6 +320,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
         0,
         0,
         0,
+        std::nullopt,
         0,
         false,
         0,
@@ -340,7 +340,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
             share_brightness(out, samples, trusted, classes, settings.points, options.threads);
     sum_up(out, samples);
     check_apart(out);
-    set_heights(out, height_range(out, samples), settings.ground.depth_m);
+    set_heights(out, heights_of(out, samples), settings.ground.depth_m);
     for (std::size_t i = 0; i < out.files.size(); ++i)
         out.known.add(known_square(out.files[i], samples[i], scale_of[i]));
     out.known_before = std::move(known);

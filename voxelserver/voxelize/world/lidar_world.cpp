@@ -9,6 +9,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/downsample.hpp"
 #include "voxelserver/voxelize/points/brightness.hpp"
+#include "voxelserver/voxelize/points/world_title.hpp"
 #include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/voxelize/world/box_column.hpp"
@@ -219,11 +220,12 @@ private:
         const Sources& sources = m_points.sources();
         const grid::Frame& frame = sources.frame;
         voxel::WorldInfo& info = m_facts.info;
-        info.title = options.files.front().stem().string();
+        info.title = world_title(options);
         info.licence = options.licence;
         info.attribution = options.attribution;
         info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
         info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
+        info.typical_heights = sources.typical_heights;
         info.voxel_m = frame.voxel_m();
         info.crs = frame.crs().name();
         info.crs_wkt = frame.crs().wkt();

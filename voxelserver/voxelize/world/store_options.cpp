@@ -1,10 +1,14 @@
 #include "voxelserver/voxelize/world/store_options.hpp"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/voxelize/points/world_title.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -43,6 +47,18 @@ private:
     std::string m_text;
 };
 
+/// The title of the one source that all squares are of, else the name of the store's folder.
+std::string title_of(const GrabberStore& store, const std::vector<const StoredSquare*>& squares) {
+    const std::string& source = squares.front()->source;
+    if (std::all_of(squares.begin(), squares.end(),
+                    [&](const StoredSquare* square) { return square->source == source; }))
+        if (const auto title = grid::source_title(util::config_dir() / "sources", source))
+            return *title;
+    LidarWorldOptions all;
+    all.files = {store.folder};
+    return world_title(all);
+}
+
 }  // namespace
 
 void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
@@ -68,6 +84,8 @@ void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
             attributions.add(photo.attribution);
         }
     }
+    if (options.title.empty())
+        options.title = title_of(store, squares);
     options.licence = licences.text();
     options.attribution = attributions.text();
 }

@@ -67,6 +67,9 @@ void put(voxel::ByteWriter& out, const voxel::WorldInfo& info) {
     out.add(info.centre ? info.centre->convergence_deg : 0);
     out.add(info.licence);
     out.add(info.attribution);
+    out.add(static_cast<std::uint8_t>(info.typical_heights.has_value()));
+    out.add(info.typical_heights ? info.typical_heights->min : 0);
+    out.add(info.typical_heights ? info.typical_heights->max : 0);
 }
 
 voxel::WorldInfo world_info(voxel::ByteReader& in) {
@@ -88,6 +91,11 @@ voxel::WorldInfo world_info(voxel::ByteReader& in) {
         out.centre = geo::MapPlace{{lat, lon}, convergence};
     out.licence = in.text();
     out.attribution = in.text();
+    const bool has_heights = in.get<std::uint8_t>() != 0;
+    const auto min = in.get<std::int32_t>();
+    const auto max = in.get<std::int32_t>();
+    if (has_heights)
+        out.typical_heights = voxel::HeightRange{min, max};
     return out;
 }
 

@@ -36,7 +36,7 @@ struct WorldFacts {
 };
 
 /// The first bytes of serialized facts; the last character is the version of the layout.
-inline constexpr std::string_view kFactsMagic = "TVFACTS2";
+inline constexpr std::string_view kFactsMagic = "TVFACTS3";
 
 /// Facts as bytes: versioned, with a checksum, the same on every machine.
 [[nodiscard]] std::string to_bytes(const WorldFacts& facts);

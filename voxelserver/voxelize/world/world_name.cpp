@@ -12,6 +12,7 @@
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/voxelize/points/world_title.hpp"
 #include "voxelserver/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 
@@ -45,7 +46,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     out.add(options.vertical_unit.value_or(""));
     out.add(options.voxel_m);
     const auto files = lidar_files(options);
-    out.add(options.files.front().stem().string());  // the title
+    out.add(world_title(options));
     out.add(files.size());
     for (const auto& file : files) {
         out.add(file.string());

@@ -26,6 +26,7 @@ struct WorldOptions {
     /// Planned objects that are put into the world (voxelserver/worlds/overlay/additions.hpp).
     std::vector<std::string> additions;
 
+    std::string title;               ///< of a world of LiDAR data; empty: by the inputs
     std::string crs;                 ///< overrides that of the files; empty: theirs
     std::string classes = "asprs";   ///< id of a LiDAR class table, or a path to one
     std::string vertical_unit;       ///< "m", "ft" or "us-ft"; empty: from the files

@@ -23,6 +23,7 @@ bool is_store(const std::string& input) {
 
 voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     voxelize::LidarWorldOptions out;
+    out.title = from.title;
     out.orthophotos = from.orthophotos;
     out.classes = from.classes;
     out.settings = from.settings;

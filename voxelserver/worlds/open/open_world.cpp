@@ -62,7 +62,7 @@ std::unique_ptr<voxel::World> open_address(const std::string& url, const remote:
 std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
                                          const std::stop_token& stop) {
     return overlay::with_additions(checked_kind(options).open({options, times, stop}),
-                                   options.additions);
+                                   options.additions, stop);
 }
 
 }  // namespace terravox::worlds

@@ -16,7 +16,7 @@ namespace terravox::worlds {
 /// access_of_environment().
 /// @param times receives the time of every step; outlives the world
 /// @param stop of a voxel server or a remote archive: once requested, opening and every later
-/// request end within about a second, by an Error
+/// request end within about a second, by an Error; also ends reading the additions
 /// @throws UsageError for no input, or for inputs of several kinds; Error when it cannot be opened
 [[nodiscard]] std::unique_ptr<voxel::World> open_world(const WorldOptions& options,
                                                        util::StageTimes& times,

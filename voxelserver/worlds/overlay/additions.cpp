@@ -34,7 +34,8 @@ std::string number(double v) {
 /// Reads the additions to one world.
 class AdditionReader {
 public:
-    explicit AdditionReader(voxel::World& world) : m_world(world), m_info(world.info()) {}
+    AdditionReader(voxel::World& world, const std::stop_token& stop)
+        : m_world(world), m_info(world.info()), m_stop(stop) {}
 
     void read(const std::string& text) {
         m_text = text;
@@ -89,7 +90,7 @@ private:
             refuse(
                 "this world has no CRS to place its objects in; allowed: x0,z0,x1,z1,TOP in "
                 "voxels");
-        const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt));
+        const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt), m_stop);
         std::size_t lamps_left_out = 0;
         for (const geo::Shape& shape : shapes) {
             const std::string name = "feature " + std::to_string(shape.feature);
@@ -139,6 +140,9 @@ private:
     /// @return false for a lamp where there are no data: a town has more lamps than the data, while
     /// a plan is refused there
     [[nodiscard]] bool add(std::vector<Footprint::Ring> rings, Height height, bool is_lamp) {
+        // The ground below an object may take making a box.
+        if (m_stop.stop_requested())
+            throw util::Error("add " + m_text + ": interrupted");
         if (m_objects.size() == kMaxObjects)
             refuse("more than " + std::to_string(kMaxObjects) + " objects");
         std::optional<Footprint> footprint;
@@ -202,6 +206,7 @@ private:
 
     voxel::World& m_world;
     const voxel::WorldInfo& m_info;
+    const std::stop_token& m_stop;
     std::string m_text;
     voxel::ByteWriter m_identity;
     std::vector<AddedObject> m_objects;
@@ -210,10 +215,11 @@ private:
 }  // namespace
 
 std::unique_ptr<voxel::World> with_additions(std::unique_ptr<voxel::World> world,
-                                             std::span<const std::string> additions) {
+                                             std::span<const std::string> additions,
+                                             const std::stop_token& stop) {
     if (additions.empty())
         return world;
-    AdditionReader reader(*world);
+    AdditionReader reader(*world, stop);
     for (const std::string& text : additions)
         reader.read(text);
     return std::make_unique<OverlayWorld>(std::move(world), reader.take(), reader.identity());

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include "common/voxel/world.hpp"
@@ -21,8 +22,9 @@ inline constexpr double kLampHeight_m = 5;
 /// @param additions each one of kAdditionForms; coordinates in the world's CRS, in voxels x0,z0,
 /// x1,z1 where it has none; none: the world is returned as it is
 /// @throws UsageError for another text, for objects outside of the world or without a height;
-/// Error for a file that cannot be read, and as World::box()
+/// Error for a file that cannot be read, and as World::box(); "interrupted" when stopped
 [[nodiscard]] std::unique_ptr<voxel::World> with_additions(std::unique_ptr<voxel::World> world,
-                                                           std::span<const std::string> additions);
+                                                           std::span<const std::string> additions,
+                                                           const std::stop_token& stop = {});
 
 }  // namespace terravox::overlay

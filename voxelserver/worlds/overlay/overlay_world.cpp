@@ -100,6 +100,8 @@ OverlayWorld::OverlayWorld(std::unique_ptr<voxel::World> base, std::vector<Added
         m_info.bounds.max[1] = std::max(m_info.bounds.max[1], top);
         if (!m_info.framed.empty())
             m_info.framed.max[1] = std::max(m_info.framed.max[1], top);
+        if (m_info.typical_heights)
+            m_info.typical_heights->max = std::max(m_info.typical_heights->max, top);
     }
 }
 

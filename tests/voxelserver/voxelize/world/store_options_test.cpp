@@ -158,3 +158,22 @@ TEST_CASE("a store without squares, or with two class tables, is refused",
     chosen.classes = "asprs";
     CHECK_NOTHROW(voxelize::take_from_store(store, chosen));
 }
+
+TEST_CASE("a world of a store has the title of its source, or the name of the store",
+          "[voxelserver][voxelize][store]") {
+    store::GrabberStore store;
+    store.folder = "places/bled/";
+    store.squares = {square("TM_462_101.laz"), square("b.laz")};
+    CHECK(options_from(store).title == "bled");  // no such source is known
+    for (store::StoredSquare& s : store.squares)
+        s.source = "si-lss";
+    CHECK_THAT(options_from(store).title, contains("Slovenia, laser scanning"));
+    store.squares[1].source = "si-clss";
+    CHECK(options_from(store).title == "bled");
+    store.squares[1].state = StoredState::kWanted;
+    CHECK_THAT(options_from(store).title, contains("Slovenia, laser scanning"));
+    voxelize::LidarWorldOptions given;
+    given.title = "mine";
+    voxelize::take_from_store(store, given);
+    CHECK(given.title == "mine");
+}

@@ -28,7 +28,7 @@ bool same_info(const voxel::WorldInfo& a, const voxel::WorldInfo& b) {
     return a.title == b.title && a.bounds == b.bounds && a.voxel_m == b.voxel_m &&
            a.levels == b.levels && a.crs == b.crs && a.crs_wkt == b.crs_wkt &&
            a.crs_units_per_voxel == b.crs_units_per_voxel && centre && a.licence == b.licence &&
-           a.attribution == b.attribution;
+           a.attribution == b.attribution && a.typical_heights == b.typical_heights;
 }
 
 }  // namespace
@@ -39,6 +39,7 @@ TEST_CASE("facts that were kept answer as the opened world does",
     patchwork.image("west.tif", 0, 0, 90, 200, {90, 160, 60});
     OpenWorld opened(patchwork.options());
     voxelize::LidarWorld& world = opened.world();
+    CHECK_FALSE(world.info().typical_heights);
     const voxelize::WorldFacts facts =
         voxelize::facts_from_bytes(voxelize::to_bytes(world.facts()));
     CHECK(same_info(facts.info, world.info()));
@@ -100,8 +101,8 @@ TEST_CASE("bytes that are no facts are refused", "[voxelserver][voxelize][facts]
     const std::string good = voxelize::to_bytes(opened.world().facts());
     CHECK_NOTHROW(voxelize::facts_from_bytes(good));
     CHECK_THROWS_AS(voxelize::facts_from_bytes(""), util::Error);
-    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS2"), util::Error);
-    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS1" + good.substr(8)), util::Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS3"), util::Error);
+    CHECK_THROWS_AS(voxelize::facts_from_bytes("TVFACTS2" + good.substr(8)), util::Error);
     CHECK_THROWS_AS(voxelize::facts_from_bytes(good + "x"), util::Error);
     std::mt19937 random(4);
     for (std::size_t cut = 0; cut < good.size(); cut += 1 + random() % 40) {

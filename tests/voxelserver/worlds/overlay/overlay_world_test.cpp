@@ -101,6 +101,16 @@ TEST_CASE("a planned object is solid, and all else is as it was", "[voxelserver]
     CHECK(after->may_hold({{0, -1, 1, -1}, {0, 0, 2, 0}}));
 }
 
+TEST_CASE("an added tower is typical of its place", "[voxelserver][overlay]") {
+    auto base = land();
+    base->editable_info().bounds.max[1] = 900;
+    base->editable_info().typical_heights = voxel::HeightRange{-4, 12};
+    const std::vector<std::string> tower{"-10,-70,5,-60,300"};
+    const auto after = overlay::with_additions(std::move(base), tower);
+    CHECK(after->info().bounds.max[1] == 900);
+    CHECK(after->info().typical_heights == voxel::HeightRange{-4, 300});
+}
+
 TEST_CASE("on coarse levels an object keeps its place, and never vanishes",
           "[voxelserver][overlay]") {
     // Voxels of 8; the array's coordinates are in these.
@@ -272,4 +282,14 @@ TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") 
     }
     CHECK_THROWS_WITH(with(std::vector<std::string>(10'001, "0,0,2,2,5")),
                       contains("more than 10000 objects"));
+}
+
+TEST_CASE("adding objects ends when it is stopped", "[voxelserver][overlay]") {
+    std::stop_source stop;
+    const std::vector<std::string> additions{"-10,-70,5,-60,300"};
+    const auto added = overlay::with_additions(land(), additions, stop.get_token());
+    CHECK(added->info().bounds.max[1] == 300);
+    stop.request_stop();
+    CHECK_THROWS_WITH(overlay::with_additions(land(), additions, stop.get_token()),
+                      contains("interrupted"));
 }

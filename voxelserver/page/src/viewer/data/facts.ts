@@ -68,7 +68,7 @@ function problemOf(json: Readonly<Record<string, unknown>>, world: World): strin
     return 'boxes of another size than 64 x 256 x 64';
   const missing = kTexts.find((name) => typeof json[name] !== 'string');
   if (missing !== undefined) return `${missing} is not a text`;
-  for (const name of ['framed', 'centre'])
+  for (const name of ['framed', 'typical_heights', 'centre'])
     if (name in json && !isFields(json[name])) return `${name} is not an object`;
   for (const { min, max } of [world, world.framed])
     if (!isSound(min, max)) return 'bounds beyond 2^30 voxels, not whole, or upside down';
