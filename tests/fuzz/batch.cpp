@@ -1,5 +1,7 @@
 // The stream of a batch of boxes, in parts as they may come over a network.
 // The first byte says how long the parts are.
+#include <algorithm>
+
 #include "common/voxel/box_codec.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/worlds/remote/box_batch.hpp"

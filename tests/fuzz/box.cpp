@@ -1,6 +1,8 @@
 // Boxes: a zstd frame as it comes over the wire, or the blob in it with its checksum made right.
 #include <xxhash.h>
 
+#include <algorithm>
+
 #include "common/voxel/box_codec.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

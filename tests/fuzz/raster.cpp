@@ -1,4 +1,5 @@
 // Rasters: TIFF, .vrt and other formats behind the gate, read as heights. The first byte chooses.
+#include <algorithm>
 #include <array>
 
 #include "common/geo/gdal.hpp"

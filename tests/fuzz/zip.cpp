@@ -1,4 +1,6 @@
 // ZIP files that should hold a Minecraft world: names, entries, and the world that they make.
+#include <algorithm>
+
 #include "voxelserver/worlds/minecraft/zip_source.hpp"
 
 #include "tests/fuzz/fuzz.hpp"

@@ -2,6 +2,7 @@
 #include <grpcpp/create_channel_posix.h>
 #include <grpcpp/generic/generic_stub.h>
 
+#include <algorithm>
 #include <array>
 
 #include "raytracer/farm/net/credentials.hpp"

@@ -106,7 +106,7 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
                                 : ImGui::CalcTextSize((&v + 1)->name.c_str()).x +
                                       2 * ImGui::GetStyle().FramePadding.x;
         if (!last && ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + next <
-                         ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x)
+                         ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x)
             ImGui::SameLine();
     }
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.7f);

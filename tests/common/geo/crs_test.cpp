@@ -1,5 +1,6 @@
 #include "common/geo/crs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>

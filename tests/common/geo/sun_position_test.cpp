@@ -1,5 +1,6 @@
 #include "common/geo/sun_position.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

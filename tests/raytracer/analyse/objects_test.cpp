@@ -1,6 +1,7 @@
 #include "raytracer/analyse/objects/objects.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <map>

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 
 #include "common/util/error.hpp"

@@ -1,5 +1,6 @@
 #include "raytracer/scene/scene_io.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <set>

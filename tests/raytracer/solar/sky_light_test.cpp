@@ -1,5 +1,6 @@
 #include "raytracer/solar/sky_light.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/util/error.hpp"

@@ -1,5 +1,6 @@
 #include "voxelserver/boxes/admission_control.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <vector>

@@ -1,5 +1,6 @@
 #include "voxelserver/imagery/colour_map.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <random>

@@ -1,5 +1,6 @@
 // Files with bytes changed at random: each is tried in a child of its own, so that a crash or a
 // hang is a failure with its number.
+#include <algorithm>
 #include <functional>
 #include <random>
 

@@ -1,5 +1,6 @@
 // COPC files whose chunk table names chunks without points, as some writers leave them: valid, and
 // read by PDAL, laspy and lasR.
+#include <algorithm>
 #include <array>
 #include <utility>
 

@@ -1,5 +1,6 @@
 #include "voxelserver/water/deepening.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

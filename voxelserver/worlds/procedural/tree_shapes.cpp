@@ -1,6 +1,7 @@
 #include "voxelserver/worlds/procedural/tree_shapes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "voxelserver/worlds/procedural/hash.hpp"

@@ -1,5 +1,6 @@
 #include "voxelserver/worlds/minecraft/chunk.hpp"
 
+#include <algorithm>
 #include <random>
 
 #include "tests/catch.hpp"

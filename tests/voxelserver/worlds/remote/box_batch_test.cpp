@@ -1,5 +1,6 @@
 #include "voxelserver/worlds/remote/box_batch.hpp"
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>

@@ -1,5 +1,6 @@
 #include "voxelserver/worlds/remote/retry.hpp"
 
+#include <algorithm>
 #include <random>
 
 #include "tests/catch.hpp"
