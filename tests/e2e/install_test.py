@@ -164,6 +164,7 @@ class Installed(Case):
                 self.assertRefused(Run([ROOT / "terravox", typed]), 2, f"did you mean {meant}? ")
         self.assertRefused(Run([ROOT / "terravox", "biuld"]), 2, "did you mean build? ")
         self.assertRefused(self.run_installed("frobnicate"), 2, "'frobnicate'; terravox help lists")
+        self.assertRefused(Run([ROOT / "terravox", "ox"]), 2, "'ox'; terravox help lists")
 
     def test_a_checkout_offers_the_same_commands_and_those_of_developers(self):
         checkout = Run([ROOT / "terravox", "help"])

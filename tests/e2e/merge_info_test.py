@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Texts of a checkpoint do not speak to the terminal: titles, names of files, notes on damage."""
+"""Texts of a checkpoint do not speak to the terminal: titles, names of files, notes on damage.
+A picture that is joined of parts with such a note is one with holes.
+"""
 
 import struct
 import unittest
@@ -11,7 +13,7 @@ from support import Case, Run, binary, render, temporary_folder
 HOSTILE = "x\x1b[2J\x9b31m\u202e"
 SHOWN = r"x\x1b[2J\u009b31m\u202e"
 HARMFUL = "[\x1b\x9b\u202e]"
-PART = ["--size", "32x32", "--tile", "16", "--samples", "1", "--part", "1/2", "--quiet"]
+PART = ["--size", "32x32", "--tile", "16", "--samples", "1", "--quiet"]
 NOTE = 3  # kind of a record: damage of the world's data
 WORD = (1 << 64) - 1
 # The beginning of XXH3's secret, as 64-bit numbers.
@@ -61,12 +63,12 @@ class MergeInfo(Case):
     def setUp(self):
         self.folder = temporary_folder()
 
-    def part(self, world):
+    def part(self, world, number=1):
         """@return the checkpoint of one of two parts of a picture, which has a usual name"""
-        run = render(world, *PART, "-o", self.folder / "a.exr")
+        run = render(world, *PART, "--part", f"{number}/2", "-o", self.folder / "a.exr")
         self.assertDone(run)
         self.assertNotRegex(run.out + run.err, HARMFUL)
-        return self.folder / "a.exr.part-1-of-2.tiles"
+        return self.folder / f"a.exr.part-{number}-of-2.tiles"
 
     def info(self, part):
         run = merge("--info", part)
@@ -92,6 +94,18 @@ class MergeInfo(Case):
         with part.open("ab") as file:
             file.write(note_on_damage(HOSTILE))
         self.assertIn(f"damage   {SHOWN}\n", self.info(part))
+
+    def test_damage_of_a_joined_picture(self):
+        parts = [self.part(self.archive("a.tvx"), number) for number in (1, 2)]
+        joined = self.folder / "joined.exr"
+        self.assertDone(merge(*parts, "-o", joined, "--quiet"))
+        joined.unlink()
+        with parts[1].open("ab") as file:
+            file.write(note_on_damage("a rotten box"))
+        run = merge(*parts, "-o", joined, "--quiet")
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn("a rotten box", run.err)
+        self.assertTrue(joined.exists())
 
     def test_the_name_of_the_checkpoint(self):
         part = self.part(self.archive("a.tvx"))

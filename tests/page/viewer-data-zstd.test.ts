@@ -14,8 +14,15 @@ const lines = (count: number): Uint8Array => {
   return new TextEncoder().encode(text);
 };
 
+// Nearly periodic in several ways at once, so that the third last offset is used again, too.
+const records = (count: number): Uint8Array => {
+  const record = (i: number): number[] => [i % 7, ((i * i) >> 3) & 3, 0, 0, i % 3, 9, 9, 9, ((i * i) >> 5) & 1];
+  return bytesOf(...Array.from({ length: count }, (_, i) => record(i)).flat());
+};
+
 // Of the zstd program (1.5.4): sequences with tables that are new, then repeated, and a checksum;
-// literals with a Huffman code that is new, then repeated; literals in four streams.
+// literals with a Huffman code that is new, then repeated; literals in four streams; all three
+// repeated offsets.
 const kFrames = {
   repeated: [
     'KLUv/WSxBgwCAOhncmFzcyByb2NrIHdhdGVydG93ZXIgb2YgZ2xvZgug0GNlNyBEQBRCVh2Lsi6Vy1hdRCAIB8DBTg3o',
@@ -38,6 +45,10 @@ const kFrames = {
     'X46EsZne4FSms7AJk4cRmprAj8IgIfWaOtx2rwtismsA+XVPHk1zdgsxWsla7Yvwh83QKuHwp0DNk+4iIdpHXBK3YEaX',
     'xWFTurPonyO0mp0XOHmp6U+/RhYFFkIY1fdwBt1LZtFRAfSPQI8=',
   ],
+  offsets: [
+    'KLUv/WDQAR0EADLKDohTMhIQAKUQTYvpcGCEvqAL6YEUL4pNugyWjqCisVK8IEmgeKoriAKMW6mGkDOjB87MFWdm35nRdWZ+P6iB',
+    'SM33/wywVyodEVhJLqCMBfczIeCgQkioBEciCR3dqZDqLNlRfe614DKFOSYyFE6xYY4JPPFPnuq+gCQ+KYF3kFQB',
+  ],
 };
 
 const frameOf = (lines: readonly string[]): Uint8Array =>
@@ -50,6 +61,7 @@ test('frames unpack to their content, whatever their blocks are', () => {
   assert.deepEqual(unpack(frameOf(kFrames.repeated), 4000), lines(260));
   assert.deepEqual(unpack(frameOf(kFrames.treeless), 4000), skewed(700));
   assert.deepEqual(unpack(frameOf(kFrames.streams), 4000), skewed(700));
+  assert.deepEqual(unpack(frameOf(kFrames.offsets), 4000), records(80));
 });
 
 test('a frame must declare the size that it has, which is checked before memory is taken', () => {

@@ -116,7 +116,7 @@ export function policedConnector(
  * Resolves names at the moment a connection is made, and returns permitted addresses only: a name
  * could pass an earlier check and resolve differently the second time (DNS rebinding).
  */
-function policedLookup(allowPrivate: boolean, resolve: Resolve): LookupFunction {
+export function policedLookup(allowPrivate: boolean, resolve: Resolve): LookupFunction {
   return (name, options, done) => {
     resolve(name, { ...options, all: true }, (error, found) => {
       if (error !== null) return done(error, []);

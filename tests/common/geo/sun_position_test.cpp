@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/geo/crs.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox::geo;
@@ -205,6 +206,23 @@ TEST_CASE("the clock's offset only names the moment", "[common][geo][sun]") {
     const SunPosition zulu = sun_position({2026, 6, 21, 15, 0}, bled);
     CHECK(summer_time.altitude_deg == Approx(zulu.altitude_deg).margin(1e-6));
     CHECK(summer_time.azimuth_deg == Approx(zulu.azimuth_deg).margin(1e-6));
+}
+
+TEST_CASE("a line of the map to the sun leads to the sun", "[common][geo][sun]") {
+    constexpr double kRad = 3.14159265358979323846 / 180;
+    constexpr double kEast = 820'000;
+    constexpr double kNorth = 5'100'000;
+    const Crs crs = Crs::from_text("EPSG:32633");  // at its edge north is three degrees off
+    const MapPlace place = map_place(crs, kEast, kNorth);
+    for (const double hour : {5.0, 8.0, 11.0, 16.0}) {
+        const double on_map = sun_on_map(utc(2024, 5, 4, hour), place).azimuth_deg * kRad;
+        const LatLon there =
+            to_lat_lon(crs, kEast + 100 * std::sin(on_map), kNorth + 100 * std::cos(on_map));
+        const double east = (there.lon_deg - place.lon_deg) * std::cos(place.lat_deg * kRad);
+        const double azimuth_deg = std::atan2(east, there.lat_deg - place.lat_deg) / kRad;
+        const double wanted_deg = sun_position(utc(2024, 5, 4, hour), place).azimuth_deg;
+        CHECK(angle_between_deg(azimuth_deg, wanted_deg) < 0.3);  // the Earth is no sphere
+    }
 }
 
 TEST_CASE("everywhere and at any time the position is a direction", "[common][geo][sun]") {

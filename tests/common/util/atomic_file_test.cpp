@@ -11,6 +11,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/flushes.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -68,6 +69,21 @@ TEST_CASE("bytes are appended until the file is committed", "[common][util][atom
     file.commit();
     CHECK(text_of(target) == "one two three");
     CHECK(entries_in(folder.path()) == 1);
+}
+
+TEST_CASE("a file is on the disk before it has its name, unless it can be made again",
+          "[common][util][atomic_file]") {
+    const TemporaryFolder folder;
+    const auto flushes_of = [&](const char* name, const auto& commit) {
+        AtomicFile file(folder.path() / name);
+        file.append(bytes_of("whole"));
+        const int before = terravox::test::flushes();
+        commit(file);
+        return terravox::test::flushes() - before;
+    };
+    CHECK(flushes_of("kept", [](AtomicFile& f) { f.commit(); }) == 1);
+    CHECK(flushes_of("new", [](AtomicFile& f) { f.commit_as_new(); }) == 1);
+    CHECK(flushes_of("cached", [](AtomicFile& f) { f.commit(AtomicFile::Flush::kNo); }) == 0);
 }
 
 TEST_CASE("a file that is committed as new replaces none", "[common][util][atomic_file]") {

@@ -8,6 +8,7 @@ import {
 import {
   addressAllowed,
   checkUrl,
+  policedLookup,
   type HostAccess,
 } from '../../../grabber/src/fetch/host-policy.js';
 import { readSecretHeaders } from '../../../grabber/src/fetch/secret-headers.js';
@@ -155,6 +156,20 @@ test('a public name that leads to this machine is refused when it is connected t
   );
   t.after(() => office.close());
   assert.equal((await office.get(url, {}, kNever)).status, 200);
+});
+
+test('of a name that leads to this machine and elsewhere, elsewhere is connected to', () => {
+  const here = { address: '127.0.0.1', family: 4 };
+  const elsewhere = { address: '8.8.8.8', family: 4 };
+  const lookup = policedLookup(false, (_name, _options, done) => done(null, [here, elsewhere]));
+  lookup('rebound.example', { all: true }, (_error, found) => {
+    assert.deepEqual(found, [elsewhere]);
+  });
+  lookup('rebound.example', {}, (_error, found) => assert.equal(found, elsewhere.address));
+  const office = policedLookup(true, (_name, _options, done) => done(null, [here, elsewhere]));
+  office('rebound.example', { all: true }, (_error, found) => {
+    assert.deepEqual(found, [here, elsewhere]);
+  });
 });
 
 test('a permitted private address is permitted at its own port only', async (t) => {

@@ -90,12 +90,13 @@ TEST_CASE("without tops nothing is hidden") {
 }
 
 TEST_CASE("shadow heights are interpolated between points and azimuths") {
-    // The western point sees a top in the east, the eastern one sees none as high.
+    // The western point sees tops in the north and in the east, the eastern one sees none as high.
     FarHorizon::Lattice lattice{2, 1, 0, 0, 100, 0};
     std::vector<FarHorizon::Tops> tops(lattice.points() * FarHorizon::kAzimuths);
     std::fill_n(tops.begin(), FarHorizon::kAzimuths, FarHorizon::Tops{{1000, 200}});
     std::fill_n(tops.begin() + FarHorizon::kAzimuths, FarHorizon::kAzimuths,
                 FarHorizon::Tops{{1000, 100}});
+    tops[0] = {{1000, 400}};
     tops[90] = {{1000, 300}};
     const FarHorizon horizon(lattice, tops, 1);
     const auto shadow = [&](double x, double azimuth_deg) {
@@ -113,7 +114,8 @@ TEST_CASE("shadow heights are interpolated between points and azimuths") {
     CHECK(shadow(500, 45) == Approx(100).margin(0.01));
     CHECK(shadow(0, 90) == Approx(300).margin(0.01));
     CHECK(shadow(0, 90.5) == Approx(250).margin(0.01));
-    CHECK(shadow(0, 359.75) == Approx(200).margin(0.01));
+    CHECK(shadow(0, 0) == Approx(400).margin(0.01));
+    CHECK(shadow(0, 359.75) == Approx(350).margin(0.01));
 }
 
 TEST_CASE("a skyline keeps what some slope needs") {

@@ -204,6 +204,19 @@ TEST_CASE("textures are drawn with the same bits every time", "[raytracer][mater
     }
 }
 
+TEST_CASE("between two mips a texture is their mixture", "[raytracer][material]") {
+    constexpr float kCoarse = 0.25f;
+    for_all([&](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
+        INFO(name);
+        const Dot fine = pool.dot(face, 0, 0, 6, 10);
+        const Dot coarse = pool.dot(face, 0, 1, 3, 5);
+        Texel found;
+        pool.look_up(face, {0, 0, 6.5f / kTexels, 10.5f / kTexels, {0, kCoarse}}, found);
+        CHECK(found.ratio.g == Approx(fine.ratio.g * (1 - kCoarse) + coarse.ratio.g * kCoarse));
+        CHECK(found.opacity == Approx(fine.opacity * (1 - kCoarse) + coarse.opacity * kCoarse));
+    });
+}
+
 TEST_CASE("the pair of mips follows what a pixel covers", "[raytracer][material]") {
     struct Case {
         float texels;

@@ -83,6 +83,8 @@ private:
         std::uint64_t end = 0;
         for (Entry& entry : entries) {
             const std::uint64_t offset = varint(from);
+            if (offset == 0 && &entry == entries.data())
+                throw std::runtime_error("the first entry follows none");
             entry.offset = offset == 0 ? end : offset - 1;
             end = entry.offset + entry.length;
         }

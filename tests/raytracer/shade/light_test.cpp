@@ -143,6 +143,8 @@ TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][l
         for (int x = 0; x < 40; ++x) {
             CHECK(film.at(x, y).samples == 8);
             CHECK(film.at(x, y).alpha == Approx(whole.at(x, y).alpha).margin(1e-6));
+            if (whole.at(x, y).alpha > 0)
+                CHECK(film.at(x, y).depth_m == Approx(whole.at(x, y).depth_m).epsilon(1e-4));
             errors +=
                 static_cast<double>(film.at(x, y).error / std::max(whole.at(x, y).error, 1e-6f)) /
                 (40 * 24);

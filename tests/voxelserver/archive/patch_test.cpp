@@ -121,6 +121,7 @@ TEST_CASE("patch: a patched archive is that of the changed world", "[archive][al
         {"grown by a level", small, {{-100, 0, -130}, {450, 200, 90}}},
         {"grown by levels above those of subtrees", small, wide},
         {"shrunk", wide, {{-700, 0, -200}, {400, 100, 300}}},
+        {"shrunk to within a coarse box", wide, {{-700, 0, -200}, {800, 100, 190}}},
     };
     for (const Case& one : cases)
         for (std::uint32_t seed = 1; seed <= 6; ++seed) {

@@ -34,13 +34,16 @@ int status_of(jobs::JobProcess& process) {
 
 TEST_CASE("a process has its folder, its words, and nothing of the server's secrets",
           "[voxelserver][jobs]") {
-    const test::Script script(R"(pwd; echo "$#:$2"; echo "<$TERRAVOX_SERVER_TOKEN> $TMPDIR" >&2)"
-                              "\nexit 3");
+    const test::Script script(
+        R"(pwd; echo "$#:$2"; echo "<$TERRAVOX_SERVER_TOKEN$TERRAVOX_SERVER_ORIGIN> $TMPDIR" >&2)"
+        "\nexit 3");
     const test::TemporaryFolder folder;
-    ::setenv("TERRAVOX_SERVER_TOKEN", "of the server", 1);
+    for (const char* name : {"TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN"})
+        ::setenv(name, "of the server", 1);
     jobs::JobProcess process(
         {script.file(), {"a", "b c; $(exit)"}, folder.path(), {{"X", "y"}}, kMax_bytes});
-    ::unsetenv("TERRAVOX_SERVER_TOKEN");
+    for (const char* name : {"TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN"})
+        ::unsetenv(name);
     CHECK(status_of(process) == 3);
     const std::string path = folder.path().string();
     CHECK(process.said() == path + "\n2:b c; $(exit)\n<> " + path + "\n");

@@ -11,6 +11,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/flushes.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/farm/checkpoint/small_picture.hpp"
 
@@ -92,6 +93,15 @@ TEST_CASE("tiles are read from a checkpoint in the order of the picture",
     CHECK(hashes(checkpoint) == hashes(tiles));
     checkpoint.finish();
     CHECK_FALSE(fs::exists(file));
+}
+
+TEST_CASE("tiles are on the disk when a checkpoint is closed", "[raytracer][checkpoint]") {
+    const TemporaryFolder folder;
+    farm::Checkpoint checkpoint(folder.path() / "a.tiles", small_key(false), kRefuse);
+    const int before = flushes();
+    checkpoint.add(small_tiles(false).front());
+    checkpoint.close();
+    CHECK(flushes() > before);
 }
 
 TEST_CASE("the last of several results of a tile counts, and none once it is forgotten",

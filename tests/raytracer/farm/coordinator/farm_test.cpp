@@ -4,6 +4,7 @@
 #include <functional>
 #include <random>
 #include <set>
+#include <stop_token>
 
 #include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/shade/view_maker.hpp"
@@ -291,7 +292,8 @@ TEST_CASE("a worker that is paused gets no leases until it is resumed", "[raytra
         REQUIRE(bench.pool().take());
 }
 
-TEST_CASE("tiles that are not needed any more are left in the middle", "[raytracer][farm]") {
+TEST_CASE("a worker in the middle of a tile goes on with no other than it should",
+          "[raytracer][farm]") {
     // A worker whose boxes never arrive: its tiles in progress do not end by themselves.
     Job job(farm_scene());
     auto [mine, theirs] = net::link_pair();
@@ -331,13 +333,28 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     };
     CHECK(until([](const farm::Frame& f) { return f.has_need_box(); }));
     CHECK(until([](const farm::Frame& f) { return f.heartbeat().begun() == 1; }));
-    farm::Frame stop;
-    stop.mutable_stop()->set_picture(1);
-    stop.mutable_stop()->add_ids(77);
-    CHECK(mine->send(stop));
-    CHECK(until(
-        [](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
-    mine->abort();
+    SECTION("tiles that are not needed any more are left in the middle") {
+        farm::Frame stop;
+        stop.mutable_stop()->set_picture(1);
+        stop.mutable_stop()->add_ids(77);
+        CHECK(mine->send(stop));
+        CHECK(until(
+            [](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
+        mine->abort();
+    }
+    SECTION("tiles that come while the worker leaves are given back") {
+        std::stop_source ending;
+        ending.request_stop();
+        std::thread leaving([&] { daemon.run(ending.get_token()); });
+        CHECK(until([](const farm::Frame& f) { return f.has_drain(); }));
+        task.mutable_task()->mutable_tiles(0)->set_id(78);
+        CHECK(mine->send(task));
+        CHECK(until([](const farm::Frame& f) {
+            return f.drain().given_back_size() == 1 && f.drain().given_back(0) == 78;
+        }));
+        mine->abort();
+        leaving.join();
+    }
     serving.join();
 }
 
@@ -363,4 +380,26 @@ TEST_CASE("a requester of boxes with a slow link does not delay others, and gets
     supplier.forget(1);
     supplier.forget(2);
     CHECK(quick == 5);
+}
+
+TEST_CASE("a requester waits for as many boxes as are allowed, and no more", "[raytracer][farm]") {
+    Job job(farm_scene());
+    farm::BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
+    const auto request = [&](std::uint64_t requester, std::size_t boxes) {
+        farm::BoxRequest some;
+        some.set_world_id(7);
+        for (std::size_t i = 0; i < boxes; ++i)
+            farm::to_frame(voxel::BoxKey{}, *some.add_keys());
+        constexpr std::uint64_t kSlow = std::uint64_t{20} << 20;
+        return supplier.request(requester, some,
+                                {[](farm::Frame) { return true; }, [] { return kSlow; }});
+    };
+    constexpr std::size_t kMost = farm::BoxSupplier::kMaxWaiting;
+    CHECK_FALSE(request(1, kMost + 1));
+    CHECK(request(2, kMost - 1));
+    CHECK_FALSE(request(2, 2));
+    CHECK(request(2, 1));
+    CHECK_FALSE(request(2, 1));
+    supplier.forget(1);
+    supplier.forget(2);
 }

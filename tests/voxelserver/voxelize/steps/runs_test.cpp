@@ -115,6 +115,18 @@ TEST_CASE("columns are what stands in them, from the rock up", "[voxelserver][vo
     }
 }
 
+TEST_CASE("what ends below a box hides what stands on it", "[voxelserver][voxelize][runs]") {
+    // The ground ends where the upper box begins. Hidden voxels are read as rock.
+    const Made made([](int x, int z, Returns& out) {
+        if (bump(x, z))
+            out = {{263.5, kBuilding}, {263.4, kBuilding}};
+        else
+            out.push_back({255.5, kGroundClass});
+    });
+    CHECK(made.column(30, 31, 254, 264) == "RRWWWWWWWr");
+    CHECK(made.column(31, 31, 254, 264) == "RRRRRRRRRr");
+}
+
 TEST_CASE("a tree's trunk leaves no air between the ground and its crown",
           "[voxelserver][voxelize][runs]") {
     const Made made([](int x, int z, Returns& out) {
