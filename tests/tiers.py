@@ -57,7 +57,11 @@ class Test:
         self.name = listed["name"]
         properties = {p["name"]: p["value"] for p in listed.get("properties", [])}
         self.is_default = "default" in properties.get("LABELS", [])
-        self.words = listed.get("command", [])
+        self.folder = properties.get("WORKING_DIRECTORY")
+        words = listed.get("command", [])
+        timed = [i for i, word in enumerate(words) if word.endswith("/tests/timed.py")]
+        # What is measured comes behind the script that measures, and the name of the entry.
+        self.words = words[timed[0] + 2 :] if timed else words
         self.environment = dict(
             line.split("=", 1) for line in properties.get("ENVIRONMENT", []) if "=" in line
         )
@@ -75,8 +79,9 @@ def list_tests(build):
 class Graph:
     """The files that the targets of a build folder depend on, as Ninja knows them."""
 
-    def __init__(self, build):
+    def __init__(self, build, root=ROOT):
         self.build = build
+        self.root = root
         self.headers = self.read_headers()
         self.known = {}
 
@@ -107,8 +112,8 @@ class Graph:
         inside = set()
         for path in paths:
             full = (self.build / path).resolve()
-            if full.is_relative_to(ROOT) and not full.is_relative_to(self.build):
-                inside.add(str(full.relative_to(ROOT)))
+            if full.is_relative_to(self.root) and not full.is_relative_to(self.build):
+                inside.add(str(full.relative_to(self.root)))
         return frozenset(inside)
 
 
@@ -195,10 +200,7 @@ def is_touched(test, changed, graph):
         path = pathlib.Path(word)
         if path.is_relative_to(graph.build):
             touched = graph.sources(str(path.relative_to(graph.build))) & changed
-        elif path.is_relative_to(ROOT / "tests") and path.name not in (
-            "timed.py",
-            "run_unittest.py",
-        ):
+        elif path.is_relative_to(graph.root / "tests") and path.name != "run_unittest.py":
             touched = touched_sources(test, path, changed, graph)
         else:
             continue
@@ -209,9 +211,9 @@ def is_touched(test, changed, graph):
 
 def touched_sources(test, path, changed, graph):
     if path.suffix != ".py":
-        return touched_folders(path, changed)
+        return touched_folders(path, changed, graph.root)
     files, texts = used_by(path)
-    touched = {str(file.relative_to(ROOT)) for file in files} & changed
+    touched = {str(file.relative_to(graph.root)) for file in files} & changed
     for name, value in test.environment.items():
         # binary("RAYTRACER") is the program that TERRAVOX_RAYTRACER names.
         if {name, name.removeprefix("TERRAVOX_")} & texts:
@@ -220,20 +222,21 @@ def touched_sources(test, path, changed, graph):
                 touched |= graph.sources(str(program.relative_to(graph.build))) & changed
     # What is no source of a program is named by the test, or the folder that it is in.
     for name in changed:
-        parts = pathlib.PurePath(name).parts
-        if pathlib.PurePath(name).suffix not in (".cpp", ".hpp", ".ts") and any(
-            part in texts for part in parts[1:] or parts
-        ):
+        path = pathlib.PurePath(name)
+        named = path.parts[1:] or path.parts
+        if path.suffix in (".cpp", ".hpp", ".ts"):
+            named = path.parts[:1] if path.parts[0] == "grabber" else ()
+        if texts & set(named):
             touched.add(name)
     return touched
 
 
-def touched_folders(script, changed):
+def touched_folders(script, changed, root):
     """Of a script that starts Node.js: its own folder, and those that it names."""
     folders = [script.parent]
     for found in re.findall(r"'(\.\./[\w./-]+)'", script.read_text(encoding="utf-8")):
         folders.append((script.parent / found).resolve())
-    return {name for name in changed if any((ROOT / name).is_relative_to(f) for f in folders)}
+    return {name for name in changed if any((root / name).is_relative_to(f) for f in folders)}
 
 
 def list_changed(base):

@@ -52,7 +52,8 @@ class Report(unittest.TestCase):
 class Fake:
     """A build whose program `bin/seen` is made of one source."""
 
-    build = tiers.ROOT / "build" / "none"
+    root = tiers.ROOT
+    build = root / "build" / "none"
 
     def sources(self, target):
         return frozenset({"common/seen.cpp"} if target == "bin/seen" else ())
@@ -67,7 +68,7 @@ def entry(*words, **environment):
 
 class Touched(unittest.TestCase):
     def test_a_program_depends_on_what_it_is_made_from(self):
-        test = entry("python3", "timed.py", "e", Fake.build / "bin" / "seen")
+        test = entry(Fake.build / "bin" / "seen")
         self.assertEqual(tiers.is_touched(test, {"common/seen.cpp"}, Fake()), "common/seen.cpp")
         self.assertIsNone(tiers.is_touched(test, {"common/other.cpp"}, Fake()))
 

@@ -57,9 +57,7 @@ def read_mutant(patch):
         raise ValueError(f"{patch.name}: {len(files)} files, {len(hunks)} hunks; allowed: 1 and 1")
     if not any(files[0].startswith(folder) for folder in WINGS):
         raise ValueError(f"{patch.name}: {files[0]} is in none of {', '.join(WINGS)}")
-    nearest = tuple(
-        Nearest(*word.split(":", 1)) for word in lines[1].removeprefix(ENTRIES).split()
-    )
+    nearest = tuple(Nearest(*word.split(":", 1)) for word in lines[1].removeprefix(ENTRIES).split())
     if not nearest:
         raise ValueError(f"{patch.name}: no entries")
     return Mutant(patch.stem, lines[0], nearest, files[0], patch)

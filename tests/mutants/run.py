@@ -15,10 +15,7 @@ mutant survived, does not apply or does not compile.
 """
 
 import argparse
-import dataclasses
-import json
 import os
-import pathlib
 import re
 import signal
 import subprocess
@@ -26,6 +23,9 @@ import sys
 import time
 
 from mutants import ROOT, Nearest, all_mutants
+
+sys.path.insert(0, str(ROOT / "tests"))
+import tiers  # noqa: E402
 
 HOME = ROOT / "build" / "mutants"
 PRESET = "release"
@@ -39,7 +39,7 @@ class MutantError(Exception):
 
 def run(command, cwd, log=None, limit_s=None):
     """@return the exit code; None: it did not end. Its output goes to the end of the file log."""
-    out = open(log, "ab") if log else None  # noqa: SIM115
+    out = log.open("ab") if log else None
     try:
         process = subprocess.Popen(
             command,
@@ -92,58 +92,34 @@ def make_tree():
     return tree
 
 
-@dataclasses.dataclass(frozen=True)
-class Entry:
-    name: str
-    command: tuple[str, ...]
-    folder: str  # in which it runs
-    targets: frozenset[str]  # what Ninja has to build for it
-    runs_node: bool
-    is_script: bool  # else a program with Catch2
-    is_default: bool
-
-
 class Build:
     """The build folder of a tree: its entries, and what they depend on."""
 
     def __init__(self, tree):
         self.tree = tree
         self.folder = tree / "build" / PRESET
-        self._objects = None
-        self._inputs = {}
-        if not (self.folder / "build.ninja").exists():
-            if run(["cmake", "--preset", PRESET], tree, HOME / "configure.log") != 0:
-                sys.exit(f"mutants: cmake failed; its output is in {HOME / 'configure.log'}")
-        self.entries = self._read_entries()
+        log = HOME / "configure.log"
+        is_configured = (self.folder / "build.ninja").exists()
+        if not is_configured and run(["cmake", "--preset", PRESET], tree, log) != 0:
+            sys.exit(f"mutants: cmake failed; its output is in {log}")
+        self.entries = {test.name: test for test in tiers.list_tests(self.folder)}
 
-    def _read_entries(self):
-        listing = json.loads(
-            output_of(["ctest", "--test-dir", self.folder, "--show-only=json-v1"], self.tree)
-        )
-        return {test["name"]: self._entry(test) for test in listing["tests"]}
-
-    def _entry(self, test):
-        properties = {p["name"]: p["value"] for p in test.get("properties", [])}
-        environment = dict(v.split("=", 1) for v in properties.get("ENVIRONMENT", []))
-        # CTest knows no command of a program that was not built yet.
-        command = test.get("command", [f"{self.folder}/bin/{test['name']}"])
+    def targets_of(self, name):
+        """@return what Ninja has to build for an entry"""
+        test = self.entries[name]
         targets = set()
-        for value in [command[0], *environment.values()]:
+        for value in [*test.words, *test.environment.values()]:
             if value.startswith(f"{self.folder}/bin/"):
                 targets.add(os.path.relpath(value, self.folder))
-        if f"{self.folder}/python" in environment.get("PYTHONPATH", ""):
+        if f"{self.folder}/python" in test.environment.get("PYTHONPATH", ""):
             targets |= {"terravox_python", "terravox_python_sources"}
-        if test["name"] == "e2e_preview_test":
+        if name.startswith("e2e_preview_test"):
             targets.add("bin/terravox-preview")
-        return Entry(
-            test["name"],
-            tuple(command),
-            properties.get("WORKING_DIRECTORY", str(self.folder)),
-            frozenset(targets),
-            "TERRAVOX_NODE" in environment or command[0].endswith("node"),
-            any(word.endswith((".py", ".js", ".mjs")) for word in command),
-            "all" not in properties.get("LABELS", []),
-        )
+        return targets
+
+    def is_script(self, name):
+        """Whether it is no program with Catch2."""
+        return any(word.endswith((".py", ".js", ".mjs")) for word in self.entries[name].words)
 
     def build(self, targets, log):
         """@return whether they could be built"""
@@ -152,44 +128,23 @@ class Build:
 
     def test(self, nearest, log, limit_s):
         """@return whether the entry failed, or did not end"""
-        entry = self.entries[nearest.entry]
+        test = self.entries[nearest.entry]
+        folder = test.folder or self.folder
         if nearest.part:
-            return run([*entry.command, nearest.part], entry.folder, log, limit_s) != 0
-        if not entry.is_script:  # one failure is enough: a thousand take minutes to print
-            return run([*entry.command, "--abort"], entry.folder, log, limit_s) != 0
-        words = ["--tests-regex", f"^{re.escape(entry.name)}$", "--output-on-failure"]
+            # Of either tier.
+            words = [word for word in test.words if word not in ("--tier", "default", "all")]
+            return run([*words, nearest.part], folder, log, limit_s) != 0
+        if not self.is_script(test.name):  # one failure is enough: a thousand take minutes to print
+            return run([*test.words, "--abort"], folder, log, limit_s) != 0
+        words = ["--tests-regex", f"^{re.escape(test.name)}$", "--output-on-failure"]
         return run(["ctest", "--test-dir", self.folder, *words], self.tree, log, limit_s) != 0
 
     def dependents(self, file):
-        """@return the entries that the file is built into, or that might read it"""
-        if file.startswith("grabber/"):
-            return [e for e in self.entries.values() if e.runs_node]
-        path = str(self.tree / file)
-        built = self._objects_of(path) | {path}
-        users = [
-            e for e in self.entries.values() if any(built & self._inputs_of(t) for t in e.targets)
-        ]
-        if file.startswith("voxelserver/page/"):
-            users += [e for e in self.entries.values() if e.runs_node and e not in users]
-        return users or list(self.entries.values())
-
-    def _objects_of(self, path):
-        if self._objects is None:
-            self._objects = {}
-            target = ""
-            for line in output_of(["ninja", "-t", "deps"], self.folder).splitlines():
-                if line.startswith(" "):
-                    source = os.path.normpath(self.folder / line.strip())
-                    self._objects.setdefault(source, set()).add(target)
-                elif line:
-                    target = os.path.normpath(self.folder / line.split(": #deps", 1)[0])
-        return self._objects.get(path, set())
-
-    def _inputs_of(self, target):
-        if target not in self._inputs:
-            lines = output_of(["ninja", "-t", "inputs", target], self.folder).splitlines()
-            self._inputs[target] = {os.path.normpath(self.folder / line) for line in lines}
-        return self._inputs[target]
+        """@return the entries that the file is built into, or that name it"""
+        # Of what was built last: Ninja then knows its headers.
+        graph = tiers.Graph(self.folder, self.tree)
+        users = [name for name, t in self.entries.items() if tiers.is_touched(t, {file}, graph)]
+        return users or list(self.entries)
 
 
 class Runner:
@@ -220,11 +175,9 @@ class Runner:
         if found or self.args.nearest:
             return found
         whole = {n.entry for n in nearest if not n.part}
-        others = [
-            e for e in self.build.dependents(mutant.file) if self._is_of_tier(e.name)
-        ]
-        others.sort(key=lambda e: e.is_script)  # those of C++ are quicker
-        return self._try(mutant, [Nearest(e.name) for e in others if e.name not in whole], log)
+        others = [name for name in self.build.dependents(mutant.file) if self._is_of_tier(name)]
+        others.sort(key=self.build.is_script)  # those of C++ are quicker
+        return self._try(mutant, [Nearest(name) for name in others if name not in whole], log)
 
     def _is_of_tier(self, name):
         if name not in self.build.entries:
@@ -233,12 +186,12 @@ class Runner:
 
     def _try(self, mutant, candidates, log):
         for candidate in candidates:
-            entry = self.build.entries[candidate.entry]
-            if not self.build.build(entry.targets, log):
+            if not self.build.build(self.build.targets_of(candidate.entry), log):
                 raise MutantError(f"does not compile; see {log}")
-            if mutant.file.startswith("grabber/") and not candidate.part:
-                if run(["npm", "run", "build"], self.build.tree / "grabber", log) != 0:
-                    raise MutantError(f"does not compile; see {log}")
+            is_compiled = mutant.file.startswith("grabber/") and not candidate.part
+            grabber = self.build.tree / "grabber"
+            if is_compiled and run(["npm", "run", "build"], grabber, log) != 0:
+                raise MutantError(f"does not compile; see {log}")
             if self.build.test(candidate, log, self.args.limit_s):
                 return candidate
         return None
@@ -247,7 +200,7 @@ class Runner:
         """@return those that fail on the sources as they are"""
         log = self.logs / "unchanged.log"
         log.unlink(missing_ok=True)
-        targets = frozenset().union(*(self.build.entries[c.entry].targets for c in candidates))
+        targets = set().union(*(self.build.targets_of(c.entry) for c in candidates))
         if not self.build.build(targets, log):
             sys.exit(f"mutants: the sources as they are do not compile; see {log}")
         return {c for c in candidates if self.build.test(c, log, self.args.limit_s)}
