@@ -13,6 +13,8 @@ namespace terravox::blocks {
 struct Block {
     std::shared_ptr<const voxel::Box> box;  ///< nullptr: air, or a hole
     bool hole = false;
+    /// Bricks whose `first` is less than this are full of equal voxels: see packed().
+    std::uint32_t shared_attrs = 0;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         return kOverhead_bytes + (box ? box->memory_bytes() : 0);
     }

@@ -10,6 +10,7 @@
 #include "common/thread/stopped_error.hpp"
 #include "common/util/free_memory.hpp"
 #include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/blocks/packed_box.hpp"
 
 namespace terravox::blocks {
 namespace {
@@ -82,7 +83,7 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
             // A box that is not available must not end the picture; it stays visible, counted and
             // in the exit code.
             if (!outcome.failure)
-                on_loaded(key, {std::move(outcome.box), false});
+                on_loaded(key, packed(std::move(outcome.box)));
             else
                 is_hole(key, is_stopped(outcome.failure) ? nullptr : outcome.failure);
             std::erase(missing, key);

@@ -40,14 +40,41 @@ void Shaft::add(const core::Vec3& origin, const core::RayState& ray) noexcept {
     m_first = m_forward ? std::min(m_first, behind(ray)) : std::max(m_first, behind(ray));
 }
 
+// The plane from which on all lines of a shaft have left the bounds, through whichever side: the
+// end of the world on the shaft's own axis may be a thousand times as far. A whole number of the
+// coarsest boxes, so that thick slabs begin there.
+std::int32_t ShaftMarch::end_of(const Shaft& shaft) const noexcept {
+    const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
+    const auto i = static_cast<std::size_t>(shaft.m_axis);
+    const int sign = shaft.m_forward ? 1 : -1;
+    const double last = shaft.m_forward ? bounds.max[i] : -bounds.min[i];
+    const double first = sign * static_cast<double>(shaft.m_first);
+    double end = last;
+    for (int a = 0; a < 3; ++a) {
+        if (a == shaft.m_axis)
+            continue;
+        const double rise = sign * shaft.m_slope[a];
+        const double steepness = std::abs(rise) - shaft.m_spread;
+        if (!(steepness > 0))
+            continue;
+        const auto side = static_cast<std::size_t>(a);
+        const double way =
+            rise > 0 ? bounds.max[side] - shaft.m_low[a] : shaft.m_high[a] - bounds.min[side];
+        const double room = 1 + shaft.m_spread * (1 - first);
+        end = std::min(end, (way + room) / steepness + 1);
+    }
+    const double box =
+        static_cast<double>(std::int64_t{1} << (LevelCut::kSideBits + m_cut.coarsest()));
+    end = std::min(std::ceil(std::max(end, first) / box) * box, last);
+    return sign * static_cast<std::int32_t>(end);
+}
+
 std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_t> known) {
     const int axis = shaft.m_axis;
     const int u = (axis + 1) % 3;
     const int w = (axis + 2) % 3;
-    const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
-    const auto i = static_cast<std::size_t>(axis);
     const int back = shaft.m_forward ? -1 : 1;
-    std::int32_t plane = known ? *known : shaft.m_forward ? bounds.max[i] : bounds.min[i];
+    std::int32_t plane = known ? *known : end_of(shaft);
     const auto free_between = [&](std::int32_t from, std::int32_t to, int shift) {
         // What lies behind all origins blocks no ray.
         const std::int32_t last =

@@ -32,7 +32,7 @@ private:
     std::int32_t m_first;        ///< plane behind the hindmost voxel in which a ray starts
 };
 
-/// Marches shafts from the end of the world back towards the origins.
+/// Marches shafts from where they leave the world back towards the origins.
 class ShaftMarch {
 public:
     ShaftMarch(BlockReader& reader, const LevelCut& cut) : m_query(reader, cut), m_cut(cut) {}
@@ -48,6 +48,7 @@ public:
     [[nodiscard]] std::uint64_t slabs() const noexcept { return m_slabs; }
 
 private:
+    [[nodiscard]] std::int32_t end_of(const Shaft& shaft) const noexcept;
     SolidQuery m_query;
     const LevelCut& m_cut;
     std::uint64_t m_slabs = 0;

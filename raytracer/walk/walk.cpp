@@ -148,8 +148,9 @@ bool meets(const core::RayState& from, const Occluder& brick, std::uint64_t& ste
 // left the box (false). One function, because this is the hot loop of single rays: the cell, its
 // level and the ray's state must stay in registers.
 template <bool kAny>
-bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
+bool RayWalk::walk_box(core::RayState& ray, const blocks::Block& block, StopAt stop, Hit* hit,
                        Occluder* occluder) {
+    const voxel::Box& box = *block.box;
     const TreeCell* cells = box.cells().data();
     const std::int32_t bx = ray.voxel[0] >> 6;
     const std::int32_t by = ray.voxel[1] >> 8;
@@ -205,6 +206,13 @@ bool RayWalk::walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, 
         if ((cell->detail >> bit & 1) == 0)
             return hidden();
         cell = &cells[cell->index_of(bit)];
+        if constexpr (!kAny)
+            // A brick that is full of what the ray passes is left in one step.
+            if (cell->first < block.shared_attrs &&
+                box.attrs()[cell->first].material == stop.passed) {
+                ray.leap(2);
+                continue;
+            }
         std::uint64_t mask = !kAny && stop.air_stops ? ~std::uint64_t{0} : cell->mask;
         BrickSteps brick(ray);
         while (brick.to_next(ray, mask, m_counts.steps)) {
@@ -290,7 +298,7 @@ WalkEnd RayWalk::walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit,
             ray.leap(6, 8, 6);
             continue;
         }
-        if (walk_box<kAny>(ray, *block->box, stop, hit, occluder))
+        if (walk_box<kAny>(ray, *block, stop, hit, occluder))
             return ray.t <= t_max ? WalkEnd::kHit : WalkEnd::kMiss;
     }
     return WalkEnd::kMiss;

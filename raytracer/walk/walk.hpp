@@ -101,7 +101,7 @@ private:
     template <bool kAny>
     WalkEnd walk(core::RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder);
     template <bool kAny>
-    bool walk_box(core::RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
+    bool walk_box(core::RayState& ray, const blocks::Block& block, StopAt stop, Hit* hit,
                   Occluder* occluder);
 
     BlockReader& m_reader;

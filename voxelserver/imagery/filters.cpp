@@ -82,6 +82,18 @@ std::array<int, kMaxRadius + 1> disc_of(int radius) {
     return half;
 }
 
+/// One store for each column: a set of bits would wait for the column before.
+MaterialSet materials_in(const std::vector<Material>& columns) {
+    std::array<bool, voxel::kMaterialCount> found{};
+    for (const Material m : columns)
+        found[static_cast<std::size_t>(m)] = true;
+    MaterialSet out = 0;
+    for (std::size_t m = 0; m < found.size(); ++m)
+        if (found[m])
+            out |= bit_of(static_cast<Material>(m));
+    return out;
+}
+
 /// Runs one row over the part of a grid where its result is needed. The columns in a disc are
 /// counted with prefix sums along rows: a disc of radius r takes 2 r + 1 differences of two sums,
 /// evaluated in parallel for a whole row.
@@ -143,6 +155,7 @@ private:
                 if (may_change(at(x, z))) {
                     m_work[static_cast<std::size_t>(z)] = 1;
                     m_any_work = true;
+                    break;
                 }
         if (!m_any_work)
             return;
@@ -150,8 +163,7 @@ private:
         for (std::size_t i = 0; i < m_grid.flags.size(); ++i)
             if ((m_grid.flags[i] & Grid::kSilent) != 0)
                 m_votes_for[i] = Material::kAir;
-        for (const Material m : m_votes_for)
-            m_present |= bit_of(m);
+        m_present = materials_in(m_votes_for);
     }
 
     /// Adds, for each column of a row with work, the number of columns of its disc that have one of
@@ -325,9 +337,7 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
                           " or more");
     if (columns == 0)
         return;
-    MaterialSet present = 0;
-    for (const Material m : grid.material)
-        present |= bit_of(m);
+    MaterialSet present = materials_in(grid.material);
     for (std::size_t i = 0; i < filters.size(); ++i) {
         // Nothing to change, or no material that could win: in most areas some materials do not
         // occur at all.

@@ -20,8 +20,8 @@ pointcloud::PointCloudInfo info_of(const LasInfo& las) {
     return out;
 }
 
-pointcloud::Point point_of(const RawPoint& raw, const LasInfo& las) noexcept {
-    pointcloud::Point out;
+// Into its place: a copy of what has just been written in parts waits for all of it.
+void convert(const RawPoint& raw, const LasInfo& las, pointcloud::Point& out) noexcept {
     out.x = raw.x * las.scale[0] + las.offset[0];
     out.y = raw.y * las.scale[1] + las.offset[1];
     out.z = raw.z * las.scale[2] + las.offset[2];
@@ -33,7 +33,6 @@ pointcloud::Point point_of(const RawPoint& raw, const LasInfo& las) noexcept {
     out.intensity = raw.intensity;
     out.line = raw.point_source;
     out.rgb = raw.rgb;
-    return out;
 }
 
 }  // namespace
@@ -59,19 +58,19 @@ void LasSource::read_without_echoes(std::span<const PointRange> ranges,
 void LasSource::read(std::span<const PointRange> ranges, const pointcloud::PointBatchSink& sink,
                      Echoes echoes) const {
     std::vector<pointcloud::Point> points;
-    const RawBatchSink convert = [&](std::span<const RawPoint> batch) {
-        points.clear();
-        for (const RawPoint& raw : batch)
-            points.push_back(point_of(raw, m_las));
+    const RawBatchSink convert_all = [&](std::span<const RawPoint> batch) {
+        points.resize(batch.size());
+        for (std::size_t i = 0; i < batch.size(); ++i)
+            convert(batch[i], m_las, points[i]);
         sink(points);
     };
-    read_point_batches(m_las, ranges, convert, echoes);
+    read_point_batches(m_las, ranges, convert_all, echoes);
 }
 
 std::vector<pointcloud::Point> LasSource::sample(std::size_t about) const {
     std::vector<pointcloud::Point> out;
     for (const RawPoint& raw : sample_points(m_las, about))
-        out.push_back(point_of(raw, m_las));
+        convert(raw, m_las, out.emplace_back());
     return out;
 }
 

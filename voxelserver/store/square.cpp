@@ -50,9 +50,13 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
             std::sort(from, to, before);
             continue;
         }
-        for (auto p = from; p < to; ++p)  // insertion sort: columns have only a few points
-            for (auto q = p; q > from && before(*q, *(q - 1)); --q)
-                std::iter_swap(q, q - 1);
+        for (auto p = from; p < to; ++p) {  // insertion sort: columns have only a few points
+            const VoxelPoint point = *p;
+            auto q = p;
+            for (; q > from && before(point, *(q - 1)); --q)
+                *q = *(q - 1);
+            *q = point;
+        }
     }
     std::copy(scratch.begin(), scratch.end(), points.begin());
 }

@@ -333,6 +333,33 @@ TEST_CASE("a shaft reports only rays as free that are free", "[raytracer][levels
     }
 }
 
+TEST_CASE("a shaft in a wide world begins where it leaves the world's heights",
+          "[raytracer][levels][shaft]") {
+    ArrayWorld world({0, 0, 0}, {64, 64, 64});
+    world.fill({0, 0, 0}, {64, 4, 64}, Material::kGround);
+    world.fill({40, 4, 0}, {44, 60, 64}, Material::kWall);
+    constexpr std::int32_t kFar = std::int32_t{1} << 22;
+    const walk::LevelCut cut({{-kFar, 0, -kFar}, {kFar, 64, kFar}}, 0);
+    blocks::BlockManager blocks(world, kPlenty);
+    (void)blocks.get({0, 0, 0, 0});
+    walk::BlockReader reader(blocks);
+    for (const core::Vec3& direction :
+         {core::Vec3{0.8, 0.5, 0.1}, core::Vec3{-0.8, 0.5, 0.1}, core::Vec3{0.1, 0.4, -0.9}}) {
+        for (const double radius_rad : {0.0, 0.005}) {
+            const core::Vec3 sun = core::normalized(direction);
+            walk::ShaftMarch shafts(reader, cut);
+            walk::Shaft shaft(sun, radius_rad);
+            const core::Vec3 origin{20.5, 4.9, 30.5};
+            core::RayState state(core::Ray{origin, sun});
+            state.start_in({20, 4, 30}, 0);
+            shaft.add(origin, state);
+            const bool behind_wall = direction.x > 0.5;
+            CHECK(walk::ShaftMarch::is_free(shaft, state, shafts.free_from(shaft)) != behind_wall);
+            CHECK(shafts.slabs() < 100);
+        }
+    }
+}
+
 TEST_CASE("an occluder that is remembered changes no answer", "[raytracer][levels]") {
     Fixture f(kEyes[0]);
     walk::RayWalk walk(f.reader, f.cut);

@@ -148,6 +148,19 @@ const WorldCase kWorlds[] = {
                                : noise(3, x, y, z, 4'000);
          });
      }},
+    {"a deep lake with floating ice, over a bed of sand and stones",
+     {0, 0, 0},
+     {128, 128, 64},
+     [](ArrayWorld& w) {
+         w.fill_with([](int x, int y, int z) {
+             if (y < 10 + ((x / 5) ^ (z / 3)) % 7)
+                 return Material::kSand;
+             return noise(4, x, y, z, 900) == Material::kRock ? Material::kRock
+                    : y < 97                                  ? Material::kWater
+                    : y < 99 && x < 40                        ? Material::kIce
+                                                              : Material::kAir;
+         });
+     }},
     {"solid throughout",
      {0, 0, 0},
      {64, 256, 128},
@@ -448,6 +461,19 @@ TEST_CASE("a swimmer sees through water and stops at what is not", "[raytracer][
     CHECK(pair.hit(down, walk::StopAt::kNotWater)->voxel == core::VoxelCoord{4, 19, 4});
     CHECK(pair.hit(down, walk::StopAt::kNotWater)->face == core::Face::kTop);
     CHECK(pair.hit({{4.5, 30, 4.5}, {0, 1, 0}}, walk::StopAt::kNotWater) == std::nullopt);
+}
+
+TEST_CASE("a swimmer leaves a brick of water in one step", "[raytracer][walker]") {
+    ArrayWorld world({0, 0, 0}, {64, 256, 64});
+    world.fill({0, 0, 0}, {64, 252, 64}, Material::kWater);
+    world.fill({0, 0, 0}, {64, 4, 64}, Material::kSand);
+    Pair pair(world);
+    for (const auto& stop : {walk::StopAt::kNotWater, walk::StopAt::end_of(Material::kWater)}) {
+        const std::uint64_t before = pair.walker().steps();
+        CHECK(pair.hit({{9.5, 251.5, 9.5}, {0.01, -1, 0.01}}, stop)->attr.material ==
+              Material::kSand);
+        CHECK(pair.walker().steps() - before < 70);  // 62 bricks and the bed
+    }
 }
 
 TEST_CASE("an empty world has nothing to hit", "[raytracer][walker]") {

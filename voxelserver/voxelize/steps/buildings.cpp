@@ -1,7 +1,9 @@
 #include "voxelserver/voxelize/steps/buildings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace terravox::voxelize {
 namespace {
@@ -33,17 +35,20 @@ class Search {
 public:
     Search(const Window& window, double voxel_m)
         : m_window(window), m_steepest(kSteepest), m_step(kStep_m / voxel_m) {
-        m_seen.assign(static_cast<std::size_t>(kWindowSide) * kWindowSide, 0);
+        for (int z = kWindowFirst; z < kWindowLast; ++z)
+            for (int x = kWindowFirst; x < kWindowLast; x += grid::kPatchSize)
+                m_new[word_of(x, z)] =
+                    window.patch_at(x, z).built[static_cast<std::size_t>(z & 63)];
     }
 
     [[nodiscard]] bool is_new(int x, int z) const noexcept {
-        return m_seen[index_of(x, z)] == 0 && m_window.built(x, z);
+        return (m_new[word_of(x, z)] >> (x & 63) & 1) != 0;
     }
 
     /// @return the columns that are connected with this one, as far as the window shows
     const std::vector<ColumnStep>& from(int x, int z) {
-        m_columns.assign(1, {x, z});
-        m_seen[index_of(x, z)] = 1;
+        m_columns.clear();
+        add(x, z);
         for (std::size_t i = 0; i < m_columns.size(); ++i)
             for (const ColumnStep& step : kNeighbours)
                 visit(m_columns[i], step);
@@ -58,22 +63,35 @@ private:
     void visit(const ColumnStep& at, const ColumnStep& step) {
         const int x = at.x + step.x;
         const int z = at.z + step.z;
-        if (x < kWindowFirst || z < kWindowFirst || x >= kWindowLast || z >= kWindowLast ||
-            !is_new(x, z))
+        if (!is_new(x, z))
             return;
         const float rise =
             std::abs(m_window.column(x, z).roof.height - m_window.column(at.x, at.z).roof.height);
         const auto run = static_cast<float>(std::max(std::abs(step.x), std::abs(step.z)));
         if (rise > m_steepest * run + static_cast<float>(m_step))
             return;
-        m_seen[index_of(x, z)] = 1;
+        add(x, z);
+    }
+
+    void add(int x, int z) {
+        m_new[word_of(x, z)] &= ~(std::uint64_t{1} << (x & 63));
         m_columns.push_back({x, z});
+    }
+
+    // Around the window is room for the farthest neighbours, where nothing is built.
+    static constexpr int kRoom = 2;
+    static constexpr int kWords = kWindowSide / grid::kPatchSize + 2;
+    static std::size_t word_of(int x, int z) noexcept {
+        return static_cast<std::size_t>((z - kWindowFirst + kRoom) * kWords + 1 +
+                                        ((x - kWindowFirst) >> 6));
     }
 
     const Window& m_window;
     float m_steepest;
     double m_step;
-    std::vector<char> m_seen;
+    /// Columns that are built upon and not yet found, a bit each: row by row, with a word of room
+    /// at both ends.
+    std::array<std::uint64_t, static_cast<std::size_t>((kWindowSide + 2 * kRoom) * kWords)> m_new{};
     std::vector<ColumnStep> m_columns;
 };
 

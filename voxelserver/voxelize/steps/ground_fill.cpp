@@ -109,16 +109,17 @@ private:
 
     // The nearest ground in eight directions, weighted by distance, where it lies on opposite
     // sides: the ground of a floor between walls.
-    [[nodiscard]] float from_rays(int x, int z) const {
+    [[nodiscard]] float from_rays(int x, int z) {
+        if (m_steps[0].empty())
+            find_steps();
         const float* here = &m_seen.at(x, z);
+        const auto at = static_cast<std::size_t>(here - &m_seen.at(Seen::kFirst, Seen::kFirst));
         float sum = 0;
         float weights = 0;
         unsigned hit = 0;
         for (std::size_t d = 0; d < kDirections.size(); ++d) {
             const int stride = kDirections[d].second * Seen::kSide + kDirections[d].first;
-            int step = 1;
-            while (step <= kReach && here[step * stride] != here[step * stride])
-                ++step;
+            const int step = m_steps[d][at];
             if (step > kReach)
                 continue;
             const float steps = static_cast<float>(step),
@@ -130,6 +131,37 @@ private:
         }
         const bool between = (hit & hit >> 4 & 15u) != 0;  // of two opposite directions both
         return between ? sum / weights : kNoHeight;
+    }
+
+    // For all columns, how many steps the nearest ground is away in each direction: one more than
+    // from the next column that way, unless that one is ground. Rows at a time.
+    void find_steps() {
+        constexpr std::uint8_t kNone = kReach + 1;
+        constexpr auto kSide = static_cast<std::size_t>(Seen::kSide);
+        const float* seen = &m_seen.at(Seen::kFirst, Seen::kFirst);
+        std::vector<std::uint8_t> gap(kSide * kSide);
+        for (std::size_t i = 0; i < gap.size(); ++i)
+            gap[i] = seen[i] == seen[i] ? 0 : UINT8_MAX;
+        for (std::size_t d = 0; d < kDirections.size(); ++d) {
+            const auto [dx, dz] = kDirections[d];
+            std::vector<std::uint8_t>& steps = m_steps[d];
+            steps.assign(kSide * kSide, kNone);
+            const std::ptrdiff_t stride = dz * Seen::kSide + dx;
+            for (std::size_t row = 1; row + 1 < kSide; ++row) {
+                std::uint8_t* to = &steps[(dz > 0 ? kSide - 1 - row : row) * kSide];
+                const std::uint8_t* from = to + stride;
+                const std::uint8_t* between = gap.data() + (from - steps.data());
+                const auto step_to = [&](std::size_t x) {
+                    to[x] = std::min<std::uint8_t>((between[x] & from[x]) + 1, kNone);
+                };
+                if (dz == 0 && dx > 0)
+                    for (std::size_t x = kSide - 1; x-- > 1;)
+                        step_to(x);
+                else
+                    for (std::size_t x = 1; x + 1 < kSide; ++x)
+                        step_to(x);
+            }
+        }
     }
 
     // Only ground columns next to a gap: the nearest ones to any place inside the gap are among
@@ -153,6 +185,8 @@ private:
     const Window& m_window;
     const AskWideGround& m_wide;
     Seen m_seen;
+    /// By direction; empty until a column is not filled by its rings.
+    std::array<std::vector<std::uint8_t>, 8> m_steps;
     bool m_looked = false;
     std::unique_ptr<ScatteredHeights> m_edges;  // made when the first wide gap is met
 };

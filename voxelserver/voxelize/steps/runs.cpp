@@ -300,8 +300,12 @@ private:
     void push(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
         if (!m_runs.empty())
             y0 = std::max(y0, m_runs.back().y1);
-        if (y0 < y1)
-            m_runs.push_back({y0, y1, attr});
+        if (y0 >= y1)
+            return;
+        Run& run = m_runs.emplace_back();
+        run.y0 = y0;
+        run.y1 = y1;
+        run.attr = attr;
     }
 
     // Higher objects must be connected to something: birds and stray returns are not.

@@ -153,8 +153,9 @@ public:
           m_drop_isolated(settings.points.drop_isolated),
           m_voxel_m(voxel_m) {
         Canopy::each([&](int x, int z) {
-            m_canopy.at(x, z) = crown_of(x, z);
-            m_any = m_any || m_canopy.at(x, z).seen();
+            Crown& crown = m_canopy.at(x, z);
+            find_crown(x, z, crown);
+            m_any = m_any || crown.seen();
         });
         if (!m_any)
             return;
@@ -184,12 +185,12 @@ public:
     }
 
 private:
-    [[nodiscard]] Crown crown_of(int x, int z) const {
-        Crown out;
+    /// @param out none before
+    void find_crown(int x, int z, Crown& out) const {
         const auto objects = m_window.objects(x, z);
         const float ground = m_ground.at(x, z);
         if (objects.empty() || ground != ground)
-            return out;
+            return;
         for (std::size_t i = objects.size(); i-- > 0;) {
             const ObjectVoxel& o = objects[i];
             const Role role = m_classes.meaning[o.source_class].role;
@@ -197,18 +198,17 @@ private:
                 continue;
             const float height = static_cast<float>(o.y) + static_cast<float>(o.fraction) / 256;
             if ((height - ground) * m_voxel_m < m_settings.trunk_from_m)
-                return out;
+                return;
             if (m_drop_isolated && isolated(m_window, x, z, o.y))
                 continue;  // a bird
             out.top = out.bottom = o.y;
             out.top_voxel = o;
             out.height = height;
-            return out;
+            return;
         }
-        return out;
     }
 
-    [[nodiscard]] Crown closed(int x, int z) const {
+    [[nodiscard]] const Crown& closed(int x, int z) const {
         const Crown& own = m_canopy.at(x, z);
         // Where the ground or a roof was seen from above, there is no crown; where there is no
         // ground, nothing grows.

@@ -82,33 +82,39 @@ VoxelAttr Columns::attr(int x, std::int32_t y, int z) const noexcept {
     return found != nullptr ? found->attr : out;
 }
 
-/// Heights of level 0 for all plants that reach into the box, and for the slopes beyond it.
+/// Heights of level 0: those of the box and its slopes, and any of those that plants reaching into
+/// the box stand on, which are few.
 class ColumnMaker::FineHeights {
 public:
     static constexpr int kReach = Columns::kMargin + kTreeReach;
-    static constexpr int kSide = voxel::kBoxSizeX + 2 * kReach + Surface::kSlopeRun;
 
     FineHeights(const Terrain& terrain, std::int32_t x0, std::int32_t z0)
-        : m_x0(x0 - kReach),
-          m_z0(z0 - kReach),
-          m_regions(terrain, m_x0, m_z0, kSide, kLattice),
+        : m_terrain(terrain),
+          m_x0(x0 - Columns::kMargin),
+          m_z0(z0 - Columns::kMargin),
+          m_regions(terrain, x0 - kReach, z0 - kReach,
+                    voxel::kBoxSizeX + 2 * kReach + Surface::kSlopeRun, kLattice),
           m_heights(kSide * kSide) {
         for (int z = 0; z < kSide; ++z)
             for (int x = 0; x < kSide; ++x)
-                m_heights[static_cast<std::size_t>(z * kSide + x)] =
-                    terrain
-                        .heights(m_regions.at(m_x0 + x, m_z0 + z), m_x0 + x + 0.5, m_z0 + z + 0.5,
-                                 1)
-                        .full;
+                m_heights[static_cast<std::size_t>(z * kSide + x)] = made(m_x0 + x, m_z0 + z);
     }
     [[nodiscard]] Region region_at(std::int32_t x, std::int32_t z) const noexcept {
         return m_regions.at(x, z);
     }
     [[nodiscard]] double height(std::int32_t x, std::int32_t z) const noexcept {
-        return m_heights[static_cast<std::size_t>((z - m_z0) * kSide + x - m_x0)];
+        const std::int32_t in_x = x - m_x0;
+        const std::int32_t in_z = z - m_z0;
+        const bool kept = in_x >= 0 && in_z >= 0 && in_x < kSide && in_z < kSide;
+        return kept ? m_heights[static_cast<std::size_t>(in_z * kSide + in_x)] : made(x, z);
     }
 
 private:
+    static constexpr int kSide = Columns::kSide + Surface::kSlopeRun;
+    [[nodiscard]] double made(std::int32_t x, std::int32_t z) const noexcept {
+        return m_terrain.heights(m_regions.at(x, z), x + 0.5, z + 0.5, 1).full;
+    }
+    const Terrain& m_terrain;
     std::int32_t m_x0;
     std::int32_t m_z0;
     RegionLattice m_regions;
@@ -252,6 +258,9 @@ Place ColumnMaker::place_at(const CoarseRegions& regions, const Region& region, 
     const auto height_of = [&](std::int32_t bx, std::int32_t bz) {
         return m_terrain.heights(regions.at(bx, bz), bx + 0.5, bz + 0.5, 1).full;
     };
+    // The slope of a bed makes no difference to it.
+    if (height < m_terrain.settings().water_level)
+        return m_surface.place(region, x, z, height, height, height);
     return m_surface.place(region, x, z, height, height_of(x + kRun, z), height_of(x, z + kRun));
 }
 

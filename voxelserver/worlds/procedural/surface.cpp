@@ -70,13 +70,13 @@ Skin Surface::under_water(const Place& p, double depth) const noexcept {
 
 Skin Surface::skin(const Place& p) const noexcept {
     const double above = p.height - m_water;
+    if (above < 0)
+        return under_water(p, -above);
     const double u = unit_of(p.hash, 0) - 0.5;
     const double temperature = p.temperature + 0.02 * u + 0.01 * p.patch;
     const double moisture = p.moisture + 0.03 * u;
     const Rgb8 soil = rgb(0x6f5339);
     const Rgb8 rock = rock_colour(p.temperature, p.moisture, p.height);
-    if (above < 0)
-        return under_water(p, -above);
     const bool snow = temperature < 0.2;
     // Too steep for soil or snow to stay.
     const double steep = 1.05 + 0.2 * p.patch + 0.25 * u;
