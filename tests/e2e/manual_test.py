@@ -9,7 +9,7 @@ import shutil
 import unittest
 
 from installed import hidden, moved_prefix
-from support import Case, Run, only_in_all
+from support import Case, Run
 
 # Sources the completion and completes the words that follow; the last is unfinished.
 COMPLETE = """
@@ -92,7 +92,6 @@ class Manual(Case):
         for page, file in self.pages.items():
             self.assertNotRegex(file.read_text(encoding="utf-8"), r"/(root|home|tmp)/", page)
 
-    @only_in_all
     def test_the_tools_for_pages_have_no_warnings(self):
         tools = {"mandoc": ["-Tlint", "-W", "warning"], "man": ["--warnings", "-l", "-Tutf8"]}
         for tool, words in tools.items():
@@ -105,7 +104,6 @@ class Manual(Case):
                     self.assertDone(run)
                     self.assertEqual(run.err, "")
 
-    @only_in_all
     def test_a_page_says_what_the_program_says(self):
         text = plain(self.pages["terravox-render"].read_text(encoding="utf-8"))
         for words in (
@@ -129,7 +127,6 @@ class Completion(Case):
         self.assertEqual(run.err, "")
         return run.out.splitlines()
 
-    @only_in_all
     def test_commands_options_values_and_files_are_offered(self):
         cases = (
             (("",), {"render", "laz", "help", "--version"}, {"build", "test"}),
@@ -155,7 +152,6 @@ class Completion(Case):
                 self.assertEqual(offered - found, set())
                 self.assertEqual(others & found, set())
 
-    @only_in_all
     def test_fish_reads_its_completion(self):
         if shutil.which("fish") is None:
             self.skipTest("fish is not installed")
@@ -173,7 +169,6 @@ class Completion(Case):
             found = [text.split("\t")[0] for text in run.out.splitlines()]
             self.assertIn(wanted, found, str(run))
 
-    @only_in_all
     def test_zsh_reads_its_completion(self):
         if shutil.which("zsh") is None:
             self.skipTest("zsh is not installed")

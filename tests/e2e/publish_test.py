@@ -341,31 +341,15 @@ class Publish(Case):
                 self.assertEqual(entries(scratch), [])
 
     def test_a_browser_shows_what_the_ray_tracer_shows(self):
-        node = os.environ.get("TERRAVOX_NODE")
-        if not node:
-            self.skipTest("no Node.js")
         folder = temporary_folder()
         shown = folder / "shown.jpg"
         hits = folder / "hits.json"
-        host = StaticHost(self.site)
-        try:
-            run = subprocess.run(
-                [node, ROOT / "tests" / "page" / "run.mjs"],
-                env={
-                    **os.environ,
-                    "TERRAVOX_SITE": host.url,
-                    "TERRAVOX_SITE_PICTURE": str(shown),
-                    "TERRAVOX_SITE_HITS": str(hits),
-                    "TERRAVOX_SITE_SIZE": f"{SIZE[0]}x{SIZE[1]}",
-                },
-                capture_output=True,
-                text=True,
-                timeout=4 * HANGS_S,
-                check=False,
-            )
-        finally:
-            host.stop()
-        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        run = self.run_in_browser(
+            "TERRAVOX_SITE",
+            TERRAVOX_SITE_PICTURE=str(shown),
+            TERRAVOX_SITE_HITS=str(hits),
+            TERRAVOX_SITE_SIZE=f"{SIZE[0]}x{SIZE[1]}",
+        )
         if not shown.exists():
             self.skipTest("no browser: " + run.stdout)
         with self.subTest("the picture"):
@@ -375,6 +359,32 @@ class Publish(Case):
             self.assertEqual(alike.code, 0, alike)
         with self.subTest("voxels, faces and shadows"):
             self.compare_hits(json.loads(hits.read_text())["voxels"], folder)
+
+    @only_in_all
+    def test_the_tools_of_a_site_work_in_a_browser(self):
+        run = self.run_in_browser("TERRAVOX_SITE_TOOLS")
+        if "# SKIP" in run.stdout:
+            self.skipTest("no browser: " + run.stdout)
+
+    def run_in_browser(self, what, **environment):
+        """Runs tests of the page (tests/page/run.mjs); what: the variable for the address."""
+        node = os.environ.get("TERRAVOX_NODE")
+        if not node:
+            self.skipTest("no Node.js")
+        host = StaticHost(self.site)
+        try:
+            run = subprocess.run(
+                [node, ROOT / "tests" / "page" / "run.mjs"],
+                env={**os.environ, what: host.url, **environment},
+                capture_output=True,
+                text=True,
+                timeout=4 * HANGS_S,
+                check=False,
+            )
+        finally:
+            host.stop()
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        return run
 
     def compare_hits(self, hits, folder):
         """First hits of the viewer with those of the ray tracer, pixel by pixel."""

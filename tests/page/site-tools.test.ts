@@ -4,9 +4,9 @@ import { after, before, test } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import { noBrowser, openBrowser, screenshot, until } from './support/browser.js';
 
-/** The tools of a site of `terravox publish`, whose address is TERRAVOX_SITE, as people use them. */
+/** The tools of a site of `terravox publish`, whose address is TERRAVOX_SITE_TOOLS, as people use them. */
 
-const kSite = process.env['TERRAVOX_SITE'] ?? '';
+const kSite = process.env['TERRAVOX_SITE_TOOLS'] ?? '';
 const kWide = { viewport: { width: 1000, height: 700 } } as const;
 const kPhone = {
   viewport: { width: 390, height: 844 },

@@ -243,12 +243,12 @@ TEST_CASE("rays have unit length, and pixels are square", "[raytracer][camera]")
     for (const double x : {0.0, 320.0, 639.9})
         for (const double y : {0.0, 180.0, 359.9})
             CHECK(core::length(camera.ray(x, y).direction) == Approx(1).epsilon(1e-14));
-    const double half = std::tan(30 * std::numbers::pi / 180);
+    const double half_width = std::tan(30 * std::numbers::pi / 180);
     const auto slope = [&](double x, double y) {
         const core::Vec3 d = camera.ray(x, y).direction;
         const double f = core::dot(d, camera.forward());
         return std::sqrt(std::max(0.0, 1 / (f * f) - 1));
     };
-    CHECK(slope(320, 0) == Approx(half));
-    CHECK(slope(320 + 180, 180) == Approx(half));
+    CHECK(slope(320, 0) == Approx(half_width));
+    CHECK(slope(320 + 180, 180) == Approx(half_width));
 }
