@@ -14,15 +14,16 @@ ConvertReport World::convert(const std::string& out, const ConvertOptions& optio
                              const Control& control) const {
     return guarded(control, [&] {
         const WorldCall call(*m_state, options.threads);
-        const exports::Format& format = exports::format_of(options.format, out);
+        const std::filesystem::path target(out);
+        const exports::Format& format = exports::format_of(options.format, target);
         exports::WriteOptions write;
         write.overwrite = options.overwrite;
-        format.check_target(out, write);
+        format.check_target(target, write);
         const exports::Part part{options.level, m_state->block_over(options.area, options.level)};
         const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
         exports::Meter meter("convert", format.steps(part, m_state->world->info()), true,
                              control.progress);
-        exports::Job job(*m_state->world, part, out, palette, meter);
+        exports::Job job(*m_state->world, part, target, palette, meter);
         job.threads = options.threads;
         job.stop = control.stop;
         format.write(job, write);
