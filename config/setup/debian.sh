@@ -42,7 +42,7 @@ install_components() {
 # while it is made, and leaves for the package terravox-preview.
 stage_terravox() {
     local stage=$1/terravox preview=$1/terravox-preview
-    local units=$stage/lib/systemd/system man=usr/share/man/man1
+    local units=$stage/usr/lib/systemd/system man=usr/share/man/man1
     install_components "$stage" preview programs
     if [[ -x $stage/usr/lib/terravox/terravox-preview ]]; then
         install -d "$preview/usr/lib/terravox" "$preview/$man"
