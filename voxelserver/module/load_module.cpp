@@ -43,4 +43,9 @@ std::unique_ptr<worlds::ServedWorld> open_served_world(const worlds::ServeReques
         open(kVersion, request, times, stop, static_cast<std::int64_t>(image_bytes)));
 }
 
+void place_extents(const std::string& from, const std::string& to_wkt,
+                   std::span<std::optional<std::array<double, 4>>> extents) {
+    function_of_module<PlaceExtents>(kPlaceExtents)(kVersion, from, to_wkt, extents);
+}
+
 }  // namespace terravox::module

@@ -2,12 +2,14 @@
 
 #include <string>
 
+#include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
 
 extern "C" terravox::module::OpenLidarWorld terravox_open_lidar_world;
 extern "C" terravox::module::OpenServedWorld terravox_open_served_world;
+extern "C" terravox::module::PlaceExtents terravox_place_extents;
 
 namespace {
 
@@ -34,4 +36,22 @@ terravox::worlds::ServedWorld* terravox_open_served_world(
     check_version(version);
     terravox::geo::limit_gdal_cache(image_bytes);
     return terravox::worlds::open_served_world(request, times, stop).release();
+}
+
+void terravox_place_extents(const char* version, const std::string& from, const std::string& to_wkt,
+                            std::span<std::optional<std::array<double, 4>>> extents) {
+    check_version(version);
+    const auto source = terravox::geo::Crs::from_text(from);
+    const auto target = terravox::geo::Crs::from_wkt(to_wkt);
+    if (source.same_horizontal(target))
+        return;
+    const terravox::geo::Transform transform(source, target);
+    for (auto& extent : extents) {
+        try {
+            if (extent)
+                extent = transform.around(*extent);
+        } catch (const terravox::util::Error&) {
+            extent.reset();
+        }
+    }
 }

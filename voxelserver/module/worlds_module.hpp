@@ -1,15 +1,19 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
 
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/worlds/open/open_served_world.hpp"
 
 namespace terravox::module {
 
-// The interface of terravox-worlds.so: two functions, exported under the names below. The caller
+// The interface of terravox-worlds.so: three functions, exported under the names below. The caller
 // owns the returned worlds. Exceptions pass through unchanged: program and module are built
-// together, by one compiler. Both functions throw Error when the module's version differs from the
+// together, by one compiler. All of them throw Error when the module's version differs from the
 // caller's kVersion.
 
 /// Calls open_lidar_world(), after setting the limit of GDAL's cache.
@@ -27,5 +31,12 @@ using OpenServedWorld = worlds::ServedWorld*(const char* version,
                                              util::StageTimes& times, const std::stop_token& stop,
                                              std::int64_t image_bytes);
 inline constexpr const char* kOpenServedWorld = "terravox_open_served_world";
+
+/// Replaces extents (west, south, east, north) in one CRS by those around them in another; nullopt
+/// for one that has no place there.
+/// @throws Error for a CRS that is not understood
+using PlaceExtents = void(const char* version, const std::string& from, const std::string& to_wkt,
+                          std::span<std::optional<std::array<double, 4>>> extents);
+inline constexpr const char* kPlaceExtents = "terravox_place_extents";
 
 }  // namespace terravox::module

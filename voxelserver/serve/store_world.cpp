@@ -6,10 +6,12 @@
 #include <cstdio>
 #include <map>
 #include <string>
-#include <utility>
+#include <vector>
 
-#include "common/geo/crs.hpp"
+#include <spdlog/spdlog.h>
+
 #include "common/util/error.hpp"
+#include "voxelserver/module/load_module.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -65,43 +67,24 @@ std::optional<Extent> stored_extent(const StoredSquare& s) {
     return Extent{e * 1000, n * 1000, (e + 1) * 1000, (n + 1) * 1000};
 }
 
-/// Where squares of a store lie in a world. Catalogues may have a CRS of their own, as that of a
-/// country whose surveys have many.
-class Placing {
-public:
-    explicit Placing(const voxel::WorldInfo& world) : m_world(world) {}
-
-    /// @return nullopt where that is not known
-    [[nodiscard]] std::optional<Extent> extent_of(const StoredSquare& square) {
-        const auto extent = stored_extent(square);
-        if (!extent || square.bounds_crs.empty() || m_world.crs_wkt.empty() ||
-            square.bounds_crs == m_world.crs)
-            return extent;
-        try {
-            const std::optional<geo::Transform>& transform = transform_from(square.bounds_crs);
-            return transform ? transform->around(*extent) : *extent;
-        } catch (const util::Error&) {
-            return std::nullopt;
-        }
-    }
-
-private:
-    /// @return nullopt: it is that of the world
-    const std::optional<geo::Transform>& transform_from(const std::string& crs) {
-        const auto found = m_transforms.find(crs);
-        if (found != m_transforms.end())
-            return found->second;
-        const auto from = geo::Crs::from_text(crs);
-        const auto to = geo::Crs::from_wkt(m_world.crs_wkt);
-        std::optional<geo::Transform> made;
-        if (!from.same_horizontal(to))
-            made.emplace(from, to);
-        return m_transforms.emplace(crs, std::move(made)).first->second;
-    }
-
-    const voxel::WorldInfo& m_world;
-    std::map<std::string, std::optional<geo::Transform>> m_transforms;
+/// Squares that are not fetched, with where they lie in a world.
+struct Placed {
+    std::vector<const StoredSquare*> squares;
+    std::vector<std::optional<Extent>> extents;
 };
+
+// Catalogues may have a CRS of their own, as that of a country whose surveys have many. Only for
+// those is the module loaded that knows how to get from one to another.
+void place(const std::string& crs, const voxel::WorldInfo& world, Placed& placed) {
+    if (crs.empty() || world.crs_wkt.empty() || crs == world.crs)
+        return;
+    try {
+        module::place_extents(crs, world.crs_wkt, placed.extents);
+    } catch (const util::Error& error) {
+        spdlog::warn("squares that are not fetched are not shown: {}", error.what());
+        placed.extents.assign(placed.extents.size(), std::nullopt);
+    }
+}
 
 http::SquareEntry entry_of(const StoredSquare& s, const Extent& extent,
                            const voxel::WorldInfo& info) {
@@ -143,12 +126,19 @@ std::vector<http::SquareEntry> squares_of(std::span<const voxelize::SquareInfo> 
     }
     if (!store)
         return out;
-    Placing placing(world);
+    std::map<std::string, Placed> by_crs;
     for (const StoredSquare& s : store->squares) {
         if (s.state == StoredState::kFetched || s.state == StoredState::kMissing)
             continue;
-        if (const auto extent = placing.extent_of(s))
-            out.push_back(entry_of(s, *extent, world));
+        Placed& placed = by_crs[s.bounds_crs];
+        placed.squares.push_back(&s);
+        placed.extents.push_back(stored_extent(s));
+    }
+    for (auto& [crs, placed] : by_crs) {
+        place(crs, world, placed);
+        for (std::size_t i = 0; i < placed.squares.size(); ++i)
+            if (placed.extents[i])
+                out.push_back(entry_of(*placed.squares[i], *placed.extents[i], world));
     }
     return out;
 }
