@@ -12,7 +12,7 @@ from support import GOLDEN, ROOT, Case, compare, render, survey, temporary_folde
 
 SCENES = {
     # From the air, with the true colours of the orthophoto.
-    "survey_above": ["--ortho", "ORTHO", "--camera-down-deg", "50", "--zoom", "1.4"],
+    "survey_above": ["--ortho", "ORTHO", "--camera-down-deg", "50", "--zoom", "1.1"],
     # Materials alone, low sun, from the other side.
     "survey_materials": [
         "--colour",
@@ -23,8 +23,6 @@ SCENES = {
         "25",
         "--sun-azimuth-deg",
         "120",
-        "--zoom",
-        "1.25",
     ],
 }
 COMMON = [
