@@ -109,6 +109,10 @@ class Build(unittest.TestCase):
         self.assertNotIn("voxelserver/serve/serve.cpp", graph.sources("bin/terravox-survey"))
 
     def test_every_line_of_the_budget_is_an_entry(self):
+        cache = (BUILD / "CMakeCache.txt").read_text(encoding="utf-8")
+        whole = ("CMAKE_BUILD_TYPE:STRING=Release", "TERRAVOX_PREVIEW:BOOL=ON")
+        if not all(line in cache for line in (*whole, "TERRAVOX_PYTHON:BOOL=ON")):
+            self.skipTest("this build leaves out entries, such as those of the window")
         names = {test.name for test in tiers.list_tests(BUILD)}
         self.assertEqual(set(tiers.read_budget()[1]) - names, set())
 
