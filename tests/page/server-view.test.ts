@@ -50,7 +50,7 @@ function compare(server: readonly number[], site: readonly number[]): void {
     if ([0, 1, 2, 3].every((k) => server[i + k] === site[i + k])) ++alike;
     if ((server[i + 3]! & (1 << 13)) !== 0) ++solid;
   }
-  assert.ok(solid > pixels / 4, `${solid} of ${pixels} pixels show the world`);
+  assert.ok(solid > pixels / 5, `${solid} of ${pixels} pixels show the world`);
   assert.ok(alike >= kAlike * pixels, `${alike} of ${pixels} pixels are alike`);
 }
 
