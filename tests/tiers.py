@@ -117,7 +117,7 @@ class Graph:
         return frozenset(inside)
 
 
-# What a test in Python uses: the modules beside it, and of these only what it names.
+# What a test in Python uses: the modules in its folder, and of these only what it names.
 
 
 @functools.cache

@@ -136,9 +136,9 @@ http::Service service_of(const Options& options, const OpenedForServing& opened,
     worlds::ServedWorld& world = *opened.world;
     http::Service out{world, times, cache};
     if (opened.lidar != nullptr)
-        out.squares = [&opened] {
+        out.squares = [&opened, list = std::make_shared<SquareList>(opened.store)] {
             const DeferredWorld& lidar = *opened.lidar;
-            return squares_of(lidar.squares(), lidar.info(), opened.store);
+            return list->entries(lidar.squares(), lidar.info());
         };
     out.health = [&world] { return health_of(world); };
     out.edition = edition_of(world);

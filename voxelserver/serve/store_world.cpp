@@ -108,14 +108,33 @@ http::SquareEntry entry_of(const StoredSquare& s, const Extent& extent,
     return out;
 }
 
+std::vector<http::SquareEntry> unfetched_squares(const GrabberStore& store,
+                                                 const voxel::WorldInfo& world) {
+    std::map<std::string, Placed> by_crs;
+    for (const StoredSquare& s : store.squares) {
+        if (s.state == StoredState::kFetched || s.state == StoredState::kMissing)
+            continue;
+        Placed& placed = by_crs[s.bounds_crs];
+        placed.squares.push_back(&s);
+        placed.extents.push_back(stored_extent(s));
+    }
+    std::vector<http::SquareEntry> out;
+    for (auto& [crs, placed] : by_crs) {
+        place(crs, world, placed);
+        for (std::size_t i = 0; i < placed.squares.size(); ++i)
+            if (placed.extents[i])
+                out.push_back(entry_of(*placed.squares[i], *placed.extents[i], world));
+    }
+    return out;
+}
+
 }  // namespace
 
-std::vector<http::SquareEntry> squares_of(std::span<const voxelize::SquareInfo> opened,
-                                          const voxel::WorldInfo& world,
-                                          const std::optional<GrabberStore>& store) {
+std::vector<http::SquareEntry> SquareList::entries(std::span<const voxelize::SquareInfo> opened,
+                                                   const voxel::WorldInfo& world) {
     std::map<std::string, const StoredSquare*> by_file;
-    if (store)
-        for (const StoredSquare& s : store->squares)
+    if (m_store)
+        for (const StoredSquare& s : m_store->squares)
             if (!s.file.empty())
                 by_file[s.file.string()] = &s;
     std::vector<http::SquareEntry> out;
@@ -124,22 +143,9 @@ std::vector<http::SquareEntry> squares_of(std::span<const voxelize::SquareInfo> 
         if (const auto stored = by_file.find(s.file.string()); stored != by_file.end())
             add_terms(*stored->second, out.back());
     }
-    if (!store)
-        return out;
-    std::map<std::string, Placed> by_crs;
-    for (const StoredSquare& s : store->squares) {
-        if (s.state == StoredState::kFetched || s.state == StoredState::kMissing)
-            continue;
-        Placed& placed = by_crs[s.bounds_crs];
-        placed.squares.push_back(&s);
-        placed.extents.push_back(stored_extent(s));
-    }
-    for (auto& [crs, placed] : by_crs) {
-        place(crs, world, placed);
-        for (std::size_t i = 0; i < placed.squares.size(); ++i)
-            if (placed.extents[i])
-                out.push_back(entry_of(*placed.squares[i], *placed.extents[i], world));
-    }
+    if (m_store)
+        std::call_once(m_once, [&] { m_unfetched = unfetched_squares(*m_store, world); });
+    out.insert(out.end(), m_unfetched.begin(), m_unfetched.end());
     return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,9 +13,19 @@
 namespace terravox::serve {
 
 /// The squares shown by the HTTP interface: those of the world, and those that the store has not
-/// fetched, where they can be placed in the world.
-[[nodiscard]] std::vector<http::SquareEntry> squares_of(
-    std::span<const voxelize::SquareInfo> opened, const voxel::WorldInfo& world,
-    const std::optional<store::GrabberStore>& store);
+/// fetched, where they can be placed in the world. Thread-safe.
+class SquareList {
+public:
+    /// @param store must outlive the list; nullopt: the world is of plain files
+    explicit SquareList(const std::optional<store::GrabberStore>& store) : m_store(store) {}
+    /// @param world the same in each call: what is not fetched is placed in it once
+    [[nodiscard]] std::vector<http::SquareEntry> entries(
+        std::span<const voxelize::SquareInfo> opened, const voxel::WorldInfo& world);
+
+private:
+    const std::optional<store::GrabberStore>& m_store;
+    std::once_flag m_once;
+    std::vector<http::SquareEntry> m_unfetched;
+};
 
 }  // namespace terravox::serve

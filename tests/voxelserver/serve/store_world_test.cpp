@@ -1,6 +1,8 @@
 #include "voxelserver/serve/store_world.hpp"
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "common/geo/crs.hpp"
 #include "tests/catch.hpp"
@@ -33,9 +35,12 @@ StoredSquare wanted(const std::string& name, const std::string& crs) {
 
 std::vector<http::SquareEntry> placed(const StoredSquare& square,
                                       const voxel::WorldInfo& world = slovenia()) {
-    store::GrabberStore store;
-    store.squares = {square};
-    return serve::squares_of({}, world, store);
+    std::optional<store::GrabberStore> store(std::in_place);
+    store->squares = {square};
+    serve::SquareList list(store);
+    const auto first = list.entries({}, world);
+    CHECK(list.entries({}, world).size() == first.size());
+    return first;
 }
 
 }  // namespace
