@@ -55,23 +55,6 @@ std::size_t count_beyond(const PointCloudInfo& info, std::span<const Point> samp
         }));
 }
 
-// How many of the 8 x 8 parts of the bounds hold a sampled point.
-std::size_t parts_met(const PointCloudInfo& info, std::span<const Point> sample) {
-    constexpr int kParts = 8;
-    std::bitset<kParts * kParts> met;
-    for (const Point& p : sample) {
-        const Place at = place_of(p);
-        const auto part = [&](std::size_t a) {
-            const double width = info.max[a] - info.min[a];
-            return width > 0 ? static_cast<std::size_t>(std::clamp(
-                                   (at[a] - info.min[a]) / width * kParts, 0.0, kParts - 1.0))
-                             : 0;
-        };
-        met.set(part(1) * kParts + part(0));
-    }
-    return met.count();
-}
-
 // A survey may be a thin strip, and a small sample may miss much of it: only bounds that are nearly
 // empty justify reading the whole file.
 bool looks_empty(const PointSource& source, const PointCloudInfo& info,
@@ -125,6 +108,22 @@ std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, doub
 double rounding_of(const PointCloudInfo& info, std::size_t axis) {
     constexpr double kDigits = 0.02;  // of a unit of height, of a metre in plan
     return std::max(axis == 2 ? kDigits : kDigits / unit_m(info), 2 * info.scale[axis]);
+}
+
+std::size_t parts_met(const PointCloudInfo& info, std::span<const Point> sample) {
+    constexpr int kParts = 8;
+    std::bitset<kParts * kParts> met;
+    for (const Point& p : sample) {
+        const Place at = place_of(p);
+        const auto part = [&](std::size_t a) {
+            const double width = info.max[a] - info.min[a];
+            return width > 0 ? static_cast<std::size_t>(std::clamp(
+                                   (at[a] - info.min[a]) / width * kParts, 0.0, kParts - 1.0))
+                             : 0;
+        };
+        met.set(part(1) * kParts + part(0));
+    }
+    return met.count();
 }
 
 std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& info,

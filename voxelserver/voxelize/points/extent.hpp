@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -24,6 +25,11 @@ using KeepsPoint = std::function<bool(const pointcloud::Point&)>;
 /// @param info with its CRS
 /// @param axis 0-2
 [[nodiscard]] double rounding_of(const pointcloud::PointCloudInfo& info, std::size_t axis);
+
+/// How many of the 8 x 8 equal parts of the bounds hold a sampled point.
+/// @param sample points within the bounds; those outside count for the nearest part
+[[nodiscard]] std::size_t parts_met(const pointcloud::PointCloudInfo& info,
+                                    std::span<const pointcloud::Point> sample);
 
 /// Determines where the land of a file lies. A header is trusted when a sample agrees with it. When
 /// it does not (points beyond the bounds, or next to none in most of them), all points are read

@@ -22,7 +22,7 @@ using voxel::ByteWriter;
 /// The last character is the version of the layout.
 constexpr std::string_view kMagic = "TVKNOWN1";
 /// To be raised when opening finds something else in the same files.
-constexpr std::uint32_t kOpeningRecipe = 1;
+constexpr std::uint32_t kOpeningRecipe = 2;
 
 constexpr std::size_t kRectBytes = 4 * sizeof(double);
 constexpr std::size_t kLineBytes = sizeof(std::uint16_t) + sizeof(double);

@@ -1,6 +1,8 @@
 #include "voxelserver/voxelize/points/square_sample.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <span>
 
 namespace terravox::voxelize {
 namespace {
@@ -30,6 +32,38 @@ std::vector<GroundEcho> echoes_of(const SquareSource& source,
     return out;
 }
 
+// Sets the heights that nearly all points keep, where enough points are known.
+// @param sample kept points, at least one
+void set_heights(SquareSample& out, const SquareSource& source,
+                 std::span<const pointcloud::Point> sample, const KeepsPoint& keeps) {
+    // The sample of a file with few chunks comes from a corner of it, and says nothing of the rest;
+    // such files are mostly small, and then all points are read in tenths of a second.
+    constexpr std::size_t kSpread = 24;  // of 64
+    constexpr std::uint64_t kFewPoints = 250'000;
+    const bool is_spread = parts_met(source.info, sample) >= kSpread;
+    if (!is_spread && source.info.point_count > kFewPoints)
+        return;
+    std::vector<double> heights;
+    const auto add = [&](std::span<const pointcloud::Point> points) {
+        for (const pointcloud::Point& p : points)
+            if (keeps(p))
+                heights.push_back(p.z);
+    };
+    const pointcloud::PointRange all{0, source.info.point_count};
+    if (is_spread)
+        add(sample);
+    else
+        source.points->read({&all, 1}, add);
+    const std::size_t beyond = heights.size() / 50;
+    const auto at = [&](std::size_t i) {
+        const auto place = heights.begin() + static_cast<std::ptrdiff_t>(i);
+        std::nth_element(heights.begin(), place, heights.end());
+        return *place;
+    };
+    out.low = at(beyond);
+    out.high = at(heights.size() - 1 - beyond);
+}
+
 }  // namespace
 
 SquareSample take_sample(SquareSource& source, const ClassTable& classes,
@@ -56,12 +90,7 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
         return out;
     out.echoes = echoes_of(source, sample, classes);
     out.has_echoes = !out.echoes.empty();
-    std::vector<double> heights;
-    for (const pointcloud::Point& p : sample)
-        heights.push_back(p.z);
-    std::sort(heights.begin(), heights.end());
-    out.low = heights[heights.size() / 50];
-    out.high = heights[heights.size() - 1 - heights.size() / 50];
+    set_heights(out, source, sample, keeps);
     return out;
 }
 

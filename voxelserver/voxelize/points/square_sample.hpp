@@ -15,7 +15,8 @@ inline constexpr std::size_t kSampledPoints = 4096;
 struct SquareSample {
     std::vector<GroundEcho> echoes;  ///< in coordinates of the file; none where points have colours
     bool has_echoes = false;         ///< also where they are not at hand
-    double low = 0, high = 0;        ///< heights that nearly all points keep, file units
+    double low = 0, high = 0;        ///< heights that nearly all points keep, file units; all do
+                                     ///< where too little is known of a large file
     bool water = false;
     std::vector<PlanRect> islands;
 };

@@ -65,3 +65,19 @@ TEST_CASE("a camera shows a survey without the points that lie far from nearly a
         CHECK(stray.info().typical_heights.has_value() == (c.bottom || c.top));
     }
 }
+
+// Files are written flight line by flight line, and the first points of a compressed file with one
+// or two chunks lie together: what they do not meet may be another valley.
+TEST_CASE("a camera shows all of a survey whose sampled points lie in a part of it",
+          "[voxelserver][voxelize]") {
+    const TemporaryFolder folder;
+    Cloud cloud;
+    cloud.cover(0, 0, 80, 80, 0.5, 2, [](double, double n) { return n < 40 ? 200.5 : 100.5; });
+    cloud.write(folder.path() / "valley.laz");
+    CHECK_FALSE(OpenWorld(folder.path() / "valley.laz").info().typical_heights.has_value());
+    cloud.add(40.2, 40.2, 700.5, 1);
+    cloud.write(folder.path() / "bird.laz");
+    const OpenWorld bird(folder.path() / "bird.laz");
+    CHECK(bird.info().camera_bounds().max[1] == 231);
+    CHECK(bird.info().camera_bounds().min[1] == bird.info().bounds.min[1]);
+}
