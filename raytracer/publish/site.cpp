@@ -138,7 +138,7 @@ void copy_archive(const fs::path& from, const fs::path& to) {
         return;
     const voxel::archive::FileState state = voxel::archive::file_state(from);
     const auto archive = voxel::archive::file_source(from, state);
-    util::AtomicFile file(to);
+    util::AtomicFile file(to, util::Links::kReplace);
     archive_tools::append_stretch(*archive, 0, state.bytes, file);
     file.commit();
 }
@@ -211,11 +211,11 @@ std::string index_html(const SiteFacts& facts) {
 
 void write_site(const fs::path& folder, const SiteFacts& facts) {
     for (const std::string_view name : page::kViewerFiles)
-        util::write_file_atomically(folder / "viewer" / name, page_file(name));
+        util::write_file_atomically(folder / "viewer" / name, page_file(name), util::Links::kReplace);
     if (!facts.squares.empty())
-        util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares));
-    util::write_file_atomically(folder / kSitePlace, place_json(facts));
-    util::write_file_atomically(folder / kSitePage, index_html(facts));
+        util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares), util::Links::kReplace);
+    util::write_file_atomically(folder / kSitePlace, place_json(facts), util::Links::kReplace);
+    util::write_file_atomically(folder / kSitePage, index_html(facts), util::Links::kReplace);
     remove_leftovers(folder, facts);
 }
 

@@ -49,7 +49,7 @@ std::uint64_t checksum(Header header, std::span<const std::byte> tables) {
 void write(const std::filesystem::path& path, Header header, std::span<const std::byte> tables,
            std::span<const std::byte> points) {
     header.checksum = checksum(header, tables);
-    util::AtomicFile file(path);
+    util::AtomicFile file(path, util::Links::kReplace);
     file.append(std::as_bytes(std::span(&header, 1)));
     file.append(tables);
     file.append(points);

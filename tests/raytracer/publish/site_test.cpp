@@ -137,3 +137,15 @@ TEST_CASE("the page has the title of the place, escaped, and a picture where the
     CHECK(nlohmann::json::parse(publish::place_json(facts))["views"][0]["frame"] ==
           nlohmann::json{{"min", {-1, -2, -3}}, {"max", {1, 2, 3}}});
 }
+
+TEST_CASE("a link at the name of a file of a site is replaced, not followed", "[publish]") {
+    const TemporaryFolder folder;
+    write(folder.path() / "precious", "as it was");
+    const fs::path site = folder.path() / "site";
+    fs::create_directory(site);
+    fs::create_symlink("../precious", site / publish::kSitePlace);
+    fs::create_symlink("../precious", site / publish::kSitePage);
+    publish::write_site(site, some_facts());
+    CHECK(read(folder.path() / "precious") == "as it was");
+    CHECK(fs::is_regular_file(fs::symlink_status(site / publish::kSitePage)));
+}

@@ -137,7 +137,7 @@ StacReport write_stac(const StacRequest& request) {
     }
     for (const auto& [file, json] : texts) {
         util::write_file_atomically(
-            file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+            file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n", util::Links::kReplace);
         out.files.push_back(file);
     }
     return out;

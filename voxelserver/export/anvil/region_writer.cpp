@@ -73,7 +73,7 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
         if (external) {
             util::write_file_atomically(
                 folder / ("c." + std::to_string(chunk.x) + "." + std::to_string(chunk.z) + ".mcc"),
-                chunk.zlib);
+                chunk.zlib, util::Links::kReplace);
             written += chunk.zlib.size();
         }
         const std::string_view inside =
@@ -89,7 +89,7 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
         out.resize(at + sectors * kSector_bytes);
     }
     util::write_file_atomically(
-        folder / ("r." + std::to_string(rx) + "." + std::to_string(rz) + ".mca"), out);
+        folder / ("r." + std::to_string(rx) + "." + std::to_string(rz) + ".mca"), out, util::Links::kReplace);
     return written + out.size();
 }
 

@@ -231,7 +231,7 @@ private:
     void write_rest() {
         const auto put = [&](const fs::path& name, const std::string& bytes) {
             fs::create_directories((m_job.out / name).parent_path());
-            util::write_file_atomically(m_job.out / name, bytes);
+            util::write_file_atomically(m_job.out / name, bytes, util::Links::kReplace);
             m_job.wrote(m_job.out / name);
         };
         const fs::path pack = fs::path("datapacks") / kPackName;
