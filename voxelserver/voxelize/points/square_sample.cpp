@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "common/util/error.hpp"
+
 namespace terravox::voxelize {
 namespace {
 
@@ -50,10 +52,14 @@ void set_heights(SquareSample& out, const SquareSource& source,
                 heights.push_back(p.z);
     };
     const pointcloud::PointRange all{0, source.info.point_count};
-    if (is_spread)
-        add(sample);
-    else
-        source.points->read({&all, 1}, add);
+    try {
+        if (is_spread)
+            add(sample);
+        else
+            source.points->read({&all, 1}, add);
+    } catch (const util::Error&) {
+        return;  // whoever wants the square's voxels hears of the damage
+    }
     const std::size_t beyond = heights.size() / 50;
     const auto at = [&](std::size_t i) {
         const auto place = heights.begin() + static_cast<std::ptrdiff_t>(i);
