@@ -38,6 +38,7 @@ struct Program {
         render->add_option("--camera-zoom,--zoom", zoom, "nearer")->group("Scene: camera");
         render->add_option("--listen", listen, "address")->group("Farm");
         render->add_option("--former", listen, "a former name")->group("");
+        util::refuse_removed_option(*render, "--gone", "--listen");
         CLI::App* const forward = app.add_subcommand("forward", "Render elsewhere");
         forward->add_option("--image", photo, "of a container")->required();
         forward->prefix_command();
