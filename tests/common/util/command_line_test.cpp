@@ -179,6 +179,8 @@ TEST_CASE("a refused command line says what is meant or allowed", "[common][util
 TEST_CASE("a refused command line is an error of usage", "[common][util][command_line]") {
     CHECK_THROWS_AS(Program().parse({"rendr"}), util::UsageError);
     CHECK_THROWS_AS(Program().parse({"render", "x", "-output", "a"}), util::UsageError);
+    CHECK_THROWS_WITH(Program().parse({"render", "x", "-o", "a", "--gone"}),
+                      "--gone was removed; allowed: --listen");
 }
 
 TEST_CASE("what looks like a mistake and is none is accepted", "[common][util][command_line]") {
