@@ -27,7 +27,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 NAMESPACE = re.compile(r"^(?:inline )?namespace (terravox[\w:]*) \{$(?P<body>.*?)^\}", re.M | re.S)
 DECLARATIONS = re.compile(r"(\s*(class|struct|enum class) [^;{]*;)+\s*")
 # Headers that open a connection to another machine, or name one.
-NETWORK = re.compile(r"(sys/socket|netinet/|arpa/|netdb|curl/|grpc|openssl/ssl|civetweb|avahi)")
+NETWORK = re.compile(r"(sys/socket|netinet/|arpa/|netdb|curl/|grpc|openssl/ssl|civetweb)")
 
 
 class Code:

@@ -343,6 +343,14 @@ std::string help_text(const CLI::App& app, Arguments arguments) {
     throw UsageError(attempt(path) + "--help " + *topic + allowed_words(*topic, words));
 }
 
+void refuse_removed_option(CLI::App& command, const std::string& name, const std::string& instead) {
+    command
+        .add_flag_callback(
+            name, [name, instead] { throw UsageError(name + " was removed; allowed: " + instead); })
+        ->trigger_on_parse()
+        ->group("");
+}
+
 void refuse_misread_arguments(const CLI::App& app, Arguments arguments) {
     std::vector<const CLI::App*> path{&app};
     const CLI::Option* takes_next = nullptr;  ///< the option before, where it has no value yet

@@ -19,6 +19,11 @@ namespace terravox::util {
 /// @param names as they are typed ("--size"), of options that the command has
 void list_first(CLI::App& command, std::initializer_list<const char*> names);
 
+/// Refuses an option that the command had in an earlier version; no help lists it.
+/// @param name as it is typed ("--discover"); it had no value
+/// @param instead what serves now, for the end of a message
+void refuse_removed_option(CLI::App& command, const std::string& name, const std::string& instead);
+
 /// What --help prints of the command that was reached: the program itself, or the innermost of its
 /// subcommands on the command line.
 /// @param arguments of the program, without its name: the word after --help chooses the group

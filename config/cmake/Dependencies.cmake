@@ -23,8 +23,6 @@ find_program(TERRAVOX_GRPC_PLUGIN grpc_cpp_plugin REQUIRED)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(grpc REQUIRED IMPORTED_TARGET grpc++)
-# Finds the machines of a farm by itself; without it they are named.
-pkg_check_modules(avahi IMPORTED_TARGET avahi-client)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(sqlite3 REQUIRED IMPORTED_TARGET sqlite3)

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/command_line.hpp"
 #include "common/util/secret.hpp"
 
 namespace terravox::commands {
@@ -75,11 +76,8 @@ void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args) {
         .add_option("--listen", args.listen,
                     "[HOST]:PORT to wait at for workers that join (terravox worker --join)")
         ->group("Farm");
-    command
-        .add_flag("--discover", args.discover,
-                  "render on worker daemons that announce themselves on this network, too (Avahi); "
-                  "requires certificates")
-        ->group("Farm");
+    util::refuse_removed_option(command, "--discover",
+                                "name each worker by --worker HOST, or wait for them by --listen");
     command.add_flag("--green", args.green, "trace on the coordinating thread, too, in slices")
         ->group("Farm");
     command
@@ -101,14 +99,6 @@ render::RenderPoolOptions RenderPoolArguments::options(const scene::Scene& scene
     }
     if (!listen.empty())
         out.farm.listen = sockets::Address::parse(listen, net::kCoordinatorPort);
-    out.farm.discover = discover;
-    // The dialling side proves first that it knows the token, and an announcement may come from any
-    // machine.
-    if (discover && credentials.ca.empty())
-        throw util::UsageError(
-            "render --discover: it dials whatever announces itself on this network; allowed: with "
-            "certificates (--tls-ca, --tls-cert, "
-            "--tls-key; terravox farm certs makes them), or --worker HOST with a token");
     if (!give_up.empty())
         out.give_up = parse_time("--give-up", give_up);
     out.threads = scene.processing.threads ? *scene.processing.threads
@@ -116,7 +106,7 @@ render::RenderPoolOptions RenderPoolArguments::options(const scene::Scene& scene
                                            : thread::thread_count(0);
     if (out.farm.any())
         out.farm.credentials = credentials.credentials(
-            !listen.empty() && workers.empty() && !discover,
+            !listen.empty() && workers.empty(),
             "workers join with: TERRAVOX_FARM_TOKEN=TOKEN terravox worker --join HOST:" +
                 (out.farm.listen ? std::to_string(out.farm.listen->port) : std::string("PORT")));
     return out;

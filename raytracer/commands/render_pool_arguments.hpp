@@ -35,7 +35,6 @@ struct RenderPoolArguments {
     std::vector<std::string> workers;
     std::string listen;
     std::string give_up;
-    bool discover = false;
     bool green = false;
     CredentialArguments credentials;
 

@@ -14,7 +14,6 @@
 #include "common/util/resident_memory.hpp"
 #include "common/util/secret.hpp"
 #include "common/util/version.hpp"
-#include "raytracer/farm/net/discovery.hpp"
 #include "raytracer/farm/worker/metrics_page.hpp"
 #include "raytracer/farm/worker/worker_config.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
@@ -143,13 +142,6 @@ util::ExitCode run_worker(const farm::WorkerArguments& arguments) {
                                                    [&daemon] { return metrics_of(daemon); });
         util::log_info("page of metrics at port {}", page->port());
     }
-    std::unique_ptr<net::Announcement> announcement;
-    if (config.announce && daemon.port() != 0)
-        announcement = std::make_unique<net::Announcement>(
-            "worker", daemon.port(),
-            net::ServiceText{{"protocol", std::to_string(net::kProtocol)},
-                             {"software", std::string("terravox ") + kVersion},
-                             {"build", kBuild}});
     {
         Reloader reloader(arguments, config, daemon);
         thread::StopSignals::Options handling;
@@ -158,7 +150,6 @@ util::ExitCode run_worker(const farm::WorkerArguments& arguments) {
         if (daemon.port() != 0)
             util::log_info("waiting for coordinators on port {}", daemon.port());
         daemon.run(signals.token());
-        announcement.reset();
     }
     return util::ExitCode::kDone;
 }

@@ -10,7 +10,7 @@ namespace terravox::preview {
 namespace {
 
 constexpr double kDegreesPerPixel = 0.25;
-constexpr double kPadDegreesPerSecond = 90;
+constexpr double kDegreesPerSecond = 45;
 constexpr float kDrag_px = 4;            // a shorter drag is a click
 constexpr double kReachPerSecond = 0.9;  // of the distance to the target
 constexpr double kFast = 4;
@@ -25,8 +25,7 @@ bool parallel(const scene::Scene& scene) {
 
 }  // namespace
 
-bool Navigator::handle(EditorState& editor_state, const Keyboard& keyboard, const Gamepad& gamepad,
-                       double seconds) {
+bool Navigator::handle(EditorState& editor_state, const Keyboard& keyboard, double seconds) {
     m_click.reset();
     m_moving = false;
     const Viewpoint before = editor_state.viewpoint;
@@ -34,7 +33,6 @@ bool Navigator::handle(EditorState& editor_state, const Keyboard& keyboard, cons
     m_pace = keyboard.shift() ? kFast : keyboard.alt() ? kSlow : 1;
     bool moved = drag(editor_state);
     moved |= keys(editor_state, keyboard, seconds);
-    moved |= pad(editor_state, gamepad, seconds);
     if (!moved ||
         (before == editor_state.viewpoint && height == editor_state.scene.camera.height_m))
         return false;
@@ -134,7 +132,7 @@ bool Navigator::keys(EditorState& editor_state, const Keyboard& keyboard, double
     const double tilt = io.NavActive ? 0 : axis(GLFW_KEY_DOWN, GLFW_KEY_UP);
     const double nearer = io.NavActive ? 0 : axis(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP);
     const double step = reach(editor_state) * seconds;
-    const double degrees = kPadDegreesPerSecond / 2 * seconds;
+    const double degrees = kDegreesPerSecond * seconds;
     if (right != 0 || ahead != 0 || up != 0) {
         if (editor_state.fly)
             editor_state.viewpoint.fly(right * step, up * step, ahead * step);
@@ -152,18 +150,6 @@ bool Navigator::keys(EditorState& editor_state, const Keyboard& keyboard, double
     const bool moved = right != 0 || ahead != 0 || up != 0 || turn != 0 || tilt != 0 || nearer != 0;
     m_moving |= moved;
     return moved;
-}
-
-bool Navigator::pad(EditorState& editor_state, const Gamepad& p, double seconds) {
-    if (p.left_x == 0 && p.left_y == 0 && p.right_x == 0 && p.right_y == 0 && p.left_trigger == 0 &&
-        p.right_trigger == 0)
-        return false;
-    const double step = reach(editor_state) * seconds;
-    const double degrees = kPadDegreesPerSecond * seconds;
-    editor_state.viewpoint.fly(p.left_x * step, (p.right_trigger - p.left_trigger) * step,
-                               -p.left_y * step);
-    editor_state.viewpoint.look(p.right_x * degrees, p.right_y * degrees);
-    return m_moving = true;
 }
 
 }  // namespace terravox::preview

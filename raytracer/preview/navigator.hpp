@@ -9,15 +9,14 @@
 
 namespace terravox::preview {
 
-/// Moves the viewpoint by mouse, keys and gamepad, and distinguishes clicks from drags. Positions
+/// Moves the viewpoint by mouse and keys, and distinguishes clicks from drags. Positions
 /// are in pixels of the window.
 class Navigator {
 public:
     /// Handles the input of a frame, after Dear ImGui has begun it.
     /// @param seconds since the last frame
     /// @return whether the viewpoint has moved
-    bool handle(EditorState& editor_state, const Keyboard& keyboard, const Gamepad& pad,
-                double seconds);
+    bool handle(EditorState& editor_state, const Keyboard& keyboard, double seconds);
 
     struct Click {
         double x = 0;
@@ -32,7 +31,6 @@ public:
 private:
     bool drag(EditorState& editor_state);
     bool keys(EditorState& editor_state, const Keyboard& keyboard, double seconds);
-    bool pad(EditorState& editor_state, const Gamepad& pad, double seconds);
     [[nodiscard]] double reach(const EditorState& editor_state) const noexcept;
     bool closer(EditorState& editor_state, double factor);
 

@@ -5,7 +5,7 @@
 
 namespace terravox::preview {
 
-/// Where a person stands in a world, and the point that they look at: what mouse, keys and gamepad
+/// Where a person stands in a world, and the point that they look at: what mouse and keys
 /// move. Level-0 voxels.
 struct Viewpoint {
     core::Vec3 position;

@@ -281,33 +281,6 @@ int Window::key_of(char letter) {
     return GLFW_KEY_A + (letter - 'a');
 }
 
-bool Window::has_gamepad() {
-    for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id)
-        if (glfwJoystickIsGamepad(id) == GLFW_TRUE)
-            return true;
-    return false;
-}
-
-Gamepad Window::gamepad() {
-    GLFWgamepadstate state;
-    for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
-        if (glfwJoystickIsGamepad(id) == GLFW_FALSE ||
-            glfwGetGamepadState(id, &state) == GLFW_FALSE)
-            continue;
-        const auto at_rest = [](double v) {
-            return std::abs(v) < 0.15 ? 0.0 : std::clamp(v, -1.0, 1.0);
-        };  // neither is centred at rest
-        const auto stick = [&](int axis) { return at_rest(static_cast<double>(state.axes[axis])); };
-        const auto trigger = [&](int axis) {
-            return at_rest((static_cast<double>(state.axes[axis]) + 1) / 2);
-        };
-        return {stick(GLFW_GAMEPAD_AXIS_LEFT_X),         stick(GLFW_GAMEPAD_AXIS_LEFT_Y),
-                stick(GLFW_GAMEPAD_AXIS_RIGHT_X),        stick(GLFW_GAMEPAD_AXIS_RIGHT_Y),
-                trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER), trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER)};
-    }
-    return {};
-}
-
 void Window::end_frame(const Pane& pane) {
     ImGui::Render();
     const auto [width, height] = size_px();

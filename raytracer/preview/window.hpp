@@ -36,17 +36,6 @@ private:
     int m_height = 0;
 };
 
-/// Both sticks and the triggers of a gamepad, -1 to 1 (triggers 0 to 1); right and down are
-/// positive. Without a gamepad all are 0.
-struct Gamepad {
-    double left_x = 0;
-    double left_y = 0;
-    double right_x = 0;
-    double right_y = 0;
-    double left_trigger = 0;
-    double right_trigger = 0;
-};
-
 /// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture. Use from the main thread
 /// only.
 class Window {
@@ -75,8 +64,6 @@ public:
     [[nodiscard]] double scale() const noexcept { return m_scale; }
     void set_light(bool light) noexcept { m_light = light; }  ///< from the next frame on
     void copy_text(const std::string& text);
-    [[nodiscard]] static Gamepad gamepad();
-    [[nodiscard]] static bool has_gamepad();
     /// The key of a letter, 'a' to 'z', in the user's keyboard layout; GLFW's own numbers are those
     /// of the US layout.
     [[nodiscard]] static int key_of(char letter);

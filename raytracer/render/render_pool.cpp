@@ -106,7 +106,7 @@ RenderPool::RenderPool(const RenderPoolOptions& options, blocks::BlockManager& b
     if (m_options.threads == 0 && !m_options.green && !m_options.changes && !m_options.farm.any())
         throw util::UsageError(
             "render: processing.threads = 0, and there is no worker; allowed: 1 and more, or "
-            "--worker, --listen, --discover, --green");
+            "--worker, --listen, --green");
     if (m_options.farm.any())
         open_farm();
 }

@@ -8,10 +8,8 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import signal
 import socket
-import subprocess
 import time
 import unittest
 
@@ -463,99 +461,6 @@ class Farm(unittest.TestCase):
         self.assertEqual(control("resume", b).code, 0)
         self.check(coordinator, "paused.png", wanted="short.png")
 
-    def background(self, environment, *command):
-        """Starts a program that ends with the test."""
-        process = subprocess.Popen(
-            [str(c) for c in command],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, **environment},
-        )
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        return process
-
-    def network_with_avahi(self, folder, environment):
-        """Starts D-Bus, and Avahi in a network namespace that has loopback alone.
-
-        @return the command that runs others in that namespace
-        """
-        (folder / "bus.conf").write_text(
-            f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth>"
-            "<policy context='default'><allow user='*'/><allow own='*'/>"
-            "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n"
-        )
-        (folder / "avahi.conf").write_text(
-            "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
-            "[wide-area]\nenable-wide-area=no\n"
-            "[publish]\npublish-hinfo=no\npublish-workstation=no\n"
-        )
-        bus = ["dbus-daemon", f"--config-file={folder}/bus.conf", "--nofork", "--nopidfile"]
-        self.background(environment, *bus)
-        script = (
-            "ip link set lo up && mkdir -p /run/avahi-daemon "
-            "&& mount -t tmpfs none /run/avahi-daemon "
-            '&& while [ ! -S "$1" ]; do sleep 0.1; done; '
-            'exec avahi-daemon -f "$2" --no-drop-root --no-chroot --no-rlimits --no-proc-title'
-        )
-        unshare = ["unshare", "-m", "-n", "sh", "-c", script, "sh"]
-        avahi = self.background(environment, *unshare, folder / "bus", folder / "avahi.conf")
-        within = ["nsenter", "-t", str(avahi.pid), "-n"]
-
-        def is_up():
-            show = [*within, "ip", "-o", "link", "show", "lo", "up"]
-            environ = {**os.environ, **environment}
-            return subprocess.run(show, capture_output=True, check=False, env=environ).stdout != b""
-
-        wait_until(is_up, "the network is up")
-        return within
-
-    def certificate_flags(self, folder, name):
-        """@return flags for a program with that certificate of the folder"""
-        files = {"ca": "ca.pem", "cert": f"{name}.pem", "key": f"{name}.key"}
-        return [word for flag, file in files.items() for word in (f"--tls-{flag}", folder / file)]
-
-    @only_in_all
-    def test_workers_that_announce_themselves(self):
-        path = os.environ["PATH"] + ":/usr/sbin:/sbin"
-        missing = [
-            p
-            for p in ("dbus-daemon", "avahi-daemon", "unshare", "nsenter", "ip")
-            if not shutil.which(p, path=path)
-        ]
-        if os.geteuid() != 0 or missing:
-            self.skipTest(f"needs {', '.join(missing) or 'root'}, for a network of its own")
-        folder = self.out / "network"
-        folder.mkdir()
-        environment = {
-            "TERRAVOX_FARM_TOKEN": "",
-            "TERRAVOX_FARM_TEST": "1",
-            "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus",
-        }
-        certificates = folder / "certs"
-        made = Run([binary("RAYTRACER"), "farm", "certs", "-o", certificates])
-        self.assertEqual(made.code, 0, made)
-        within = self.network_with_avahi(folder, {**environment, "PATH": path})
-        place = {"environment": environment, "within": within}
-        announced = ["--listen", "0.0.0.0:0", "--announce", "--threads", "1"]
-        workers = [
-            self.program(
-                "worker", *announced, *self.certificate_flags(certificates, "worker"), **place
-            )
-            for _ in range(2)
-        ]
-        for worker in workers:
-            worker.saw(r"on port (\d+)")
-        coordinator = self.coordinator(
-            "found.png",
-            *("--discover", "--threads", "0"),
-            *self.certificate_flags(certificates, "coordinator"),
-            **place,
-        )
-        for worker in workers:
-            worker.saw("works for")
-        self.check(coordinator, "found.png")
-
     def test_a_token_can_be_made(self):
         token = Run([binary("RAYTRACER"), "farm", "token"], environment={"TERRAVOX_FARM_TOKEN": ""})
         self.assertEqual(token.code, 0, token)
@@ -582,7 +487,7 @@ class Farm(unittest.TestCase):
             (["--part", "3/2"], 2, "--part"),
             (["--resume", "--time", "5"], 2, "time_s"),
             (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert"),
-            (["--discover"], 2, "certificates"),
+            (["--discover"], 2, "--worker HOST"),
         ):
             with self.subTest(arguments):
                 run = render(

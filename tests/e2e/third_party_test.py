@@ -21,11 +21,9 @@ from linked import (
 from package_lists import PACKAGES, REQUIREMENTS, locked, manifest, name_of, tracked
 from support import ROOT, Case, binary, has_sanitizers
 
-# Of optional parts of a build: multicast DNS where Avahi is missing, the preview window
+# Of optional parts of a build: the preview window
 # (TERRAVOX_PREVIEW), the comparison with Embree, of which a system has one version or none.
 OPTIONAL = {
-    "libavahi-client",
-    "libavahi-common",
     "libembree3",
     "libembree4",
     "libGL",

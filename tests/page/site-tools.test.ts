@@ -453,23 +453,6 @@ test('light and dark follow the system until somebody chooses', { skip: noBrowse
   assert.equal(await scheme(), 'light');
   const moving = await page.evaluate(() => document.getAnimations().length);
   assert.equal(moving, 0);
-
-  // A gamepad, as the browser announces one: the left stick flies, the right one turns.
-  const before = page.url();
-  await page.evaluate(() => {
-    const buttons = Array.from({ length: 17 }, () => ({
-      value: 0,
-      pressed: false,
-      touched: false,
-    }));
-    const pad = { mapping: 'standard', axes: [0, -1, 0.8, 0], buttons };
-    navigator.getGamepads = () => [null, pad as unknown as Gamepad];
-    window.dispatchEvent(new Event('gamepadconnected'));
-  });
-  const numbers = (url: string, word: string): number[] =>
-    new URLSearchParams(new URL(url).hash.slice(1)).get(word)!.split(',').map(Number);
-  await until('the gamepad moves', () => numbers(page.url(), 'at')[0] !== numbers(before, 'at')[0]);
-  assert.notEqual(numbers(page.url(), 'look')[0], numbers(before, 'look')[0]);
   await end();
 });
 

@@ -6,7 +6,6 @@ import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
 import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
-import { padMotion, type Pad } from '../../voxelserver/page/src/viewer/ui/gamepad.js';
 import {
   fromLink,
   kMaxPoints,
@@ -274,38 +273,6 @@ test('segments are clipped to the picture', () => {
   assert.equal(clipped([-10, 105], [110, 101], [100, 100]), undefined);
   assert.equal(clipped([-50, 40], [40, -50], [100, 100]), undefined);
   assert.equal(clipped([50, -5], [50, -5], [100, 100]), undefined);
-});
-
-// --- Gamepad
-
-function pad(axes: readonly number[], pressed: Readonly<Record<number, number>> = {}): Pad {
-  const buttons = Array.from({ length: 17 }, (_, i) => ({
-    value: pressed[i] ?? 0,
-    pressed: (pressed[i] ?? 0) > 0.5,
-  }));
-  return { axes, buttons };
-}
-
-test('sticks, triggers and shoulder buttons move the camera', () => {
-  assert.deepEqual(padMotion(pad([1, 0, 0, 0]))?.move, [1, 0, 0]);
-  assert.deepEqual(padMotion(pad([0, -1, 0, 0]))?.move, [0, 0, 1], 'up is forward');
-  assert.deepEqual(padMotion(pad([0, 0, 1, 0]))?.turn, [1, 0]);
-  assert.deepEqual(padMotion(pad([0, 0, 0, -1]))?.turn, [0, 1], 'up looks up');
-  assert.deepEqual(padMotion(pad([0, 0, 0, 0], { 7: 1 }))?.move, [0, 1, 0]);
-  assert.deepEqual(padMotion(pad([0, 0, 0, 0], { 6: 0.5 }))?.move, [0, -0.5, 0]);
-  assert.equal(padMotion(pad([1, 0, 0, 0]))?.pace, 'usual');
-  assert.equal(padMotion(pad([1, 0, 0, 0], { 4: 1 }))?.pace, 'slow');
-  assert.equal(padMotion(pad([1, 0, 0, 0], { 5: 1 }))?.pace, 'fast');
-});
-
-test('a stick at rest moves nothing, and leaves its dead zone without a jump', () => {
-  for (const axes of [[0, 0, 0, 0], [0.1, -0.1, 0.05, 0.14], [NaN, 0, 0, 0], []])
-    assert.equal(padMotion(pad(axes)), undefined, String(axes));
-  assert.equal(padMotion(pad([0, 0, 0, 0], { 5: 1 })), undefined, 'a shoulder button alone');
-  const barely = padMotion(pad([0.16, 0, 0, 0]))!.move[0];
-  assert.ok(barely > 0 && barely < 0.02, String(barely));
-  const diagonal = padMotion(pad([1, 1, 0, 0]))!.move;
-  isNear(Math.hypot(diagonal[0], diagonal[2]), 1, 1e-9);
 });
 
 // --- Links

@@ -66,15 +66,6 @@ Farm::Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source)
             [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), ""); });
     if (m_listener)
         util::log_info("waiting for workers on port {}", m_listener->port());
-    if (m_options.discover)
-        m_browser = std::make_unique<net::ServiceBrowser>(
-            "worker", [this](net::ServiceBrowser::Event event, const net::FoundService& found) {
-                if (event != net::ServiceBrowser::Event::kFound)
-                    return;  // a working link must continue
-                const sockets::Address address{found.address, found.port};
-                util::log_info("found worker {} at {}", found.name, address.text());
-                dial(address);
-            });
     // The destructor does not run when this throws.
     try {
         for (const sockets::Address& address : m_options.dial)
@@ -92,7 +83,6 @@ Farm::~Farm() {
 }
 
 void Farm::finish() noexcept {
-    m_browser.reset();
     end();
     std::vector<std::shared_ptr<WorkerLink>> links;
     {

@@ -13,7 +13,6 @@
 #include "raytracer/farm/coordinator/ban_list.hpp"
 #include "raytracer/farm/coordinator/dialled_addresses.hpp"
 #include "raytracer/farm/coordinator/worker_link.hpp"
-#include "raytracer/farm/net/discovery.hpp"
 #include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/farm/net/refusal_log.hpp"
 #include "raytracer/processors/processor_pool.hpp"
@@ -23,9 +22,8 @@ namespace terravox::farm {
 struct FarmOptions {
     std::vector<sockets::Address> dial;      ///< workers that listen
     std::optional<sockets::Address> listen;  ///< for workers that dial in
-    bool discover = false;  ///< use workers that announce themselves on this network
     net::Credentials credentials;
-    [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
+    [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen; }
 };
 
 /// What came of a link to a worker.
@@ -160,7 +158,6 @@ private:
     std::unique_ptr<net::Listener> m_listener;
     DialledAddresses m_dialled;  ///< each has a thread
     std::vector<std::thread> m_threads;
-    std::unique_ptr<net::ServiceBrowser> m_browser;
 };
 
 }  // namespace terravox::farm

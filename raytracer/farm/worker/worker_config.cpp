@@ -8,6 +8,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "common/util/command_line.hpp"
 #include "common/util/secret.hpp"
 #include "common/util/toml_file.hpp"
 
@@ -42,9 +43,6 @@ void visit_fields(Config& c, const Visit& visit) {
           Rule{"coordinator to dial (render --listen), again and again: HOST:PORT; may be given "
                "several times",
                kLive, 0, 0, net::kCoordinatorPort});
-    visit("announce", c.announce,
-          Rule{"announce where it listens on this network (multicast DNS, by Avahi), for render "
-               "--discover"});
     visit("name", c.name, Rule{"what people see it as; default: host and process"});
     visit("threads", c.threads, Rule{"threads of a session; 0: one for each core", kLive, 0, 1024});
     visit("memory_mib", c.memory_mib,
@@ -242,6 +240,10 @@ void read_file(const std::filesystem::path& file, WorkerConfig& out) {
                 known = true;
                 Setter(attempt, name, rule, file.parent_path()).from_toml(node, field);
             });
+        if (key.str() == "announce")
+            fail(
+                "the field 'announce' was removed; allowed: coordinators name this worker (render "
+                "--worker), or it joins them (join)");
         if (!known)
             fail("unknown field '" + std::string(key.str()) + "'; allowed: " + allowed);
     }
@@ -301,8 +303,6 @@ void check(const WorkerConfig& c) {
     for (const sockets::Address& a : c.join)
         if (a.host.empty() || a.port == 0)
             fail("join = '" + a.text() + "'; allowed: HOST:PORT, port 1 to 65535");
-    if (c.announce && !c.listen)
-        fail("announce without listen; allowed: both");
     const int files = !c.tls_ca.empty() + !c.tls_cert.empty() + !c.tls_key.empty();
     if (files != 0 && files != 3)
         fail("only " + std::to_string(files) +
@@ -346,6 +346,9 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments) {
     app.add_option(
         "--config", arguments.file,
         "file with all this (config/worker.toml); flags override it; SIGHUP reads it again");
+    util::refuse_removed_option(app, "--announce",
+                                "coordinators name this worker (render --worker), or it joins them "
+                                "(--join)");
     WorkerConfig defaults;
     visit_fields(defaults, [&](const char* name, auto& field, const Rule& rule) {
         using Field = std::decay_t<decltype(field)>;

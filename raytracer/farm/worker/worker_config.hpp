@@ -20,7 +20,6 @@ namespace terravox::farm {
 struct WorkerConfig {
     std::optional<sockets::Address> listen;  ///< for coordinators that dial
     std::vector<sockets::Address> join;      ///< coordinators that listen
-    bool announce = false;                   ///< announce the listening address by multicast DNS
     std::string name;                        ///< for display; empty: host and process
     int threads = 0;                         ///< per session; 0: one for each core
     int memory_mib = 2048;                   ///< for boxes, of all sessions

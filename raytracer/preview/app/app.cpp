@@ -53,9 +53,8 @@ Activity App::activity() const {
         return Activity::kIdle;  // minimized
     if (m_picture.busy() || m_map.busy())
         return Activity::kComputing;
-    // A gamepad sends no events.
-    const bool animated = m_navigator.moving() || m_path.playing() || m_pick.busy() ||
-                          m_pacer.is_settling() || Window::has_gamepad();
+    const bool animated =
+        m_navigator.moving() || m_path.playing() || m_pick.busy() || m_pacer.is_settling();
     return animated ? Activity::kAnimated : Activity::kIdle;
 }
 
@@ -109,7 +108,7 @@ void App::handle_input(double passed_s) {
         m_side_panel.files().open_scene(m_editor_state, file);
     handle_shortcuts({m_window, m_editor_state, m_picture.progressive(), m_final,
                       m_side_panel.files(), m_path, m_pick, m_pane});
-    m_navigator.handle(m_editor_state, m_window.keyboard(), Window::gamepad(), passed_s);
+    m_navigator.handle(m_editor_state, m_window.keyboard(), passed_s);
     if (const auto& click = m_navigator.click())
         m_pick.click(m_editor_state, *click, m_pane, m_picture.progressive().view());
     m_pick.update(m_editor_state);

@@ -14,7 +14,6 @@ constexpr std::array kLines{
     Line{"wheel, PgUp, PgDn", "nearer, farther"},
     Line{"W A S D, Q E", "move; down, up. Shift: fast, Alt: slowly"},
     Line{"arrows", "turn"},
-    Line{"gamepad", "left stick moves, right one looks, triggers down and up"},
     Line{"click, double click", "read a voxel; look at it"},
     Line{"V", "read the voxel in the middle of the picture"},
     Line{"F", "fly or orbit"},

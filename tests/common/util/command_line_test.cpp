@@ -38,6 +38,7 @@ struct Program {
         render->add_option("--camera-zoom,--zoom", zoom, "nearer")->group("Scene: camera");
         render->add_option("--listen", listen, "address")->group("Farm");
         render->add_option("--former", listen, "a former name")->group("");
+        util::refuse_removed_option(*render, "--gone", "--listen");
         CLI::App* const forward = app.add_subcommand("forward", "Render elsewhere");
         forward->add_option("--image", photo, "of a container")->required();
         forward->prefix_command();
@@ -178,6 +179,8 @@ TEST_CASE("a refused command line says what is meant or allowed", "[common][util
 TEST_CASE("a refused command line is an error of usage", "[common][util][command_line]") {
     CHECK_THROWS_AS(Program().parse({"rendr"}), util::UsageError);
     CHECK_THROWS_AS(Program().parse({"render", "x", "-output", "a"}), util::UsageError);
+    CHECK_THROWS_WITH(Program().parse({"render", "x", "-o", "a", "--gone"}),
+                      "--gone was removed; allowed: --listen");
 }
 
 TEST_CASE("what looks like a mistake and is none is accepted", "[common][util][command_line]") {

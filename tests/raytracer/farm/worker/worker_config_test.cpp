@@ -58,8 +58,8 @@ TEST_CASE("the shipped file has the defaults", "[raytracer][worker][config]") {
     CLI::App app;
     farm::WorkerArguments ignored;
     farm::add_worker_options(app, ignored);
-    // --help and --config are no fields, version is no flag.
-    CHECK(lines == app.get_options().size() - 2 + 1);
+    // --help, --config and the removed --announce are no fields, version is no flag.
+    CHECK(lines == app.get_options().size() - 3 + 1);
 }
 
 TEST_CASE("every field is read from a file", "[raytracer][worker][config]") {
@@ -67,7 +67,6 @@ TEST_CASE("every field is read from a file", "[raytracer][worker][config]") {
     const farm::WorkerConfig c = f.load(R"(version = 1
 listen = "192.0.2.7:1000"
 join = ["one", "[::1]:2000"]
-announce = true
 name = "the large one"
 threads = 3
 memory_mib = 64
@@ -92,7 +91,6 @@ log_json = true
     REQUIRE(c.join.size() == 2);
     CHECK(c.join[0].text() == "one:7879");
     CHECK(c.join[1].text() == "[::1]:2000");
-    CHECK(c.announce);
     CHECK(c.name == "the large one");
     CHECK(c.threads == 3);
     CHECK(c.memory_mib == 64);
@@ -154,7 +152,7 @@ TEST_CASE("an invalid file is refused with what is allowed", "[raytracer][worker
         {"listen = \":1\"", "version is missing; allowed: 1"},
         {"version = 2\nlisten = \":1\"", "version = 2; allowed: 1"},
         {"version = 1\nlisten = \":1\"\nthread = 4",
-         "unknown field 'thread'; allowed: version, listen, join, announce,"},
+         "unknown field 'thread'; allowed: version, listen, join, name,"},
         {"version = 1\nlisten = \":1\"\n[tls]\nca = \"x\"", "unknown field 'tls'"},
         {"version = 1\nlisten = 7878", "listen = 7878; allowed: a text"},
         {"version = 1\nlisten = \":70000\"", "listen: read the address ':70000'"},
@@ -181,7 +179,7 @@ TEST_CASE("an invalid file is refused with what is allowed", "[raytracer][worker
         {"version = 1\nlisten = \":1\"\nmetrics = \"127.0.0.1\"",
          "metrics: read the address '127.0.0.1'"},
         {"version = 1", "no coordinator to work for; allowed: listen"},
-        {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
+        {"version = 1\njoin = [\"one\"]\nannounce = true", "'announce' was removed; allowed:"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"",
          "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = "
@@ -249,7 +247,6 @@ TEST_CASE("a reload changes what may change, and reports the rest", "[raytracer]
         {"listen", [](farm::WorkerConfig& w) { w.listen->port = 1; }, false},
         {"listen", [](farm::WorkerConfig& w) { w.listen.reset(); }, false},
         {"join", [](farm::WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
-        {"announce", [](farm::WorkerConfig& w) { w.announce = true; }, false},
         {"name", [](farm::WorkerConfig& w) { w.name = "other"; }, false},
         {"threads", [](farm::WorkerConfig& w) { w.threads = 7; }, true},
         {"memory_mib", [](farm::WorkerConfig& w) { w.memory_mib = 64; }, true},

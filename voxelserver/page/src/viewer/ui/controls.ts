@@ -1,10 +1,9 @@
 /**
- * Mouse, keys, wheel, touch on the canvas and gamepads, as movements of a viewpoint. Keys are read
+ * Mouse, keys, wheel, touch on the canvas, as movements of a viewpoint. Keys are read
  * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
 import type { Vec3 } from '../draw/camera.js';
 import { fingersMoved, middleOf, type Fingers } from './fingers.js';
-import { padMotion, type PadMotion } from './gamepad.js';
 import { forwardOf, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
 export type ControlsHost = {
@@ -15,7 +14,6 @@ export type ControlsHost = {
   onClick(x: number, y: number): void;
 };
 
-const kPadTurnDegPerS = 90;
 
 const kClickPx = 5;
 const kTurnDegPerPx = 0.15;
@@ -61,8 +59,6 @@ export class Controls {
   #orbitCentre: Vec3 | undefined;
   #betweenFingers: Vec3 | undefined;
   #lastMs = 0;
-  #hasPads = false;
-  #isPadMoving = false;
 
   /** @param isEnabled whether people can move the picture; clicks count always */
   constructor(canvas: HTMLCanvasElement, view: Viewpoint, host: ControlsHost, isEnabled = true) {
@@ -76,8 +72,6 @@ export class Controls {
       canvas.addEventListener('click', (event) => host.onClick(event.clientX, event.clientY));
       return;
     }
-    // Gamepads are polled only where the browser has announced one: elsewhere it may refuse.
-    window.addEventListener('gamepadconnected', () => (this.#hasPads = true));
     canvas.addEventListener('keydown', (event) => this.#keyDown(event));
     canvas.addEventListener('keyup', (event) => this.#keys.delete(event.code));
     canvas.addEventListener('blur', () => this.#keys.clear());
@@ -89,11 +83,10 @@ export class Controls {
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   }
 
-  /** One turn of the page's loop: moves as long as keys or sticks are held. */
+  /** One turn of the page's loop: moves as long as keys are held. */
   frame(nowMs: number): void {
     const seconds = Math.min((nowMs - this.#lastMs) / 1000, kLongestStepS);
     this.#lastMs = nowMs;
-    if (this.#hasPads) this.#followPad(seconds);
     if (this.#keys.size === 0) return;
     const has = (code: string): boolean => this.#keys.has(code);
     const haste =
@@ -111,17 +104,6 @@ export class Controls {
         );
     }
     if (view !== this.view) this.#host.setView(view);
-  }
-
-  #followPad(seconds: number): void {
-    const motion = firstMotion();
-    if (motion !== undefined && !this.#isPadMoving) this.#setSpeed();
-    this.#isPadMoving = motion !== undefined;
-    if (motion === undefined) return;
-    const haste = { slow: kSlow, usual: 1, fast: kFast }[motion.pace];
-    const turnDeg = kPadTurnDegPerS * (this.view.fovDeg / 45) * seconds;
-    const view = moved(this.view, scaled(motion.move, this.speed * haste * seconds));
-    this.#host.setView(turned(view, motion.turn[0] * turnDeg, motion.turn[1] * turnDeg));
   }
 
   #clickMiddle(): void {
@@ -228,16 +210,6 @@ export class Controls {
     ) as unknown as Vec3;
     this.#host.setView({ ...view, position });
   }
-}
-
-// Of the first gamepad that is touched.
-function firstMotion(): PadMotion | undefined {
-  for (const pad of navigator.getGamepads()) {
-    if (pad === null || pad.mapping !== 'standard') continue;
-    const motion = padMotion(pad);
-    if (motion !== undefined) return motion;
-  }
-  return undefined;
 }
 
 function isHaste(code: string): boolean {

@@ -50,7 +50,7 @@ export function embedCode(address: string, link: string, title: string): string 
   return (
     `<iframe src="${escaped(page.href)}" title="${escaped(title)}" ` +
     `width="${width}" height="${height}" loading="lazy" ` +
-    `allow="fullscreen; gamepad; clipboard-write"></iframe>`
+    `allow="fullscreen; clipboard-write"></iframe>`
   );
 }
 

@@ -29,8 +29,7 @@ const kEnglish = {
   details: 'Details',
   help:
     'Drag to turn, right-drag to orbit, W A S D to fly, E and Q up and down, ' +
-    'wheel to come closer; click, or Enter for the middle, for facts. ' +
-    'A gamepad flies, too.',
+    'wheel to come closer; click, or Enter for the middle, for facts.',
   date: 'Date',
   time: 'Time of day',
   utc: 'UTC',
