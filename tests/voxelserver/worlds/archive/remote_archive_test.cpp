@@ -102,12 +102,6 @@ TEST_CASE("a small archive that comes whole is as good", "[raytracer][world][rem
     CHECK(open(server)->info().title == "small");
 }
 
-TEST_CASE("an address names an archive by the ending of its path",
-          "[raytracer][world][remote_archive]") {
-    CHECK(worlds::names_archive("https://example.org/a/b.tvx"));
-    CHECK_FALSE(worlds::names_archive("https://example.org"));
-}
-
 TEST_CASE("an archive's address holds no secret that messages would show",
           "[raytracer][world][remote_archive]") {
     BadServer server(
