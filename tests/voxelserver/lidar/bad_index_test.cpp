@@ -3,7 +3,6 @@
 #include <functional>
 #include <limits>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
@@ -47,10 +46,8 @@ Outcome index_in_child(const fs::path& file) {
 
 TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be read",
           "[voxelserver][lidar][copc][data]") {
-    if (!fs::exists(kShared / "copcjs")) {
-        WARN("skipped: " << kShared.string() << " is not there");
+    if (!there(kShared / "copcjs"))
         return;
-    }
     struct Case {
         const char* name;
         std::function<void(Bytes&)> lie;
@@ -135,10 +132,8 @@ TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be re
 }
 
 TEST_CASE("a .lax file that lies is refused", "[voxelserver][lidar][lax][data]") {
-    if (!fs::exists(kShared / "lazpy")) {
-        WARN("skipped: " << kShared.string() << " is not there");
+    if (!there(kShared / "lazpy"))
         return;
-    }
     constexpr std::size_t kLevels = 24;
     constexpr std::size_t kMinX = 36;
     constexpr std::size_t kCells = 60;
