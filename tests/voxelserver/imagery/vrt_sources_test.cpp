@@ -2,7 +2,6 @@
 
 #include <gdal_priv.h>
 
-#include <algorithm>
 #include <fstream>
 #include <random>
 #include <string>
@@ -40,63 +39,38 @@ std::string vrt(const std::string& inside) {
 
 TEST_CASE("a virtual image names its sources", "[voxelserver][imagery][vrt]") {
     struct Case {
-        const char* name;
-        const char* text;
+        const char* text;  ///< SOURCE stands for SourceFilename
         std::vector<fs::path> files;
     };
     const auto c = GENERATE(values<Case>({
-        {"relative", R"(<SourceFilename relativeToVRT="1">a.tif</SourceFilename>)", {"/vrt/a.tif"}},
-        {"relative, other marks",
-         R"(<SourceFilename relativeToVRT = '1' >a.tif</SourceFilename>)",
-         {"/vrt/a.tif"}},
-        {"not relative",
-         R"(<SourceFilename relativeToVRT="0">/x/a.tif</SourceFilename>)",
-         {"/x/a.tif"}},
-        {"relative to where the program runs",
-         R"(<SourceFilename relativeToVRT="0">x/a.tif</SourceFilename>)",
-         {"x/a.tif"}},
-        {"nothing said", "<SourceFilename>/x/a.tif</SourceFilename>", {"/x/a.tif"}},
-        {"relative, and yet not",
-         R"(<SourceFilename relativeToVRT="1">/x/a.tif</SourceFilename>)",
-         {"/x/a.tif"}},
-        {"other attributes",
-         R"(<SourceFilename shared="0" a="x=1" relativeToVRT="1" b=''>a.tif</SourceFilename>)",
-         {"/vrt/a.tif"}},
-        {"names in any case",
-         R"(<sourcefilename RELATIVETOVRT="1">a.tif</sourcefilename>)",
-         {"/vrt/a.tif"}},
-        {"of a warped image",
-         R"(<SourceDataset relativeToVRT="1">a.tif</SourceDataset>)",
-         {"/vrt/a.tif"}},
-        {"blanks around", "<SourceFilename>\n  /x/a b.tif\t</SourceFilename>", {"/x/a b.tif"}},
-        {"entities",
-         "<SourceFilename>/x/&lt;a&amp;b&gt;&quot;&apos;&#65;&#x42;&#xfc;&#x20AC;&#x1F600;.tif</"
-         "SourceFilename>",
+        {R"(<SOURCE relativeToVRT="1">a.tif</SOURCE>)", {"/vrt/a.tif"}},
+        {R"(<SOURCE relativeToVRT = '1' >a.tif</SOURCE>)", {"/vrt/a.tif"}},
+        {R"(<SOURCE relativeToVRT="0">/x/a.tif</SOURCE>)", {"/x/a.tif"}},
+        {R"(<SOURCE relativeToVRT="0">x/a.tif</SOURCE>)", {"x/a.tif"}},
+        {"<SOURCE>/x/a.tif</SOURCE>", {"/x/a.tif"}},
+        {R"(<SOURCE relativeToVRT="1">/x/a.tif</SOURCE>)", {"/x/a.tif"}},
+        {R"(<SOURCE shared="0" a="x=1" relativeToVRT="1" b=''>a.tif</SOURCE>)", {"/vrt/a.tif"}},
+        {R"(<sourcefilename RELATIVETOVRT="1">a.tif</sourcefilename>)", {"/vrt/a.tif"}},
+        {R"(<SourceDataset relativeToVRT="1">a.tif</SourceDataset>)", {"/vrt/a.tif"}},
+        {"<SOURCE>\n  /x/a b.tif\t</SOURCE>", {"/x/a b.tif"}},
+        {"<SOURCE>/x/&lt;a&amp;b&gt;&quot;&apos;&#65;&#x42;&#xfc;&#x20AC;&#x1F600;.tif</SOURCE>",
          {"/x/<a&b>\"'AB\xc3\xbc\xe2\x82\xac\xf0\x9f\x98\x80.tif"}},
-        {"no entities",
-         "<SourceFilename>/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif</SourceFilename>",
+        {"<SOURCE>/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif</SOURCE>",
          {"/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif"}},
-        {"each once",
-         "<SourceFilename>/b</SourceFilename><SourceFilename>/a</SourceFilename><SourceFilename>/"
-         "b</SourceFilename>",
-         {"/b", "/a"}},
-        {"empty ones",
-         "<SourceFilename></SourceFilename><SourceFilename/> <SourceFilename> </SourceFilename>",
-         {}},
-        {"other elements",
-         "<SourceFilenames>/a</SourceFilenames><SourceBand>/a</SourceBand><Source>/a</Source>",
-         {}},
-        {"cut short in the name", "<SourceFilename>/a</SourceFilename><SourceFilename>/b", {"/a"}},
-        {"cut short in the attribute", "<SourceFilename relativeToVRT=\"1", {}},
-        {"an attribute without end",
-         "<SourceFilename relativeToVRT=\"1>a.tif</SourceFilename>",
-         {"a.tif"}},
-        {"no XML", "\x89PNG < > <<SourceFilename", {}},
-        {"nothing", "", {}},
+        {"<SOURCE>/b</SOURCE><SOURCE>/a</SOURCE><SOURCE>/b</SOURCE>", {"/b", "/a"}},
+        {"<SOURCE></SOURCE><SOURCE/> <SOURCE> </SOURCE>", {}},
+        {"<SOURCEs>/a</SOURCEs><SourceBand>/a</SourceBand><Source>/a</Source>", {}},
+        {"<SOURCE>/a</SOURCE><SOURCE>/b", {"/a"}},
+        {"<SOURCE relativeToVRT=\"1", {}},
+        {"<SOURCE relativeToVRT=\"1>a.tif</SOURCE>", {"a.tif"}},
+        {"\x89PNG < > <<SOURCE", {}},
+        {"", {}},
     }));
-    DYNAMIC_SECTION(c.name) {
-        CHECK(sources(c.text) == c.files);
-    }
+    std::string text = c.text;
+    for (std::size_t at = 0; (at = text.find("SOURCE", at)) != std::string::npos;)
+        text.replace(at, 6, "SourceFilename");
+    INFO(text);
+    CHECK(sources(text) == c.files);
 }
 
 TEST_CASE("a virtual image names no more sources than wanted", "[voxelserver][imagery][vrt]") {
@@ -161,7 +135,7 @@ TEST_CASE("damaged virtual images name something or nothing", "[voxelserver][ima
     REQUIRE(sources(good) == std::vector<fs::path>{"/vrt/a&b c.tif"});
     std::mt19937 random(12);
     int found = 0;
-    for (int i = 0; i < 20'000; ++i) {
+    for (int i = 0; i < 5'000; ++i) {
         std::string bad = good.substr(0, random() % 4 == 0 ? random() % good.size() : good.size());
         for (unsigned n = random() % 4; n > 0 && !bad.empty(); --n)
             bad[random() % bad.size()] = static_cast<char>(random() % 256);
@@ -172,5 +146,5 @@ TEST_CASE("damaged virtual images name something or nothing", "[voxelserver][ima
             CHECK(!file.empty());
         found += static_cast<int>(files.size());
     }
-    CHECK(found > 1000);
+    CHECK(found > 250);
 }
