@@ -52,34 +52,6 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
     }
 }
 
-TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box]") {
-    BoxGrid grid(7);
-    const Region whole{-96, -300, -70, 128, 512, 128};
-    const auto expected = gkot::blocks_of(grid.info.bounds, whole, grid.fetch());
-    struct Case {
-        int sx;
-        int sy;
-        int sz;
-    };
-    for (const auto [sx, sy, sz] :
-         {Case{64, 256, 64}, Case{16, 16, 16}, Case{128, 8, 32}, Case{8, 512, 128}}) {
-        std::vector<std::uint32_t> joined(expected.size());
-        for (int y = 0; y < whole.sy; y += sy)
-            for (int z = 0; z < whole.sz; z += sz)
-                for (int x = 0; x < whole.sx; x += sx) {
-                    const Region part{whole.x + x, whole.y + y, whole.z + z, sx, sy, sz};
-                    const auto blocks = gkot::blocks_of(grid.info.bounds, part, grid.fetch());
-                    for (int py = 0; py < sy; ++py)
-                        for (int pz = 0; pz < sz; ++pz)
-                            for (int px = 0; px < sx; ++px)
-                                joined[index_of(whole, x + px, y + py, z + pz)] =
-                                    blocks[index_of(part, px, py, pz)];
-                }
-        INFO("parts of " << sx << " x " << sy << " x " << sz);
-        CHECK(joined == expected);
-    }
-}
-
 TEST_CASE("regions at the ends of all numbers are air, and nothing is requested", "[gkot][box]") {
     BoxGrid grid(1);
     constexpr std::int64_t kEnds[] = {
