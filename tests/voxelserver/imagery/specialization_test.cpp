@@ -20,9 +20,9 @@ constexpr Rgb8 kLake{30, 84, 104};
 struct OneColumn {
     Group group = Group::kGround;
     Material own = Material::kGround;
-    std::optional<Rgb8> image;
-    std::optional<Rgb8> points;
-    std::optional<std::array<std::uint8_t, 2>> nir_red;
+    std::optional<Rgb8> image = {};
+    std::optional<Rgb8> points = {};
+    std::optional<std::array<std::uint8_t, 2>> nir_red = {};
     bool covered = false;
 };
 
