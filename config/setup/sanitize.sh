@@ -29,7 +29,6 @@ SANITIZED_THREADS=(
     remote_world_test
     store_test
     voxelserver_http_test
-    voxelserver_remote_world_test
     worker_parts_test
 )
 

@@ -52,34 +52,6 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
     }
 }
 
-TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box]") {
-    BoxGrid grid(7);
-    const Region whole{-96, -300, -70, 128, 512, 128};
-    const auto expected = gkot::blocks_of(grid.info.bounds, whole, grid.fetch());
-    struct Case {
-        int sx;
-        int sy;
-        int sz;
-    };
-    for (const auto [sx, sy, sz] :
-         {Case{64, 256, 64}, Case{16, 16, 16}, Case{128, 8, 32}, Case{8, 512, 128}}) {
-        std::vector<std::uint32_t> joined(expected.size());
-        for (int y = 0; y < whole.sy; y += sy)
-            for (int z = 0; z < whole.sz; z += sz)
-                for (int x = 0; x < whole.sx; x += sx) {
-                    const Region part{whole.x + x, whole.y + y, whole.z + z, sx, sy, sz};
-                    const auto blocks = gkot::blocks_of(grid.info.bounds, part, grid.fetch());
-                    for (int py = 0; py < sy; ++py)
-                        for (int pz = 0; pz < sz; ++pz)
-                            for (int px = 0; px < sx; ++px)
-                                joined[index_of(whole, x + px, y + py, z + pz)] =
-                                    blocks[index_of(part, px, py, pz)];
-                }
-        INFO("parts of " << sx << " x " << sy << " x " << sz);
-        CHECK(joined == expected);
-    }
-}
-
 TEST_CASE("regions at the ends of all numbers are air, and nothing is requested", "[gkot][box]") {
     BoxGrid grid(1);
     constexpr std::int64_t kEnds[] = {
@@ -108,4 +80,83 @@ TEST_CASE("a box that cannot be made is an error, not air", "[gkot][box]") {
     };
     CHECK_THROWS_WITH(gkot::blocks_of(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken),
                       test::contains("damaged"));
+}
+
+TEST_CASE("the origin reports the lowest and highest tops around it", "[gkot][origin]") {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        BoxGrid grid(seed);
+        int low = INT32_MAX;
+        int high = INT32_MIN;
+        for (int z = -64; z < 0; ++z)
+            for (int x = 0; x < 64; ++x)
+                for (int y = 255; y >= -256; --y)
+                    if (grid.voxel(x, y, z)) {
+                        low = std::min(low, y);
+                        high = std::max(high, y);
+                        break;
+                    }
+        const auto origin = gkot::find_origin(grid.info, {5.5, 30}, grid.fetch());
+        INFO("seed " << seed);
+        CHECK(origin.tmz == low);
+        CHECK(origin.zmin == low);
+        CHECK(origin.zmax == high);
+        CHECK(origin.zrange == high - low);
+        CHECK(grid.requests_outside == 0);
+    }
+}
+
+TEST_CASE("a box without a height is the same as one with the height that the origin reports",
+          "[gkot][origin]") {
+    for (const double voxel_m : {1.0, 0.1, 0.3, 2.0}) {
+        BoxGrid grid(2);
+        grid.info.voxel_m = grid.info.crs_units_per_voxel = voxel_m;
+        gkot::BoxRequest request;
+        request.sx = request.sy = request.sz = 64;
+        for (const double tmx : {-50 * voxel_m, 20 * voxel_m, 1e6}) {
+            request.origin = {tmx, 3};
+            request.tmz.reset();
+            const auto automatic = gkot::region_of(grid.info, request, grid.fetch());
+            request.tmz = gkot::find_origin(grid.info, request.origin, grid.fetch()).tmz;
+            INFO("voxels of " << voxel_m << " m, tmx " << tmx);
+            CHECK(gkot::region_of(grid.info, request, grid.fetch()).y == automatic.y);
+        }
+    }
+}
+
+TEST_CASE(
+    "where nothing is around the origin the whole world counts, and -1 where nothing is at all",
+    "[gkot][origin]") {
+    BoxGrid grid(2);
+    const auto far = gkot::find_origin(grid.info, {1e8, 0}, grid.fetch());
+    CHECK(far.tmz == -256);
+    CHECK(far.zmin == -256);
+    CHECK(far.zmax == 255);
+    CHECK(far.zrange == 511);
+    const auto none = gkot::find_origin({}, {1, 2}, grid.fetch());
+    CHECK(gkot::to_json(none) == R"({"tmx":1,"tmy":2,"tmz":-1,"zmin":-1,"zmax":-1,"zrange":0})");
+    CHECK(grid.requests == 0);
+}
+
+TEST_CASE("reported heights lead back to their voxel", "[gkot][origin]") {
+    std::mt19937_64 random(5);
+    for (int i = 0; i < 20000; ++i) {
+        const auto y = static_cast<std::int64_t>(random() % 2000000) - 1000000;
+        const double voxel_m = 0.01 + static_cast<double>(random() % 100000) / 20000;
+        INFO("y " << y << ", voxel_m " << voxel_m);
+        REQUIRE(gkot::voxel_of(gkot::height_of(y, voxel_m), voxel_m) == y);
+    }
+}
+
+TEST_CASE("numbers of the origin are written so that they read back", "[gkot][origin]") {
+    gkot::Origin origin;
+    origin.tmx = 462000.25;
+    origin.tmy = -0.0;
+    origin.tmz = 0.30000000000000004;
+    origin.zmin = -12;
+    origin.zmax = 1e9;
+    origin.zrange = 3;
+    CHECK(gkot::to_json(origin) == R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,)"
+                                   R"("zmin":-12,"zmax":1000000000,"zrange":3})");
+    origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be requested
+    CHECK(gkot::to_json(origin).size() > 300);
 }

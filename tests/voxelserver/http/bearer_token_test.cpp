@@ -16,33 +16,16 @@ Request with_authorization(std::string_view value) {
 
 TEST_CASE("a token is right as a whole, after its scheme in any case",
           "[voxelserver][http][token]") {
-    struct Case {
-        const char* value;
-        bool right;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"Bearer s3cret", true},
-        {"bearer s3cret", true},
-        {"BEARER s3cret", true},
-        {"Bearer s3cre", false},
-        {"Bearer s3crets", false},
-        {"Bearer s3crets3cret", false},
-        {"Bearer S3cret", false},
-        {"Bearer  s3cret", false},
-        {"Bearer s3cret, Bearer s3cret", false},
-        {"Bearer ", false},
-        {"Bearer", false},
-        {"Basic s3cret", false},
-        {"s3cret", false},
-        {"", false},
-    }));
-    DYNAMIC_SECTION("'" << c.value << "'") {
-        CHECK(BearerToken("s3cret").is_in(with_authorization(c.value)) == c.right);
+    const BearerToken token("s3cret");
+    for (const char* right : {"Bearer s3cret", "bearer s3cret", "BEARER s3cret"})
+        CHECK(token.is_in(with_authorization(right)));
+    for (const char* wrong : {"Bearer s3cre", "Bearer s3crets", "Bearer s3crets3cret",
+                              "Bearer S3cret", "Bearer  s3cret", "Bearer s3cret, Bearer s3cret",
+                              "Bearer ", "Bearer", "Basic s3cret", "s3cret", ""}) {
+        INFO(wrong);
+        CHECK_FALSE(token.is_in(with_authorization(wrong)));
     }
-}
-
-TEST_CASE("without the header there is no token", "[voxelserver][http][token]") {
-    CHECK_FALSE(BearerToken("s3cret").is_in({"GET", "/v2/world", {}}));
+    CHECK_FALSE(token.is_in({"GET", "/v2/world", {}}));
 }
 
 TEST_CASE("where none is required, no request has the right token", "[voxelserver][http][token]") {

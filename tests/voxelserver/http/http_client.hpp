@@ -9,7 +9,6 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <stdexcept>

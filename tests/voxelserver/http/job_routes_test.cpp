@@ -157,10 +157,6 @@ TEST_CASE("what is no job is refused", "[voxelserver][http][jobs]") {
     JobsFixture f("while :; do sleep 0.05; done");
     CHECK(f.post("{}").status == 400);
     CHECK(f.post(R"({"kind": "sky", "area": [0, 0, 10, 10], "report": "/tmp/a"})").status == 400);
-    CHECK(f.post(std::string(5000, ' ')).status == 413);
-    CHECK(f.send("POST", "/v2/jobs").status == 411);
-    CHECK(f.send("PUT", "/v2/jobs").header("Allow") == "GET, HEAD, POST");
-    CHECK(f.send("POST", "/v2/jobs/a").header("Allow") == "GET, HEAD, DELETE");
     for (const char* path : {"/v2/jobs/..", "/v2/jobs/", "/v2/jobs/x/result.tif"})
         CHECK(f.send("GET", path).status == 404);
     const auto first = f.post(JobsFixture::kSky);

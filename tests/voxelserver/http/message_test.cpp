@@ -7,27 +7,11 @@
 using namespace terravox::http;
 
 TEST_CASE("If-None-Match lists entity tags, strong or weak", "[voxelserver][http]") {
-    struct Case {
-        const char *name, *header;
-        bool matches;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"nothing sent", "", false},
-        {"the tag", "\"abc-1\"", true},
-        {"the tag, weak", "W/\"abc-1\"", true},
-        {"another tag", "\"abc-2\"", false},
-        {"anything", "*", true},
-        {"second of a list", "\"x\", \"abc-1\"", true},
-        {"a list with holes", " , \"x\" ,, W/\"abc-1\"", true},
-        {"the tag without quotes", "abc-1", false},
-        {"the tag as part of another", "\"xabc-1\"", false},
-        {"an open quote", "\"abc-1", false},
-        {"a lone W/", "W/", false},
-        {"a comma in a tag", "\"a,b\", \"abc-1\"", true},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        CHECK(etag_matches(c.header, "\"abc-1\"") == c.matches);
-    }
+    for (const char* header : {"\"abc-1\"", "W/\"abc-1\"", "*", "\"x\", \"abc-1\"",
+                               " , \"x\" ,, W/\"abc-1\"", "\"a,b\", \"abc-1\""})
+        CHECK(etag_matches(header, "\"abc-1\""));
+    for (const char* header : {"", "\"abc-2\"", "abc-1", "\"xabc-1\"", "\"abc-1", "W/"})
+        CHECK_FALSE(etag_matches(header, "\"abc-1\""));
 }
 
 TEST_CASE("the headers say whether a request has a body", "[voxelserver][http]") {
@@ -86,30 +70,16 @@ TEST_CASE("headers are found in any case and joined in order", "[voxelserver][ht
 }
 
 TEST_CASE("Accept-Encoding chooses between zstd and identity", "[voxelserver][http]") {
-    struct Case {
-        const char* header;
-        Coding coding;
+    const auto check = [](Coding coding, std::initializer_list<const char*> headers) {
+        for (const char* header : headers) {
+            INFO("'" << header << "'");
+            CHECK(choose_coding(header) == coding);
+        }
     };
-    const auto c = GENERATE(values<Case>({
-        {"", Coding::kIdentity},
-        {"zstd", Coding::kZstd},
-        {"gzip, deflate, br, zstd", Coding::kZstd},
-        {"ZSTD;q=0.5", Coding::kZstd},
-        {"zstd;q=0", Coding::kIdentity},
-        {"zstd; q=0.000", Coding::kIdentity},
-        {"gzip", Coding::kIdentity},
-        {"*", Coding::kIdentity},
-        {"identity;q=0", Coding::kNone},
-        {"*;q=0", Coding::kNone},
-        {"gzip, *;q=0", Coding::kNone},
-        {"identity, *;q=0", Coding::kIdentity},
-        {"identity;q=0, zstd", Coding::kZstd},
-        {"zstdx", Coding::kIdentity},
-        {",,;;", Coding::kIdentity},
-    }));
-    DYNAMIC_SECTION("'" << c.header << "'") {
-        CHECK(choose_coding(c.header) == c.coding);
-    }
+    check(Coding::kIdentity,
+          {"", "zstd;q=0", "zstd; q=0.000", "gzip", "*", "identity, *;q=0", "zstdx", ",,;;"});
+    check(Coding::kZstd, {"zstd", "gzip, deflate, br, zstd", "ZSTD;q=0.5", "identity;q=0, zstd"});
+    check(Coding::kNone, {"identity;q=0", "*;q=0", "gzip, *;q=0"});
 }
 
 TEST_CASE("a header's value cannot end the header", "[voxelserver][http]") {

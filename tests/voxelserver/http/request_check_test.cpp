@@ -27,30 +27,25 @@ std::optional<Response> refusal(RequestCheck& check, const Request& request) {
 
 TEST_CASE("the first reason to refuse a request counts", "[voxelserver][http][check]") {
     // Each case is the one above it without the fault that was found there.
+    const Header bad_name{"Bad Name", "1"};
+    const Header no_number{"Content-Length", "x"};
+    const std::vector<Header> all{bad_name, kStrangeHost, kOtherOrigin, no_number};
+    const auto but = [&](std::ptrdiff_t found) {
+        return Request{"PUT", "/nothing", std::vector<Header>(all.begin() + found, all.end())};
+    };
     struct Case {
         const char* fault;
         Request request;
         int status;
         bool close;
     };
-    const auto c = GENERATE(values<Case>({
-        {"a header's name with a blank",
-         {"PUT",
-          "/nothing",
-          {{"Bad Name", "1"}, kStrangeHost, kOtherOrigin, {"Content-Length", "x"}}},
-         400,
-         true},
-        {"a strange host",
-         {"PUT", "/nothing", {kStrangeHost, kOtherOrigin, {"Content-Length", "x"}}},
-         421,
-         true},
-        {"a page of another origin",
-         {"PUT", "/nothing", {kOtherOrigin, {"Content-Length", "x"}}},
-         403,
-         true},
-        {"a length that is no number", {"PUT", "/nothing", {{"Content-Length", "x"}}}, 400, false},
+    const auto c = GENERATE_COPY(values<Case>({
+        {"a header's name with a blank", but(0), 400, true},
+        {"a strange host", but(1), 421, true},
+        {"a page of another origin", but(2), 403, true},
+        {"a length that is no number", but(3), 400, false},
         {"a body where none belongs", {"PUT", "/nothing", {{"Content-Length", "9"}}}, 413, false},
-        {"no token", {"PUT", "/nothing", {}}, 401, false},
+        {"no token", but(4), 401, false},
         {"no such path", {"PUT", "/nothing", {kToken}}, 404, false},
         {"another method", {"PUT", "/v2/boxes", {kToken}}, 405, false},
         {"no body", {"POST", "/v2/boxes", {kToken}}, 411, true},
@@ -70,6 +65,12 @@ TEST_CASE("a request without a fault is not refused", "[voxelserver][http][check
     CHECK_FALSE(refusal(check, {"POST", "/v2/boxes", {kToken, {"Content-Length", "14"}}}));
     CHECK_FALSE(refusal(check, {"GET", "/v2/world", {kToken, {"Content-Length", "0"}}}));
     CHECK_FALSE(refusal(check, {"HEAD", "/v2/world", {kToken, {"Host", "voxels.example.org"}}}));
+    CHECK_FALSE(refusal(check, {"GET",
+                                "/",
+                                {{"Host", "localhost:8888"},
+                                 {"Sec-Fetch-Site", "cross-site"},
+                                 {"Sec-Fetch-Mode", "navigate"},
+                                 {"Sec-Fetch-Dest", "document"}}}));
 }
 
 TEST_CASE("each route accepts its own methods, and names them", "[voxelserver][http][check]") {
@@ -140,7 +141,8 @@ TEST_CASE("a request is refused where two machines could read its headers differ
     CHECK(refused->status == 400);
 }
 
-TEST_CASE("only routes that are not open require the token", "[voxelserver][http][check]") {
+TEST_CASE("only routes that are not open require the token, and none answers to a strange host",
+          "[voxelserver][http][check]") {
     RequestCheck closed = check_with("s3cret");
     RequestCheck open = check_with("");
     for (const http::RouteFacts& route : http::routes()) {
@@ -162,6 +164,11 @@ TEST_CASE("only routes that are not open require the token", "[voxelserver][http
         request.headers.push_back(kToken);
         CHECK_FALSE(refusal(closed, request));
         CHECK(closed.has_token(request));
+        request.headers.push_back(kStrangeHost);
+        const auto strange = refusal(closed, request);
+        REQUIRE(strange);
+        CHECK(strange->status == 421);
+        CHECK_THAT(*strange->body, test::contains("--public-name"));
     }
 }
 
@@ -191,10 +198,6 @@ TEST_CASE("wrong tokens without end are not judged, and those of others are",
     CHECK_FALSE(check.has_token(request));
 
     now += std::chrono::seconds(1);
-    CHECK(ask("192.0.2.7", kToken) == 200);
-    // Others behind the address of a client that has the token are no hindrance to it.
-    for (int i = 0; i < 1000; ++i)
-        CHECK(ask("192.0.2.7", wrong) == 401);
     CHECK(ask("192.0.2.7", kToken) == 200);
 }
 

@@ -3,11 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
-#include <thread>
 
 #include "common/voxel/box_codec.hpp"
-#include "common/voxel/unreachable_error.hpp"
-#include "common/voxel/world_json.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/http/fake_world.hpp"
 
@@ -39,127 +36,31 @@ nlohmann::json json_of(const Response& r) {
 
 }  // namespace
 
-TEST_CASE("a request that names another edition is refused", "[voxelserver][http][router]") {
-    test::FakeWorld world;
-    util::StageTimes times;
-    boxes::BoxCache boxes(world, times, {.ahead = false});
-    http::Service service{world, times, boxes};
-    service.edition = "00112233445566778899aabbccddeeff";
-    http::Router router(service);
-    CHECK(router.handle(Request{"GET", "/v2/world", {}}).header("Terravox-Edition") ==
-          service.edition);
-    struct Case {
-        const char* name;
-        std::string edition;
-        int status;
-    };
-    const auto c = GENERATE_COPY(values<Case>({
-        {"none", "", 200},
-        {"the same", service.edition, 200},
-        {"another", "ffeeddccbbaa99887766554433221100", 412},
-        {"no edition at all", "x", 412},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        for (const char* path : {"/v2/boxes/0/0/0/0", "/v2/columns/0/0/0"}) {
-            std::vector<Header> headers;
-            if (!c.edition.empty())
-                headers.push_back({"terravox-edition", c.edition});
-            CHECK(router.handle(Request{"GET", path, headers}).status == c.status);
-        }
-    }
-}
-
-TEST_CASE("a far server that does not answer is a bad gateway, and stays unnamed",
-          "[voxelserver][http][router]") {
-    class Unreachable final : public voxel::ProvenanceWorld {
-    public:
-        [[nodiscard]] const voxel::WorldInfo& info() const noexcept override {
-            return m_fake.info();
-        }
-        [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey&) override {
-            throw voxel::UnreachableError("fetch http://10.0.0.7/v2/boxes: connection refused");
-        }
-        [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx,
-                                                 std::int32_t bz) override {
-            return m_fake.column(level, bx, bz);
-        }
-        [[nodiscard]] voxel::BoxWithInputs box_with_inputs(const voxel::BoxKey& key) override {
-            return {box(key), {}};
-        }
-        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent&) const override {
-            return {1, 2};
-        }
-
-    private:
-        test::FakeWorld m_fake;
-    } world;
-    util::StageTimes times;
-    boxes::BoxCache boxes(world, times, {.ahead = false});
-    http::Router router{http::Service{world, times, boxes}};
-    const Response reply = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}});
-    CHECK(reply.status == 502);
-    CHECK(reply.header("Retry-After") == "5");
-    CHECK(reply.body->find("10.0.0.7") == std::string::npos);
-}
-
 TEST_CASE("every path has its status", "[voxelserver][http][router]") {
     struct Case {
-        const char* path;
         int status;
+        const char* paths;
     };
     const auto c = GENERATE(values<Case>({
-        {"/healthz", 200},
-        {"/v2/world", 200},
-        {"/v2/stats", 200},
-        {"/v2/boxes/0/0/0/0", 200},
-        {"/v2/boxes/0/1/-1/-1", 200},
-        {"/v2/boxes/2/0/-1/0", 200},
-        {"/v2/boxes/0/0/1/0", 204},
-        {"/v2/boxes/0/2147483647/-2147483648/0", 204},
-        {"/v2/boxes/3/0/0/0", 404},
-        {"/v2/boxes/-1/0/0/0", 404},
-        {"/v2/boxes/2147483647/0/0/0", 404},
-        {"/v2/boxes/0/2147483648/0/0", 400},
-        {"/v2/boxes/0/-2147483649/0/0", 400},
-        {"/v2/boxes/0/99999999999999999999/0/0", 400},
-        {"/v2/boxes/0/x/0/0", 400},
-        {"/v2/boxes/0/1x/0/0", 400},
-        {"/v2/boxes/0/ 1/0/0", 400},
-        {"/v2/boxes/0/+1/0/0", 400},
-        {"/v2/boxes/0/-0/0/0", 400},
-        {"/v2/boxes/0/007/0/0", 400},
-        {"/v2/boxes/0/1.0/0/0", 400},
-        {"/v2/boxes/0/1e1/0/0", 400},
-        {"/v2/boxes/0/0x1/0/0", 400},
-        {"/v2/boxes/0/-/0/0", 400},
-        {"/v2/boxes/0//0/0", 400},
-        {"/v2/boxes/0/%31/0/0", 400},
-        {"/v2/boxes/0/0/0/", 400},
-        {"/v2/boxes/0/0/0", 404},
-        {"/v2/boxes/0/0/0/0/", 404},
-        {"/v2/boxes", 405},
-        {"/v2/columns/0/0/0", 200},
-        {"/v2/columns/0/99/0", 200},
-        {"/v2/columns/3/0/0", 404},
-        {"/v2/columns/0/a/0", 400},
-        {"/v2/columns/0/0", 404},
-        {"/v2/world/", 404},
-        {"/V2/world", 404},
-        {"//v2/world", 404},
-        {"/v2//world", 404},
-        {"/v2", 404},
-        {"/v1/world", 404},
-        {"/../etc/passwd", 404},
-        {"/v2/../v2/world", 404},
-        {"/%2e%2e/world", 404},
-        {"", 404},
-        {"*", 404},
-        {"v2/world", 404},
-        {"/index.html", 404},
+        {200,
+         "/healthz /v2/world /v2/stats /v2/boxes/0/0/0/0 /v2/boxes/0/1/-1/-1 "
+         "/v2/boxes/2/0/-1/0 /v2/columns/0/0/0 /v2/columns/0/99/0"},
+        {204, "/v2/boxes/0/0/1/0 /v2/boxes/0/2147483647/-2147483648/0"},
+        {404,
+         "/v2/boxes/3/0/0/0 /v2/boxes/-1/0/0/0 /v2/boxes/2147483647/0/0/0 /v2/columns/3/0/0 "
+         "/../etc/passwd /nothing"},
+        {400,
+         "/v2/boxes/0/2147483648/0/0 /v2/boxes/0/-2147483649/0/0 /v2/boxes/0/x/0/0 "
+         "/v2/boxes/0/99999999999999999999/0/0 /v2/boxes/0/1x/0/0 /v2/boxes/0/+1/0/0 "
+         "/v2/boxes/0/-0/0/0 /v2/boxes/0/007/0/0 /v2/boxes/0/1.0/0/0 /v2/boxes/0/1e1/0/0 "
+         "/v2/boxes/0/0x1/0/0 /v2/boxes/0/-/0/0 /v2/boxes/0//0/0 /v2/boxes/0/%31/0/0 "
+         "/v2/boxes/0/0/0/ /v2/columns/0/a/0"},
     }));
-    DYNAMIC_SECTION(c.path) {
-        RouterFixture f;
-        const Response r = f.get(c.path);
+    RouterFixture f;
+    std::istringstream paths(c.paths);
+    for (std::string path; paths >> path;) {
+        INFO(path);
+        const Response r = f.get(path);
         CHECK(r.status == c.status);
         CHECK_FALSE(r.close);
         if (c.status >= 400) {
@@ -167,36 +68,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
             CHECK(json_of(r)["status"] == c.status);
         }
     }
-}
-
-TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][http][router]") {
-    const std::string method =
-        GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
-    RouterFixture f;
-    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
-        const Response r = f.send(method, path);
-        CHECK(r.status == 405);
-        CHECK(r.header("Allow") == "GET, HEAD");
-    }
-    CHECK(f.send(method, "/nothing").status == 404);
-    CHECK(f.world.requests == 0);
-}
-
-TEST_CASE("a request with a body is refused and its connection closed",
-          "[voxelserver][http][router]") {
-    RouterFixture f;
-    const Response large = f.get("/v2/world", {{"Content-Length", "1000000000000"}});
-    CHECK(large.status == 413);
-    CHECK(large.close);
-    CHECK(f.get("/v2/world", {{"Content-Length", "1"}, {"Content-Length", "1"}}).status == 400);
-    const Response chunked = f.get("/v2/boxes/0/0/0/0", {{"Transfer-Encoding", "chunked"}});
-    CHECK(chunked.status == 400);
-    CHECK(chunked.close);
-    const Response post = f.send("POST", "/v2/world", {{"Content-Length", "2"}});
-    CHECK(post.status == 413);
-    CHECK(post.close);
-    CHECK_FALSE(f.get("/v2/world", {{"Content-Length", "0"}}).close);
-    CHECK(f.world.requests == 0);
+    CHECK(f.get("/v2/boxes/0/ 1/0/0").status == 400);
 }
 
 TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
@@ -270,14 +142,6 @@ TEST_CASE("a box that cannot be made is a problem that says why, not air",
     CHECK(f.get("/v2/columns/0/0/0").status == 500);
 }
 
-TEST_CASE("the world is described as the client reads it", "[voxelserver][http][router]") {
-    RouterFixture f;
-    const auto info = voxel::world_from_json(*f.get("/v2/world").body, "the reply");
-    CHECK(info.title == f.world.info().title);
-    CHECK(info.bounds == f.world.info().bounds);
-    CHECK(info.levels == f.world.info().levels);
-}
-
 TEST_CASE("a column lists its boxes, and heights in voxels of level 0 within the world",
           "[voxelserver][http][router]") {
     RouterFixture f;
@@ -304,110 +168,6 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
     CHECK(json["stages"].at(0)["name"] == "compression");
 }
 
-TEST_CASE("when the queue is full, further boxes are refused with 503 and a time to retry",
-          "[voxelserver][http][router]") {
-    test::FakeWorld world;
-    util::StageTimes times;
-    boxes::BoxCache boxes(world, times, {.makers = 1, .queue = 0, .ahead = false});
-    http::Router router(http::Service{world, times, boxes});
-    world.hold();
-    Response first;
-    std::thread slow([&] { first = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}}); });
-    while (world.requests == 0)
-        std::this_thread::yield();
-    const Response refused = router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}});
-    CHECK(refused.status == 503);
-    CHECK(refused.header("Retry-After") == "1");
-    CHECK(router.handle(Request{"GET", "/healthz", {}}).status == 200);
-    world.release();
-    slow.join();
-    CHECK(first.status == 200);
-    CHECK(router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}}).status == 200);
-}
-
-TEST_CASE("with a token, only open routes answer without it", "[voxelserver][http][router]") {
-    RouterFixture f;
-    http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
-    const auto status = [&](const char* path, std::vector<Header> headers = {}) {
-        return router.handle(Request{"GET", path, std::move(headers)}).status;
-    };
-    CHECK(status("/healthz") == 200);
-    for (const char* path : {"/view/", "/view/appearance.bin", "/view/viewer/worker.js"})
-        CHECK(status(path) == 200);
-    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing",
-                             "/view/place.json", "/view/nothing"}) {
-        INFO(path);
-        CHECK(status(path) == 401);
-    }
-    for (const char* wrong :
-         {"Bearer s3cre", "Bearer s3crets", "Bearer S3cret", "Bearer ", "Bearer", "Basic s3cret",
-          "s3cret", "", "Bearer s3cret, Bearer s3cret"}) {
-        INFO(wrong);
-        CHECK(status("/v2/world", {{"Authorization", wrong}}) == 401);
-    }
-    CHECK(status("/v2/world", {{"authorization", "bearer s3cret"}}) == 200);
-    CHECK(router.handle(Request{"GET", "/v2/world", {}}).header("WWW-Authenticate") == "Bearer");
-    CHECK(f.world.requests == 0);
-}
-
-TEST_CASE("a host name that is none of the server's is refused before all else",
-          "[voxelserver][http][router]") {
-    RouterFixture f;
-    http::Router router(http::Service{f.world, f.times, f.boxes}, "",
-                        sockets::HttpNames("127.0.0.1", {"voxels.example.org"}));
-    for (const http::RouteFacts& route : http::routes()) {
-        if (route.path.front() != '/')
-            continue;
-        INFO(route.path);
-        const Response r =
-            router.handle(Request{http::is_allowed(route.methods, "GET") ? "GET" : "POST",
-                                  route.path,
-                                  {{"Host", "attacker.example:8888"}}});
-        CHECK(r.status == 421);
-        CHECK(r.close);
-        CHECK_THAT(json_of(r)["detail"].get<std::string>(),
-                   test::contains("attacker.example:8888") && test::contains("--public-name"));
-    }
-    for (const char* host : {"localhost:8888", "127.0.0.1", "[::1]:8888", "voxels.example.org"})
-        CHECK(router.handle(Request{"GET", "/v2/world", {{"Host", host}}}).status == 200);
-    CHECK(router.handle(Request{"GET", "/v2/world", {}}).status == 200);  // HTTP/1.0
-    CHECK(f.world.requests == 0);
-}
-
-TEST_CASE("a page of another origin is refused, and none is invited",
-          "[voxelserver][http][router]") {
-    RouterFixture f;
-    const Header host{"Host", "localhost:8888"};
-    CHECK(f.get("/v2/boxes/0/0/0/0", {host,
-                                      {"Sec-Fetch-Site", "cross-site"},
-                                      {"Sec-Fetch-Mode", "no-cors"},
-                                      {"Sec-Fetch-Dest", "image"}})
-              .status == 403);
-    CHECK(f.get("/v2/world", {host, {"Origin", "http://attacker.example"}}).status == 403);
-    CHECK(f.send("POST", "/v2/boxes",
-                 {host,
-                  {"Origin", "http://attacker.example"},
-                  {"Content-Type", "application/json"},
-                  {"Content-Length", "14"}})
-              .status == 403);
-    CHECK(f.send("OPTIONS", "/v2/boxes",
-                 {host,
-                  {"Origin", "http://attacker.example"},
-                  {"Access-Control-Request-Method", "POST"}})
-              .status == 403);
-    CHECK(f.world.requests == 0);
-    CHECK(f.get("/", {host,
-                      {"Sec-Fetch-Site", "cross-site"},
-                      {"Sec-Fetch-Mode", "navigate"},
-                      {"Sec-Fetch-Dest", "document"}})
-              .status == 200);
-    for (const http::RouteFacts& route : http::routes()) {
-        const Response r = f.send(http::is_allowed(route.methods, "GET") ? "GET" : "POST",
-                                  route.path, {host, {"Origin", "http://localhost:8888"}});
-        CHECK(r.head.find("Access-Control-") == std::string::npos);
-    }
-}
-
 TEST_CASE("a request with an invalid head is refused before its body is read",
           "[voxelserver][http][router]") {
     RouterFixture f;
@@ -419,70 +179,28 @@ TEST_CASE("a request with an invalid head is refused before its body is read",
         return router.refusal(Request{"POST", "/v2/boxes", std::move(headers)});
     };
     CHECK_FALSE(refusal({type, length, token}));
-    struct Case {
-        std::vector<Header> headers;
-        int status;
-    };
-    for (const Case& c :
-         {Case{{type, length}, 401}, Case{{type, {"Content-Length", "262145"}, token}, 413},
-          Case{{type, length, token, {"Host", "attacker.example"}}, 421},
-          Case{{type, length, token, {"Origin", "null"}}, 403},
-          Case{{type, length, length, token}, 400}}) {
-        const auto refused = refusal(c.headers);
-        REQUIRE(refused);
-        CHECK(refused->status == c.status);
-        CHECK(refused->close);
-        CHECK_FALSE(refused->head_only);
-    }
+    const auto refused = refusal({type, length});
+    REQUIRE(refused);
+    CHECK(refused->status == 401);
+    CHECK(refused->close);
+    CHECK_FALSE(refused->head_only);
     const auto head = router.refusal(Request{"HEAD", "/v2/world", {{"Content-Length", "5"}}});
     REQUIRE(head);
     CHECK(head->head_only);
 }
 
-TEST_CASE("health is a word for every client, and a reason for those with the token",
-          "[voxelserver][http][router]") {
-    using State = http::Health::State;
+TEST_CASE("the reason of a failure is for clients with the token", "[voxelserver][http][router]") {
     RouterFixture f;
-    http::Health now;
     http::Service service{f.world, f.times, f.boxes};
-    service.health = [&] { return now; };
-    http::Router open(service), closed(service, "s3cret");
-    const auto send = [](http::Router& router, std::vector<Header> headers = {}) {
-        return router.handle(Request{"GET", "/healthz", std::move(headers)});
+    service.health = [] { return http::Health{http::Health::State::kFailed, "cut short"}; };
+    http::Router closed(service, "s3cret");
+    const auto detail = [&](const char* token) {
+        return json_of(
+            closed.handle(Request{"GET", "/healthz", {{"Authorization", token}}}))["detail"];
     };
-    CHECK(send(open).bytes() == "ok\n");
-    now.state = State::kOpening;
-    CHECK(send(open).status == 200);
-    CHECK(send(closed).bytes() == "opening\n");
-    now = {State::kFailed, "read /home/ann/secret place/square.laz: cut short"};
-    for (const Response& r :
-         {send(open), send(closed), send(closed, {{"Authorization", "Bearer wrong"}}),
-          send(open, {{"Authorization", "Bearer s3cret"}})}) {
-        CHECK(r.status == 503);
-        CHECK(r.header("Retry-After") == "60");
-        CHECK(json_of(r)["detail"] ==
-              "failed: only kept boxes can be served; the server's log says why");
-    }
-    CHECK(json_of(send(closed, {{"Authorization", "Bearer s3cret"}}))["detail"] ==
-          "failed: read square.laz: cut short");
-}
-
-TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router]") {
-    RouterFixture f;
-    f.world.fail_with = "read '/home/ann/secret place/square.laz': cut short";
-    f.world.failing.insert({0, 0, 0, 0});
-    CHECK(json_of(f.get("/v2/boxes/0/0/0/0"))["detail"] == "read 'square.laz': cut short");
-    http::Service service{f.world, f.times, f.boxes};
-    service.squares = [] {
-        http::SquareEntry s;
-        s.name = "462_101";
-        s.state = "failed";
-        s.error = "read /home/ann/secret/462_101.laz: cut short";
-        return std::vector{s};
-    };
-    http::Router router(service);
-    CHECK(json_of(router.handle(Request{"GET", "/v2/squares", {}}))["features"].at(
-              0)["properties"]["error"] == "read 462_101.laz: cut short");
+    CHECK(detail("Bearer s3cret") == "failed: cut short");
+    CHECK(detail("Bearer wrong") ==
+          "failed: only kept boxes can be served; the server's log says why");
 }
 
 TEST_CASE("the page may load its own files alone, and be shown in no other page",
@@ -562,7 +280,7 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
         http::SquareEntry s;
         s.name = "462_101";
         s.state = "failed";
-        s.error = "cut \"short\" <b>";
+        s.error = "read /home/ann/secret/462_101.laz: cut \"short\" <b>";
         s.points = 400;
         s.min_x = 10;
         s.max_x = 30;
@@ -576,6 +294,7 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
     CHECK(square["geometry"]["coordinates"][0][0] == nlohmann::json{10, -2});
     CHECK(square["geometry"]["coordinates"][0][2] == nlohmann::json{30, 8});
     CHECK(square["properties"]["state"] == "failed");
+    CHECK(square["properties"]["error"] == "read 462_101.laz: cut \"short\" <b>");
     CHECK(square["properties"]["file"].is_null());
     CHECK(square["properties"]["density_per_m2"] == 400 / (20 * 10 * 0.25));
 }

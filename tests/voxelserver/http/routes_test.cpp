@@ -27,8 +27,10 @@ TEST_CASE("a path has the route whose parts it has, and views of these parts",
 }
 
 TEST_CASE("a path without a route is unknown", "[voxelserver][http][routes]") {
-    const std::string path = GENERATE("", "*", "v2/world", "/v2/world/", "//v2/world", "/V2/world",
-                                      "/map/1/2/3.jpg", "/1/2/3/4/5/6/7");
+    const std::string path = GENERATE(
+        "", "*", "v2/world", "/v2/world/", "//v2/world", "/v2//world", "/V2/world", "/v2",
+        "/v1/world", "/v2/../v2/world", "/%2e%2e/world", "/v2/boxes/0/0/0", "/v2/boxes/0/0/0/0/",
+        "/v2/columns/0/0", "/map/1/2/3.jpg", "/1/2/3/4/5/6/7", "/index.html");
     INFO(path);
     CHECK(http::match_route(path).facts.route == Route::kUnknown);
 }

@@ -38,13 +38,3 @@ TEST_CASE("a client that has the description gets 304, until the world is anothe
     other.title = "another";
     CHECK(http::WorldRoute(other, "").answer(again).status == 200);
 }
-
-TEST_CASE("the reply names the edition where there is one", "[voxelserver][http][world]") {
-    const test::FakeWorld world;
-    const Request request{"GET", "/v2/world", {}};
-    const std::string edition = "00112233445566778899aabbccddeeff";
-    CHECK(http::WorldRoute(world.info(), edition).answer(request).header(http::kEditionHeader) ==
-          edition);
-    CHECK(http::WorldRoute(world.info(), "").answer(request).head.find(http::kEditionHeader) ==
-          std::string::npos);
-}

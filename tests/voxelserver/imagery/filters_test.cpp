@@ -4,7 +4,6 @@
 #include <map>
 #include <random>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/imagery/palette_file.hpp"
@@ -150,18 +149,6 @@ Filters random_filters(std::mt19937& numbers) {
 
 }  // namespace
 
-TEST_CASE("a lone column becomes what is around it, a group stays",
-          "[voxelserver][imagery][filters]") {
-    const Filters filters{row(bits({Material::kRoad}), bits({Material::kRoad, Material::kGrass}),
-                              std::nullopt, 1, 600)};
-    Grid lone = grid_of({"ggg", "grg", "ggg"}, 1);
-    Grid group = grid_of({"ggr", "rrr", "rgg"}, 1);
-    apply_filters(lone, filters, 1);
-    CHECK(middle(lone) == Material::kGrass);
-    apply_filters(group, filters, 1);
-    CHECK(middle(group) == Material::kRoad);
-}
-
 TEST_CASE("the share of the votes counts, and what has no vote does not",
           "[voxelserver][imagery][filters]") {
     const auto run = [](const std::vector<std::string>& lines, int permille,
@@ -205,16 +192,6 @@ TEST_CASE("fixed columns vote and stay, silent ones change and have no vote",
     }
 }
 
-TEST_CASE("a column with too few like it is isolated", "[voxelserver][imagery][filters]") {
-    FilterRow isolated{"isolated", bits({Material::kWater}), 0, Material::kGround, 1, 500, 250};
-    Grid two = grid_of({"g..", ".ww", "..g"}, 1);
-    Grid three = grid_of({"g..", "www", "..g"}, 1);
-    apply_filters(two, {isolated}, 1);
-    CHECK(middle(two) == Material::kGround);  // 2 of 9
-    apply_filters(three, {isolated}, 1);
-    CHECK(middle(three) == Material::kWater);
-}
-
 TEST_CASE("radii follow the voxel and the margin stays bounded",
           "[voxelserver][imagery][filters]") {
     const auto all = bits({Material::kGrass, Material::kRoad});
@@ -237,50 +214,23 @@ TEST_CASE("radii follow the voxel and the margin stays bounded",
     }
 }
 
-TEST_CASE("filters do what their definition says", "[voxelserver][imagery][filters][property]") {
-    const auto seed = GENERATE(take(1, random(0U, 1'000'000U)));
-    INFO("seed " << seed);
-    std::mt19937 numbers(seed);
-    for (int i = 0; i < 40; ++i) {
-        const Filters filters = i == 0 ? load_filters("default") : random_filters(numbers);
-        const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0}[numbers() % 4];
-        const int margin = margin_of(filters, voxel_m);
-        Grid grid =
-            random_grid(20 + static_cast<int>(numbers() % 30) + 2 * margin,
-                        20 + static_cast<int>(numbers() % 30) + 2 * margin, margin, numbers);
-        const Grid expected = by_definition(grid, filters, voxel_m);
-        apply_filters(grid, filters, voxel_m);
-        int wrong = 0;
-        for (int z = margin; z < grid.height - margin; ++z)
-            for (int x = margin; x < grid.width - margin; ++x) {
-                const auto at = static_cast<std::size_t>(z * grid.width + x);
-                wrong += grid.material[at] != expected.material[at];
-            }
-        INFO("grid " << i << ", " << filters.size() << " rows, margin " << margin);
-        REQUIRE(wrong == 0);
-    }
-}
-
-TEST_CASE("patches cut out of a landscape agree with the whole",
+TEST_CASE("filters do what their definition says, in any patch that is cut out of a landscape",
           "[voxelserver][imagery][filters][property]") {
     const auto seed = GENERATE(take(1, random(0U, 1'000'000U)));
     INFO("seed " << seed);
     std::mt19937 numbers(seed);
     for (int i = 0; i < 20; ++i) {
-        const Filters filters = i % 2 == 0 ? load_filters("default") : random_filters(numbers);
-        const double voxel_m = std::array{0.5, 1.0, 2.0}[numbers() % 3];
+        const Filters filters = i == 0 ? load_filters("default") : random_filters(numbers);
+        const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0}[numbers() % 4];
         const int margin = margin_of(filters, voxel_m);
-        const int side = 160;
+        const int side = 60 + 2 * margin;
         const Grid land = random_grid(side, side, margin, numbers);
-        Grid whole = land;
-        apply_filters(whole, filters, voxel_m);
+        const Grid whole = by_definition(land, filters, voxel_m);
         for (int crop = 0; crop < 6; ++crop) {
             const int extra =
                 static_cast<int>(numbers() % 3);  // a margin wider than required changes nothing
-            const int w = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra);
-            const int h = 1 + static_cast<int>(numbers() % 64) + 2 * (margin + extra);
-            if (w > side || h > side)
-                continue;
+            const int w = 1 + static_cast<int>(numbers() % 50) + 2 * (margin + extra);
+            const int h = 1 + static_cast<int>(numbers() % 50) + 2 * (margin + extra);
             const int x0 = static_cast<int>(numbers() % static_cast<unsigned>(side - w + 1));
             const int z0 = static_cast<int>(numbers() % static_cast<unsigned>(side - h + 1));
             Grid part{w, h, margin + extra, {}, {}};
@@ -319,31 +269,26 @@ TEST_CASE("a bad filter is refused, naming file, field, value and what is allowe
           "[voxelserver][imagery][filters][bad]") {
     struct Case {
         const char* name;
-        const char* text;
+        std::string text;
         const char* message;
     };
-    const auto c = GENERATE(values<Case>({
+    const std::string a = "name = \"a\"\n";
+    const std::string roads = a + "of = [\"road\"]\n";
+    const std::string by_roads = roads + "by = [\"road\"]\n";
+    const std::string majority = by_roads + "to = \"majority\"\n";
+    const auto c = GENERATE_COPY(values<Case>({
         {"no name", "of = [\"road\"]", "row 1 name is missing"},
-        {"no of", "name = \"a\"\nby = [\"road\"]", "'a' of is missing or empty"},
-        {"no by", "name = \"a\"\nof = [\"road\"]", "'a' by is missing or empty"},
-        {"bad to", "name = \"a\"\nof = [\"road\"]\nby = [\"road\"]\nto = \"most\"",
-         "'a' to = 'most'"},
-        {"no radius",
-         "name = \"a\"\nof = [\"road\"]\nby = [\"road\"]\nto = \"majority\"\nat_least = 0.5",
-         "'a' radius_m is missing"},
-        {"bad radius",
-         "name = \"a\"\nof = [\"road\"]\nby = [\"road\"]\nto = \"majority\"\nat_least = "
-         "0.5\nradius_m = 99",
+        {"no of", a + "by = [\"road\"]", "'a' of is missing or empty"},
+        {"no by", roads, "'a' by is missing or empty"},
+        {"bad to", by_roads + "to = \"most\"", "'a' to = 'most'"},
+        {"no radius", majority + "at_least = 0.5", "'a' radius_m is missing"},
+        {"bad radius", majority + "at_least = 0.5\nradius_m = 99",
          "'a' radius_m = 99; allowed: 0.1 to 20"},
-        {"bad share",
-         "name = \"a\"\nof = [\"road\"]\nby = [\"road\"]\nto = \"majority\"\nat_least = "
-         "50\nradius_m = 2",
+        {"bad share", majority + "at_least = 50\nradius_m = 2",
          "'a' at_least = 50; allowed: 0.001 to 1"},
-        {"both shares",
-         "name = \"a\"\nof = [\"road\"]\nto = \"ground\"\nat_least = 0.5\nat_most = 0.1\nradius_m "
-         "= 2",
+        {"both shares", roads + "to = \"ground\"\nat_least = 0.5\nat_most = 0.1\nradius_m = 2",
          "'a' at_most goes without"},
-        {"misspelt", "name = \"a\"\nradius = 2",
+        {"misspelt", a + "radius = 2",
          "radius is no field; allowed: name, of, by, to, radius_m, at_least, at_most"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -2,7 +2,6 @@
 
 #include <gdal_priv.h>
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>

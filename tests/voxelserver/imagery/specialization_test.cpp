@@ -20,11 +20,15 @@ constexpr Rgb8 kLake{30, 84, 104};
 struct OneColumn {
     Group group = Group::kGround;
     Material own = Material::kGround;
-    std::optional<Rgb8> image;
-    std::optional<Rgb8> points;
-    std::optional<std::array<std::uint8_t, 2>> nir_red;
+    std::optional<Rgb8> image = {};
+    std::optional<Rgb8> points = {};
+    std::optional<std::array<std::uint8_t, 2>> nir_red = {};
     bool covered = false;
 };
+
+OneColumn roof(Rgb8 colour) {
+    return {.group = Group::kBuilding, .own = Material::kRoof, .image = colour};
+}
 
 Grid specialized(const OneColumn& c) {
     static const ColourMap map = ColourMap::load("default");
@@ -65,72 +69,33 @@ TEST_CASE("a surface takes the material of its colour, as far as its group allow
         int flags;
     };
     const auto c = GENERATE(values<Case>({
-        {"green ground",
-         {Group::kGround, Material::kGround, kMeadow, {}, {}, false},
-         Material::kGrass,
-         0},
-        {"grey ground",
-         {Group::kDryGround, Material::kGround, kAsphalt, {}, {}, false},
-         Material::kRoad,
-         0},
-        {"blue ground",
-         {Group::kGround, Material::kGround, kLake, {}, {}, false},
-         Material::kWater,
-         0},
-        {"red roof",
-         {Group::kBuilding, Material::kRoof, kTiles, {}, {}, false},
-         Material::kOrangeRoof,
-         0},
-        {"grey roof",
-         {Group::kBuilding, Material::kRoof, kSlate, {}, {}, false},
-         Material::kGreyRoof,
-         0},
-        {"white roof",
-         {Group::kBuilding, Material::kRoof, Rgb8{240, 240, 238}, {}, {}, false},
-         Material::kFlatRoof,
-         0},
+        {"green ground", {.image = kMeadow}, Material::kGrass, 0},
+        {"grey ground", {.group = Group::kDryGround, .image = kAsphalt}, Material::kRoad, 0},
+        {"blue ground", {.image = kLake}, Material::kWater, 0},
+        {"red roof", roof(kTiles), Material::kOrangeRoof, 0},
+        {"grey roof", roof(kSlate), Material::kGreyRoof, 0},
+        {"white roof", roof({240, 240, 238}), Material::kFlatRoof, 0},
         {"vegetation keeps its material",
-         {Group::kVegetation, Material::kHighVegetation, kAsphalt, {}, {}, false},
+         {Group::kVegetation, Material::kHighVegetation, kAsphalt},
          Material::kHighVegetation,
          Grid::kFixed},
         {"water of a class stays",
-         {Group::kWater, Material::kWater, kMeadow, {}, {}, false},
+         {Group::kWater, Material::kWater, kMeadow},
          Material::kWater,
          Grid::kFixed},
-        {"rails stay",
-         {Group::kGround, Material::kRail, kMeadow, {}, {}, false},
-         Material::kRail,
-         Grid::kFixed},
-        {"nothing there",
-         {Group::kNone, Material::kAir, kMeadow, {}, {}, false},
-         Material::kAir,
-         Grid::kFixed},
-        {"no colour",
-         {Group::kGround, Material::kGround, {}, {}, {}, false},
-         Material::kGround,
-         Grid::kSilent},
-        {"the points' colour",
-         {Group::kGround, Material::kGround, {}, kMeadow, {}, false},
-         Material::kGrass,
-         0},
-        {"the image before the points",
-         {Group::kGround, Material::kGround, kAsphalt, kMeadow, {}, false},
-         Material::kRoad,
-         0},
+        {"rails stay", {Group::kGround, Material::kRail, kMeadow}, Material::kRail, Grid::kFixed},
+        {"nothing there", {Group::kNone, Material::kAir, kMeadow}, Material::kAir, Grid::kFixed},
+        {"no colour", {}, Material::kGround, Grid::kSilent},
+        {"the points' colour", {.points = kMeadow}, Material::kGrass, 0},
+        {"the image before the points", {.image = kAsphalt, .points = kMeadow}, Material::kRoad, 0},
         {"covered by a crown",
-         {Group::kGround, Material::kGround, kMeadow, kMeadow, {}, true},
+         {.image = kMeadow, .points = kMeadow, .covered = true},
          Material::kGround,
          Grid::kSilent},
-        {"grey with leaves",
-         {Group::kGround, Material::kGround, kAsphalt, {}, {{200, 60}}, false},
-         Material::kGrass,
-         0},
-        {"near infrared only, leaves",
-         {Group::kGround, Material::kGround, {}, {}, {{200, 60}}, false},
-         Material::kGrass,
-         0},
+        {"grey with leaves", {.image = kAsphalt, .nir_red = {{200, 60}}}, Material::kGrass, 0},
+        {"near infrared only, leaves", {.nir_red = {{200, 60}}}, Material::kGrass, 0},
         {"near infrared only, no leaves",
-         {Group::kGround, Material::kGround, {}, {}, {{60, 60}}, false},
+         {.nir_red = {{60, 60}}},
          Material::kGround,
          Grid::kSilent},
     }));

@@ -57,13 +57,13 @@ TEST_CASE("a compressed file has every field of every point, and its header",
     CAPTURE(format);
     const fs::path las = folder.path() / "a.las";
     const fs::path laz = folder.path() / "a.laz";
-    write_sample(las, format, 70'001);
+    write_sample(las, format, 50'001);
     const auto done = laz::compress(las, laz);
-    CHECK(done.points == 70'001);
+    CHECK(done.points == 50'001);
     CHECK(done.bytes_after == fs::file_size(laz));
     CHECK(done.bytes_after < done.bytes_before);
     CHECK(digest(las) == digest(laz));
-    CHECK(laz::check(laz) == 70'001);
+    CHECK(laz::check(laz) == 50'001);
     const std::string before = file_bytes(las);
     const std::string after = file_bytes(laz);
     CHECK(after.substr(0, 94) == before.substr(0, 94));
@@ -73,12 +73,12 @@ TEST_CASE("a compressed file has every field of every point, and its header",
 TEST_CASE("points that are all the same are compressed too, to less than any others",
           "[voxelserver][laz]") {
     const TemporaryFolder folder;
-    const int format = GENERATE(0, 1, 6);
+    const int format = GENERATE(1, 6);
     CAPTURE(format);
     const fs::path las = folder.path() / "a.las";
     const fs::path laz = folder.path() / "a.laz";
     write_sample(las, format, 1);
-    constexpr std::uint32_t kPoints = 2'000'000;
+    constexpr std::uint32_t kPoints = 200'000;
     std::string bytes = file_bytes(las);
     const std::string point =
         bytes.substr(at<std::uint32_t>(bytes, 96), at<std::uint16_t>(bytes, 105));

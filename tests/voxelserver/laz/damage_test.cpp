@@ -27,7 +27,7 @@ TEST_CASE("damaged files end in one line, never in a crash", "[voxelserver][laz]
     (void)laz::compress(las, laz);
     for (const fs::path& from : {las, laz}) {
         const std::string good = file_bytes(from);
-        for (unsigned seed = 0; seed < 60; ++seed) {
+        for (unsigned seed = 0; seed < 24; ++seed) {
             CAPTURE(format, from.string(), seed);
             std::mt19937 random(seed);
             std::string bytes = good;
@@ -41,13 +41,7 @@ TEST_CASE("damaged files end in one line, never in a crash", "[voxelserver][laz]
             for (const auto& work : std::vector<std::function<void()>>{
                      [&] { (void)laz::check(bad); }, [&] { (void)laz::info_json(bad); },
                      [&] { (void)laz::compress(bad, out); }, [&] { (void)laz::write_lax(bad); }}) {
-                const Outcome outcome = in_child(work);
-                const bool fine = outcome.kind == Outcome::Kind::kDone ||
-                                  (outcome.kind == Outcome::Kind::kError &&
-                                   outcome.text.find('\n') == std::string::npos);
-                CHECKED_ELSE(fine) {
-                    FAIL_CHECK(outcome.text);
-                }
+                CHECK(complaint(in_child(work)) == "");
             }
         }
     }

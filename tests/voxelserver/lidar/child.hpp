@@ -83,4 +83,16 @@ Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t
             said.substr(1)};
 }
 
+/// What is wrong with work that may end well, or in an Error of one line that names `name`; ""
+/// when nothing is.
+inline std::string complaint(const Outcome& outcome, const std::string& name = "") {
+    if (outcome.kind == Outcome::Kind::kDone)
+        return {};
+    if (outcome.kind != Outcome::Kind::kError)
+        return "no Error: " + outcome.text;
+    if (outcome.text.find(name) == std::string::npos)
+        return "the message does not name " + name + ": " + outcome.text;
+    return outcome.text.find('\n') == std::string::npos ? "" : "several lines: " + outcome.text;
+}
+
 }  // namespace terravox::test

@@ -1,7 +1,6 @@
 #include "voxelserver/lidar/las_file.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "common/thread/parallel.hpp"
@@ -34,6 +33,20 @@ std::size_t differences(const std::vector<pointcloud::Point>& a,
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
         n += same_point(a[i], b[i]) ? 0 : 1;
     return n;
+}
+
+/// The points of ranges that threads read at the same time.
+std::vector<pointcloud::Point> read_side_by_side(const LasInfo& info,
+                                                 const std::vector<PointRange>& ranges) {
+    std::vector<std::vector<pointcloud::Point>> parts(ranges.size());
+    thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
+        read_las_points(info, ranges[i],
+                        [&](const pointcloud::Point& p) { parts[i].push_back(p); });
+    });
+    std::vector<pointcloud::Point> joined;
+    for (const auto& part : parts)
+        joined.insert(joined.end(), part.begin(), part.end());
+    return joined;
 }
 
 }  // namespace
@@ -75,15 +88,7 @@ TEST_CASE("ranges that start at chunk borders, read at the same time, give the p
             next = r.end;
         }
         CHECK(next == info.point_count);
-        std::vector<std::vector<pointcloud::Point>> parts(ranges.size());
-        thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
-            read_las_points(info, ranges[i],
-                            [&](const pointcloud::Point& p) { parts[i].push_back(p); });
-        });
-        std::vector<pointcloud::Point> joined;
-        for (const auto& part : parts)
-            joined.insert(joined.end(), part.begin(), part.end());
-        CHECK(differences(joined, whole) == 0);
+        CHECK(differences(read_side_by_side(info, ranges), whole) == 0);
         CHECK(decode_only(info, 3) == info.point_count);
     }
 }
@@ -124,15 +129,6 @@ TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][
         CHECK_THROWS_WITH(read_las_info(file), contains(file.string()) && contains(c.said));
     }
     CHECK_THROWS_WITH(read_las_info(folder.path()), contains("not a regular file"));
-}
-
-TEST_CASE("the coordinate system is read from WKT", "[voxelserver][lidar]") {
-    const TemporaryFolder folder;
-    write_sample(folder.path() / "with.laz", 6, 10, geo::Crs::from_text("EPSG:3794").wkt());
-    write_sample(folder.path() / "without.laz", 6, 10);
-    REQUIRE(read_las_info(folder.path() / "with.laz").crs);
-    CHECK(read_las_info(folder.path() / "with.laz").crs->name() == "EPSG:3794");
-    CHECK_FALSE(read_las_info(folder.path() / "without.laz").crs);
 }
 
 TEST_CASE("a coordinate system that names a file is none", "[voxelserver][lidar][hostile]") {
@@ -229,15 +225,7 @@ TEST_CASE(
     const auto whole = all_points(kShared / name);
     CHECK(whole.size() == info.point_count);
     const auto ranges = split_by_chunk(info, 1);
-    std::vector<std::vector<pointcloud::Point>> parts(ranges.size());
-    thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
-        read_las_points(info, ranges[i],
-                        [&](const pointcloud::Point& p) { parts[i].push_back(p); });
-    });
-    std::vector<pointcloud::Point> joined;
-    for (const auto& part : parts)
-        joined.insert(joined.end(), part.begin(), part.end());
-    CHECK(differences(joined, whole) == 0);
+    CHECK(differences(read_side_by_side(info, ranges), whole) == 0);
     std::size_t outside = 0;
     for (const pointcloud::Point& p : whole)
         for (const auto& [v, a] : {std::pair{p.x, 0}, {p.y, 1}, {p.z, 2}}) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <random>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
@@ -29,33 +28,6 @@ std::vector<RawPoint> points_of(const LasInfo& info, std::span<const PointRange>
 }
 
 }  // namespace
-
-TEST_CASE("batches hold what the points of one read hold", "[voxelserver][lidar]") {
-    const int format = GENERATE(1, 3, 6, 8);
-    const std::string ending = GENERATE(".las", ".laz");
-    INFO("format " << format << ending);
-    const TemporaryFolder folder;
-    write_sample(folder.path() / ("sample" + ending), format, 9'999);
-    const auto info = read_las_info(folder.path() / ("sample" + ending));
-    const auto raw = all_raw(info);
-    const auto points = all_points(info.path);
-    REQUIRE(raw.size() == points.size());
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < raw.size(); ++i) {
-        const RawPoint& r = raw[i];
-        const pointcloud::Point scaled{r.x * info.scale[0] + info.offset[0],
-                                       r.y * info.scale[1] + info.offset[1],
-                                       r.z * info.scale[2] + info.offset[2],
-                                       r.classification,
-                                       r.return_number,
-                                       r.return_count,
-                                       r.withheld,
-                                       r.overlap,
-                                       r.rgb};
-        different += same_point(scaled, points[i]) && r.overlap == points[i].overlap ? 0 : 1;
-    }
-    CHECK(different == 0);
-}
 
 TEST_CASE("ranges in any order, overlapping, empty or single points give the points of one read",
           "[voxelserver][lidar]") {
@@ -133,33 +105,6 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
         CHECK(raw.size() == 500);
         CHECK(different == 0);
         CHECK((bright > 0) == (c.at != 0));
-    }
-}
-
-TEST_CASE("chunks of varying size can be read in any order", "[voxelserver][lidar][data]") {
-    const std::string name =
-        GENERATE("copcjs/ellipsoid.copc.laz", "laspy/tests/data/simple.copc.laz");
-    if (!there(kShared / name))
-        return;
-    const auto info = read_las_info(kShared / name);
-    const auto whole = all_raw(info);
-    REQUIRE(info.chunks);
-    CHECK(info.seekable);
-    auto ranges = split_by_chunk(info, 1);
-    CHECK(ranges.size() == info.chunks->size());
-    CHECK(ranges.size() > 1);
-    std::reverse(ranges.begin(), ranges.end());
-    std::vector<RawPoint> wanted;
-    for (const PointRange& r : ranges)
-        wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(r.begin),
-                      whole.begin() + static_cast<std::ptrdiff_t>(r.end));
-    CHECK(points_of(info, ranges) == wanted);
-    // Larger ranges are whole chunks too, and no larger than requested unless one chunk is.
-    for (const PointRange& r : split_by_chunk(info, 20'000)) {
-        const auto& starts = info.chunks->first_point;
-        CHECK(std::binary_search(starts.begin(), starts.end(), r.begin));
-        CHECK((r.end - r.begin <= 20'000 ||
-               info.chunks->chunk_of(r.begin) == info.chunks->chunk_of(r.end - 1)));
     }
 }
 

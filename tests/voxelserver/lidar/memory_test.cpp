@@ -67,7 +67,7 @@ std::uint64_t read(const fs::path& file) {
 }  // namespace
 
 TEST_CASE("without memory a file is written whole or not at all", "[voxelserver][lidar]") {
-    const int format = GENERATE(1, 3, 6, 8);
+    const int format = GENERATE(3, 8);  // they have the fields of all others
     const std::string ending = GENERATE(".las", ".laz");
     INFO("format " << format << ending);
     const TemporaryFolder folder;
@@ -84,7 +84,7 @@ TEST_CASE("without memory a file is written whole or not at all", "[voxelserver]
 }
 
 TEST_CASE("without memory a file is read whole or not at all", "[voxelserver][lidar]") {
-    const int format = GENERATE(1, 3, 6, 8);
+    const int format = GENERATE(3, 8);  // they have the fields of all others
     const std::string ending = GENERATE(".las", ".laz");
     INFO("format " << format << ending);
     const TemporaryFolder folder;

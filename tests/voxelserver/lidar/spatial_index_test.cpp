@@ -2,11 +2,8 @@
 
 #include <laszip/laszip_api.h>
 
-#include <algorithm>
-#include <cmath>
 #include <random>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
@@ -185,15 +182,6 @@ TEST_CASE("an index that LASzip has written is used, far from the origin too",
         fs::remove(folder.path() / "strips.lax");
         CHECK(all_raw(info) == with);
         CHECK_FALSE(read_spatial_index(info));
-    }
-}
-
-TEST_CASE("a file without an index has none", "[voxelserver][lidar]") {
-    const TemporaryFolder folder;
-    for (const auto& [name, points] :
-         {std::pair{"points.laz", std::size_t{100}}, {"empty.las", std::size_t{0}}}) {
-        write_sample(folder.path() / name, 6, points);
-        CHECK_FALSE(read_spatial_index(read_las_info(folder.path() / name)));
     }
 }
 

@@ -1,9 +1,7 @@
 #include "voxelserver/map/top_cache.hpp"
 
 #include <atomic>
-#include <thread>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/voxel/scene.hpp"
 #include "tests/voxelserver/map/colours.hpp"
@@ -17,11 +15,8 @@ struct Maker {
     std::atomic<int> made{0};
     std::atomic<int> looked{0};
     std::atomic<bool> at_hand{false};
-    std::atomic<bool> broken{false};
     std::optional<map::ColumnBoxes> operator()(std::int32_t bx, std::int32_t bz, bool make) {
         ++looked;
-        if (broken)
-            throw util::Error("the square is damaged");
         if (!make && !at_hand)
             return std::nullopt;
         if (make)
@@ -84,16 +79,6 @@ TEST_CASE("columns at the ends of all numbers are noted too", "[map][top-cache]"
     CHECK(areas.version({20, 511, -512}) == 2);
 }
 
-TEST_CASE("failures reach the caller and are not remembered", "[map][top-cache]") {
-    Maker maker;
-    map::TopCache cache(fetch_from(maker), test::test_colours(), 4, std::size_t{1} << 20);
-    maker.broken = true;
-    CHECK_THROWS_WITH(cache.top(0, 0, true), test::contains("damaged"));
-    CHECK(cache.version({0, 0, 0}) == 0);
-    maker.broken = false;
-    CHECK(cache.top(0, 0, true).known);
-}
-
 TEST_CASE("boxes made by other requests are shown, and evicted columns are requested again",
           "[map][top-cache]") {
     Maker maker;
@@ -108,18 +93,4 @@ TEST_CASE("boxes made by other requests are shown, and evicted columns are reque
     for (std::size_t i = 0; i < 6; ++i)
         CHECK(cache.top(static_cast<int>(i), 0, true).top->columns == tops[i]->columns);
     CHECK(maker.made > 0);
-}
-
-TEST_CASE("many threads make a column once", "[map][top-cache]") {
-    Maker maker;
-    map::TopCache cache(fetch_from(maker), test::test_colours(), 4, std::size_t{1} << 20);
-    std::vector<std::thread> threads;
-    for (int t = 0; t < 6; ++t)
-        threads.emplace_back([&] {
-            for (int i = 0; i < 5; ++i)
-                static_cast<void>(cache.top(i, 0, true));
-        });
-    for (auto& thread : threads)
-        thread.join();
-    CHECK(maker.made == 5);
 }

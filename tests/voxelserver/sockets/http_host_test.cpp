@@ -12,49 +12,38 @@ using namespace terravox;
 TEST_CASE(
     "a server answers to localhost, numeric addresses and the names it was given, with any port",
     "[common][net][http]") {
-    struct Case {
-        const char* host;
-        bool allowed;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"localhost", true},
-        {"localhost:8888", true},
-        {"LocalHost:1", true},
-        {"127.0.0.1", true},
-        {"127.0.0.1:8888", true},
-        {"[::1]", true},
-        {"[::1]:8888", true},
-        {"192.0.2.7:80", true},
-        {"[2001:db8::1]:80", true},
-        {"voxels.example.org", true},
-        {"VOXELS.example.org:443", true},
-        {"", false},
-        {"attacker.example", false},
-        {"attacker.example:8888", false},
-        {"localhost.attacker.example", false},
-        {"xlocalhost", false},
-        {"127.0.0.1.attacker.example", false},
-        {"localhost@attacker.example", false},
-        {"localhost:", true},
-        {"localhost:x", false},
-        {"localhost:8888:1", false},
-        {"localhost:123456", false},
-        {"::1", false},
-        {"[::1", false},
-        {"[::1]x", false},
-        {"[attacker.example]", false},
-        {"[127.0.0.1]", false},
-        {"127.1", false},
-        {"0x7f000001", false},
-        {"localhost, localhost", false},
-        {"a\r\nb", false},
-        {"voxels.example.org.", false},
-        {" localhost", false},
-        {"[:::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::::]", false},
-    }));
-    DYNAMIC_SECTION("'" << c.host << "'") {
-        CHECK(sockets::HttpNames("127.0.0.1", {"Voxels.Example.org"}).allow(c.host) == c.allowed);
+    const sockets::HttpNames names("127.0.0.1", {"Voxels.Example.org"});
+    for (const char* host : {"localhost", "localhost:8888", "LocalHost:1", "localhost:",
+                             "127.0.0.1", "127.0.0.1:8888", "[::1]", "[::1]:8888", "192.0.2.7:80",
+                             "[2001:db8::1]:80", "voxels.example.org", "VOXELS.example.org:443"}) {
+        INFO(host);
+        CHECK(names.allow(host));
     }
+    for (const char* host : {"",
+                             "attacker.example",
+                             "attacker.example:8888",
+                             "localhost.attacker.example",
+                             "xlocalhost",
+                             "127.0.0.1.attacker.example",
+                             "localhost@attacker.example",
+                             "localhost:x",
+                             "localhost:8888:1",
+                             "localhost:123456",
+                             "::1",
+                             "[::1",
+                             "[::1]x",
+                             "[attacker.example]",
+                             "[127.0.0.1]",
+                             "127.1",
+                             "0x7f000001",
+                             "localhost, localhost",
+                             "a\r\nb",
+                             "voxels.example.org.",
+                             " localhost"}) {
+        INFO("'" << host << "'");
+        CHECK_FALSE(names.allow(host));
+    }
+    CHECK_FALSE(names.allow("[" + std::string(100, ':') + "]"));
 }
 
 TEST_CASE("the machine's own name counts where other machines may connect, and not on loopback",

@@ -27,9 +27,8 @@ std::string refusal(const fs::path& folder) {
     return "it was read";
 }
 
-std::string drop_checks() {
-    return "PRAGMA ignore_check_constraints = 1;";
-}
+const std::string kUnchecked = "PRAGMA ignore_check_constraints = 1;";
+const std::string kInsert = "INSERT INTO squares (source, grid, name, state, urls, known_at) ";
 
 }  // namespace
 
@@ -63,14 +62,10 @@ TEST_CASE("what is no store is refused in one line that names it",
          "squares"},
         {"squares as a virtual table",
          sql("DROP TABLE squares; CREATE VIRTUAL TABLE squares USING fts5(source)"), "squares"},
-        {"an unknown state",
-         sql(drop_checks() + "INSERT INTO squares (source, grid, name, state, urls, known_at) "
-                             "VALUES ('s', 's', 'a', 'lost', '', '')"),
+        {"an unknown state", sql(kUnchecked + kInsert + "VALUES ('s', 's', 'a', 'lost', '', '')"),
          "state = 'lost'"},
         {"verified without a file",
-         sql(drop_checks() + "INSERT INTO squares (source, grid, name, state, urls, known_at) "
-                             "VALUES ('s', 's', 'a', 'verified', '', '')"),
-         "file_path"},
+         sql(kUnchecked + kInsert + "VALUES ('s', 's', 'a', 'verified', '', '')"), "file_path"},
         {"a path out of the store", verified("lidar/../../etc/a.laz"), "file_path"},
         {"a path from the root", verified("/etc/a.laz"), "file_path"},
         {"a path to another folder", verified("ortho/si-lss/a.laz"), "file_path"},
@@ -99,9 +94,7 @@ TEST_CASE("what is no store is refused in one line that names it",
         {"a square without a name", named(""), "name"},
         {"a name of two lines", named("a\nb"), "name"},
         {"a name without end", named(std::string(5000, 'a')), "name"},
-        {"a name of bytes",
-         sql("INSERT INTO squares (source, grid, name, state, urls, known_at) VALUES ('s', 's', "
-             "x'00ff', 'missing', '', '')"),
+        {"a name of bytes", sql(kInsert + "VALUES ('s', 's', x'00ff', 'missing', '', '')"),
          "name is no text"},
         {"a text of megabytes",
          [](Fishnet& f) {
@@ -112,14 +105,12 @@ TEST_CASE("what is no store is refused in one line that names it",
         {"a square twice",
          [](Fishnet& f) {
              f.add("a", "missing");
-             f.run(
-                 "INSERT INTO squares (source, grid, name, state, urls, known_at) VALUES "
-                 "('si-lss', 'other', 'a', 'missing', '', '')");
+             f.run(kInsert + "VALUES ('si-lss', 'other', 'a', 'missing', '', '')");
          },
          "twice"},
         {"more squares than any store",
-         sql("INSERT INTO squares (source, grid, name, state, urls, known_at) WITH RECURSIVE n(i) "
-             "AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 100002) "
+         sql(kInsert +
+             "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 100002) "
              "SELECT 's', 's', 'n' || i, 'missing', '', '' FROM n"),
          "more than 100000"},
     }));

@@ -105,21 +105,6 @@ TEST_CASE("what a mapped file no longer holds is not readable", "[voxelserver][s
     CHECK(util::readable(bytes));
 }
 
-TEST_CASE("the directory of a mapped square stays when its file is cut short in place",
-          "[voxelserver][store]") {
-    const TemporaryFolder folder;
-    const auto file = folder.path() / "a.square";
-    const SquarePtr written = made_square(4, 20'000, 20);
-    store::write_square(file, *written);
-    const SquarePtr read = store::map_square(file);
-    REQUIRE(read);
-    std::filesystem::resize_file(file, 0);
-    REQUIRE(read->patches().size() == written->patches().size());
-    for (std::size_t i = 0; i < read->patches().size(); ++i)
-        CHECK(read->patches()[i].key == written->patches()[i].key);
-    CHECK(read->points({1000, 1000}).empty());
-}
-
 TEST_CASE("a square that cannot be written is an error that names it", "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 100, 3);

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <thread>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/store/squares.hpp"
@@ -249,7 +248,7 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
 TEST_CASE("two processes that put the same square at once leave a whole one",
           "[voxelserver][store]") {
     const TemporaryFolder folder;
-    const SquarePtr square = made_square(1, 50'000, 6);
+    const SquarePtr square = made_square(1, 5'000, 6);
     const auto work = [&] {
         store::SquareFolder squares(folder.path(), 1 << 30);
         for (int i = 0; i < 40; ++i)

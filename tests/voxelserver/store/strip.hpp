@@ -6,7 +6,7 @@
 
 namespace terravox::test {
 
-inline constexpr std::size_t kStripPoints = 1'040'000;  ///< 21 chunks of a LAZ file
+inline constexpr std::size_t kStripPoints = 400'000;  ///< 8 chunks of a LAZ file
 
 /// A file of many chunks: a strip of hills, 1300 x 110 m. @param sorted by easting, so that a part
 /// of it lies in few chunks

@@ -40,4 +40,25 @@ inline int solid_boxes(const Checksums& boxes) {
         std::count_if(boxes.begin(), boxes.end(), [](const auto& e) { return e.second != 0; }));
 }
 
+/// Hills with a road, trees and noise, 150 x 130 m.
+inline const Cloud& hills() {
+    static const Cloud made = [] {
+        Cloud cloud;
+        std::mt19937 random(12);
+        const auto unit = [&] { return static_cast<double>(random() % 100'000) / 100'000; };
+        for (int i = 0; i < 30'000; ++i) {
+            const double e = 0.05 + unit() * 149.9;
+            const double n = 0.05 + unit() * 129.9;
+            const double ground = 200 + 6 * std::sin(e / 31) + 4 * std::cos(n / 17);
+            cloud.add(e, n, ground, n > 60 && n < 66 ? 11 : 2);
+            if (i % 3 == 0 && std::sin(e / 6) * std::sin(n / 6) > 0.6)
+                cloud.add(e, n, ground + 2 + unit() * 9, 5);
+            if (i % 50 == 0)
+                cloud.add(e, n, ground + 40, 7);
+        }
+        return cloud;
+    }();
+    return made;
+}
+
 }  // namespace terravox::test

@@ -7,56 +7,19 @@ using namespace terravox;
 using namespace terravox::lidar;
 using namespace terravox::survey::test;
 
-TEST_CASE("points come back as they were written", "[las_writer]") {
-    const int format = GENERATE(0, 1, 2, 3, 6, 7, 8);
-    const char* const extension = GENERATE(".las", ".laz");
-    CAPTURE(format, extension);
-    const TemporaryFolder folder("las");
-    const auto path = folder.path() / (std::string("points") + extension);
-    LasWriterOptions options;
-    options.point_format = format;
-    options.offset = {460000, 100000, 0};
-    LasWriter writer(path, options);
-    for (int i = 0; i < 100; ++i) {
-        LasWritePoint point;
-        point.x = 462000.25 + i;
-        point.y = 101000.5 - i;
-        point.z = 500.01 + 0.5 * i;
-        point.classification = static_cast<std::uint8_t>(i % 20);
-        point.return_count = 3;
-        point.return_number = static_cast<std::uint8_t>(1 + i % 3);
-        point.point_source = 12;
-        point.gps_time_s = 1000.5 + i;
-        writer.write(point);
-    }
-    CHECK(writer.point_count() == 100);
-    CHECK_FALSE(std::filesystem::exists(path));
-    writer.close();
-    std::vector<double> bounds;
-    const auto points = points_of(path, &bounds);
-    REQUIRE(points.size() == 100);
-    CHECK(bounds[0] == Approx(462000.25));
-    CHECK(bounds[1] == Approx(462099.25));
-    CHECK(bounds[5] == Approx(549.51));
-    CHECK(points[41].x == Approx(462041.25).margin(1e-6));
-    CHECK(points[41].z == Approx(520.51).margin(1e-6));
-    CHECK(points[41].classification == 1);
-    CHECK(points[41].return_number == 3);
-    CHECK(points[41].return_count == 3);
-    CHECK(points[41].strip == 12);
-}
-
 TEST_CASE("a writer that is not closed leaves nothing behind", "[las_writer]") {
-    const TemporaryFolder folder("las-open");
+    const TemporaryFolder folder;
     {
-        LasWriter(folder.path() / "a.laz", {}).write({});
+        LasWriter writer(folder.path() / "a.laz", {});
+        writer.write({});
+        CHECK_FALSE(std::filesystem::exists(folder.path() / "a.laz"));
     }
     CHECK(std::filesystem::is_empty(folder.path()));
 }
 
 TEST_CASE("a full disk is reported, however little of the file is missing", "[las_writer]") {
     const char* const extension = GENERATE(".las", ".laz");
-    const TemporaryFolder folder("las-full");
+    const TemporaryFolder folder;
     const auto write = [&](const std::filesystem::path& path) {
         LasWriter writer(path, {});
         for (int i = 0; i < 500; ++i) {
@@ -81,7 +44,7 @@ TEST_CASE("a full disk is reported, however little of the file is missing", "[la
 }
 
 TEST_CASE("what a LAS file cannot hold is refused", "[las_writer]") {
-    const TemporaryFolder folder("las-bad");
+    const TemporaryFolder folder;
     LasWriterOptions options;
     options.point_format = 4;
     CHECK_THROWS_AS(LasWriter(folder.path() / "a.laz", options), util::UsageError);

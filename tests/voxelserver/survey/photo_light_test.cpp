@@ -33,7 +33,7 @@ double mean_of(const std::vector<std::uint8_t>& values) {
 
 TEST_CASE("a photograph in the sun comes with its albedo and says its light",
           "[survey][photo-light]") {
-    const TemporaryFolder folder("lit");
+    const TemporaryFolder folder;
     const auto report = run_survey(lit_survey(folder.path()), kSilently).front();
     CHECK(std::filesystem::exists(folder.path() / "truth" / ("albedo_" + report.name + ".tif")));
     std::ifstream in(folder.path() / "truth/place.json");
@@ -43,28 +43,12 @@ TEST_CASE("a photograph in the sun comes with its albedo and says its light",
     CHECK(place.at("photo_light").at("haze") == 0.2);
     CHECK(place.at("photo_light").at("clouds") == 0.3);
 
-    const TemporaryFolder plain("plain");
+    const TemporaryFolder plain;
     auto options = lit_survey(plain.path());
     options.photo_light.reset();
     run_survey(options, kSilently);
     CHECK_FALSE(
         std::filesystem::exists(plain.path() / "truth" / ("albedo_" + report.name + ".tif")));
-}
-
-TEST_CASE("a photograph in the sun depends neither on threads nor on the squares around",
-          "[survey][photo-light]") {
-    const TemporaryFolder alone("lit-alone"), among("lit-among");
-    auto options = lit_survey(among.path());
-    options.squares_east = 2;
-    options.threads = 2;
-    const auto name = run_survey(options, kSilently).back().name;
-    options.folder = alone.path();
-    options.squares_east = 1;
-    options.origin_east_m += 128;
-    options.threads = 1;
-    run_survey(options, kSilently);
-    for (const std::string& file : {"ortho/" + name + ".tif", "truth/albedo_" + name + ".tif"})
-        CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
 }
 
 TEST_CASE("what lies in the sun has its own colour, what lies in the shadow is darker",

@@ -107,15 +107,3 @@ TEST_CASE("water falls along the river and houses do not overlap", "[survey][mod
         }
     CHECK(overlaps == 0);
 }
-
-TEST_CASE("far from the place the land goes on: villages, rivers, woods", "[survey][model]") {
-    const SquareModel model(7, {466000, 101000, 1000}, 2);
-    CHECK(model.trees().size() > 500);
-    CHECK_FALSE(model.roads().roads.empty());
-    bool wet = false;
-    const Box2 box = model.extent().box();
-    for (double x = box.x0; x < box.x1; x += 50)
-        for (double y = box.y0; y < box.y1; y += 5)
-            wet = wet || model.water_m({x, y}).has_value();
-    CHECK(wet);
-}

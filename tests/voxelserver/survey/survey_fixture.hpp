@@ -9,30 +9,12 @@
 #include <vector>
 
 #include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
 #include "voxelserver/survey/survey.hpp"
 
 namespace terravox::survey::test {
 
-/// A folder that is removed with its contents.
-class TemporaryFolder {
-public:
-    explicit TemporaryFolder(const std::string& name)
-        : m_path(
-              std::filesystem::temp_directory_path() /
-              ("terravox-" + name + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)))) {
-        std::filesystem::create_directories(m_path);
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(m_path, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
-
-private:
-    std::filesystem::path m_path;
-};
+using terravox::test::TemporaryFolder;
 
 inline std::string bytes_of(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);

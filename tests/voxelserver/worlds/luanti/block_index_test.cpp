@@ -10,13 +10,6 @@
 namespace terravox::luanti {
 namespace {
 
-TEST_CASE("an index without blocks holds nothing", "[luanti]") {
-    const BlockIndex index;
-    CHECK(index.bounds().empty());
-    for (const int level : {0, 5, 9, 10, voxel::kMaxLevel - 1})
-        CHECK_FALSE(index.holds(level, 0, -1));
-}
-
 TEST_CASE("an index lists the columns of boxes of every level that blocks lie in", "[luanti]") {
     const unsigned seed = 17;
     CAPTURE(seed);

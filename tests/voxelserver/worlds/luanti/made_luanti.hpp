@@ -13,6 +13,7 @@
 
 #include "common/voxel/world.hpp"
 #include "tests/voxelserver/worlds/luanti/made_map_block.hpp"
+#include "tests/voxelserver/worlds/voxels.hpp"
 #include "voxelserver/worlds/luanti/luanti_world.hpp"
 #include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
 
@@ -140,34 +141,16 @@ inline std::unique_ptr<voxel::World> open_made(const std::filesystem::path& path
 
 /// The material of a voxel of the finest level.
 inline voxel::Material voxel_of(voxel::World& world, int x, int y, int z) {
-    const auto box =
-        world.box({0, voxel::floor_div(x, 64), voxel::floor_div(y, 256), voxel::floor_div(z, 64)});
-    const auto voxel = box ? box->voxel(x & 63, y & 255, z & 63) : std::nullopt;
-    return voxel ? voxel->material : voxel::Material::kAir;
+    return Voxels(world).material(x, y, z);
 }
 
-/// How many voxels are not the node that was put there, over the world's bounds and a little more.
-/// Hidden voxels are rock in boxes.
+/// How many voxels are not the node that was put there.
 inline int differing_voxels(voxel::World& world, const MadeWorld& made) {
-    const auto expected = [&](int x, int y, int z) { return material_of(made.at(x, y, -1 - z)); };
-    const auto opaque = [&](int x, int y, int z) { return !see_through(expected(x, y, z)); };
-    const auto hidden = [&](int x, int y, int z) {
-        return opaque(x, y, z) && opaque(x - 1, y, z) && opaque(x + 1, y, z) &&
-               opaque(x, y - 1, z) && opaque(x, y + 1, z) && opaque(x, y, z - 1) &&
-               opaque(x, y, z + 1);
-    };
-    const voxel::VoxelBounds b = world.info().bounds;
-    int wrong = 0;
-    for (int y = b.min[1] - 2; y < b.max[1] + 2; ++y) {
-        for (int z = b.min[2] - 2; z < b.max[2] + 2; ++z) {
-            for (int x = b.min[0] - 2; x < b.max[0] + 2; ++x) {
-                const voxel::Material there =
-                    hidden(x, y, z) ? voxel::Material::kRock : expected(x, y, z);
-                wrong += voxel_of(world, x, y, z) != there ? 1 : 0;
-            }
-        }
-    }
-    return wrong;
+    std::map<std::string, voxel::Material> materials;
+    return test::differing_voxels(world, [&](int x, int y, int z) {
+        const std::string node = made.at(x, y, -1 - z);
+        return materials.try_emplace(node, material_of(node)).first->second;
+    });
 }
 
 }  // namespace terravox::test::luanti

@@ -1,7 +1,6 @@
 #include <atomic>
 #include <thread>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/worlds/luanti/made_luanti.hpp"

@@ -85,12 +85,9 @@ TEST_CASE("palettes of every size are unpacked", "[raytracer][minecraft]") {
         for (auto& cell : cells)
             cell = static_cast<std::uint16_t>(random() % static_cast<unsigned>(kinds));
         NbtWriter out;
-        out.compound("")
-            .number32("DataVersion", padded ? 3000 : 1600)
-            .number32("xPos", 0)
-            .number32("zPos", 0)
-            .list("sections", 10, 1);
-        out.number8("Y", 0).list("Palette", 10, static_cast<std::uint32_t>(kinds));
+        out.chunk(padded ? 3000 : 1600, 1)
+            .number8("Y", 0)
+            .list("Palette", 10, static_cast<std::uint32_t>(kinds));
         for (int i = 0; i < kinds; ++i)
             out.string("Name", "b" + std::to_string(i)).end();
         out.long_array("BlockStates", test::packed_indices(cells, kinds, padded)).end().end();
@@ -109,15 +106,9 @@ TEST_CASE("Add nibbles make ids above 255, and Data their data", "[raytracer][mi
     add[0] = test::two_nibbles(0x2, 0xF);
     data[0] = test::two_nibbles(0x9, 0x1);
     NbtWriter out;
-    out.compound("").compound("Level").number32("xPos", 0).number32("zPos", 0).list("Sections", 10,
-                                                                                    1);
-    out.number8("Y", 0)
-        .byte_array("Add", add)
-        .byte_array("Blocks", ids)
-        .byte_array("Data", data)
-        .end()
-        .end()
-        .end();
+    out.compound("").compound("Level").number32("xPos", 0).number32("zPos", 0);
+    out.list("Sections", 10, 1).number8("Y", 0).byte_array("Add", add).byte_array("Blocks", ids);
+    out.byte_array("Data", data).end().end().end();
     ChunkBlocks blocks;
     decode_chunk(out.bytes, blocks);
     REQUIRE(blocks.sections().size() == 1);
@@ -129,12 +120,7 @@ TEST_CASE("Add nibbles make ids above 255, and Data their data", "[raytracer][mi
 template <class Write>
 Bytes one_section(std::int64_t data_version, const Write& write) {
     NbtWriter out;
-    out.compound("")
-        .number32("DataVersion", data_version)
-        .number32("xPos", 0)
-        .number32("zPos", 0)
-        .list("sections", 10, 1)
-        .number8("Y", 0);
+    out.chunk(data_version, 1).number8("Y", 0);
     write(out);
     return out.end().end().bytes;
 }
@@ -207,11 +193,7 @@ TEST_CASE(
     "out and named",
     "[raytracer][minecraft]") {
     NbtWriter out;
-    out.compound("")
-        .number32("DataVersion", 2975)
-        .number32("xPos", 0)
-        .number32("zPos", 0)
-        .list("sections", 10, 5);
+    out.chunk(2975, 5);
     for (const auto& [y, block] : {std::pair{3, 1}, std::pair{-4, 2}, std::pair{3, 4},
                                    std::pair{-128, 1}, std::pair{127, 0}}) {
         test::MadeSection cells;

@@ -25,14 +25,19 @@ MadeChunk flat_chunk(int x, int z) {
     return out;
 }
 
-// A region of two good chunks, at 0, 0 and 31, 31, around what `spoil` adds.
+// A region of two good chunks, at 0, 0 and `far`, around what `spoil` adds.
 template <class Spoil>
-Bytes region_with(const Spoil& spoil) {
+Bytes region_with(const Spoil& spoil, const MadeChunk& far) {
     MadeRegion region;
     region.put(0, test::chunk_nbt(flat_chunk(0, 0), Made::kFlat));
     spoil(region);
-    region.put(1023, test::chunk_nbt(flat_chunk(31, 31), Made::kFlat));
+    region.put(far.x + 32 * far.z, test::chunk_nbt(far, Made::kFlat));
     return region.bytes;
+}
+
+// From the first place of the region's table to its last.
+Bytes good_region() {
+    return region_with([](MadeRegion&) {}, flat_chunk(31, 31));
 }
 
 TEST_CASE("a damaged chunk is air, named with its file, place and reason, and the rest is there",
@@ -75,12 +80,6 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
         {"packed in a way of its own", [&](MadeRegion& r) { r.put_packed(5, 127, good); },
          "packed by method 127"},
         {"broken zlib", [&](MadeRegion& r) { r.put_packed(5, 2, broken); }, "broken zlib data"},
-        {"broken lz4", [&](MadeRegion& r) { r.put_packed(5, 4, good); }, "broken lz4 data"},
-        {"a bomb",
-         [&](MadeRegion& r) {
-             r.put_packed(5, 2, test::deflated(Bytes(std::size_t{100} << 20, 0), false));
-         },
-         "64 MiB"},
         {"NBT nested 10,000 deep",
          [&](MadeRegion& r) {
              r.put(5, field([](NbtWriter& out) {
@@ -89,16 +88,6 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
                    }));
          },
          "nested deeper"},
-        {"an array of 2 GB",
-         [&](MadeRegion& r) {
-             r.put(5, field([](NbtWriter& out) { out.field(7, "Blocks").raw(0x7FFFFFFF, 4); }));
-         },
-         "a length of 2147483647"},
-        {"a negative length",
-         [&](MadeRegion& r) {
-             r.put(5, field([](NbtWriter& out) { out.field(12, "a").raw(0x80000000, 4); }));
-         },
-         "a length of -2147483648"},
         {"at the wrong place",
          [&](MadeRegion& r) { r.put(5, test::chunk_nbt(flat_chunk(6, 0), Made::kFlat)); },
          "wrong place: it says that it is chunk 6, 0"},
@@ -108,10 +97,11 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
     for (const Case& c : cases)
         DYNAMIC_SECTION(c.name) {
             const TemporaryFolder folder;
-            test::write_bytes(folder.path() / "region/r.0.0.mca", region_with(c.spoil));
+            test::write_bytes(folder.path() / "region/r.0.0.mca",
+                              region_with(c.spoil, flat_chunk(8, 1)));
             MadeWorld expected;
             expected.chunk(0, 0) = flat_chunk(0, 0);
-            expected.chunk(31, 31) = flat_chunk(31, 31);
+            expected.chunk(8, 1) = flat_chunk(8, 1);
             const auto world = test::open_made(folder.path());
             CHECK(test::differing_voxels(*world, expected) == 0);  // reads each box
             REQUIRE(world->damage().size() == 1);
@@ -130,7 +120,7 @@ TEST_CASE("a region that is empty or shorter than its head is named, and the oth
           "[raytracer][minecraft]") {
     for (const std::size_t size : {0, 1, 4096, 8191}) {
         const TemporaryFolder folder;
-        test::write_bytes(folder.path() / "region/r.0.0.mca", region_with([](MadeRegion&) {}));
+        test::write_bytes(folder.path() / "region/r.0.0.mca", good_region());
         test::write_bytes(folder.path() / "region/r.1.0.mca", Bytes(size, 0));
         test::write_bytes(folder.path() / "region/r.2.0.mca",
                           Bytes(8192, 0));  // no chunks is no harm
@@ -174,9 +164,9 @@ TEST_CASE(
 TEST_CASE("regions that lie beyond the end of the world are passed over and noted",
           "[raytracer][minecraft]") {
     const TemporaryFolder folder;
-    test::write_bytes(folder.path() / "region/r.0.0.mca", region_with([](MadeRegion&) {}));
+    test::write_bytes(folder.path() / "region/r.0.0.mca", good_region());
     for (const char* name : {"r.2147483647.0.mca", "r.0.-65537.mca"})
-        test::write_bytes(folder.path() / "region" / name, region_with([](MadeRegion&) {}));
+        test::write_bytes(folder.path() / "region" / name, good_region());
     for (const char* name :
          {"r.99999999999.0.mca", "r.01.0.mca", "r.-0.1.mca", "r..1.mca", "r.1.mca", "c.1.mcc"})
         test::write_bytes(folder.path() / "region" / name, {1});

@@ -53,28 +53,6 @@ TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]
     CHECK_THAT(to_json(facts), test::contains("\"format\": \"" + std::string(c.format)));
 }
 
-TEST_CASE("single chunks of many versions load, whole", "[raytracer][minecraft]") {
-    const fs::path folder = kData / "mc-fastanvil-crate" / "resources";
-    if (!fs::exists(folder)) {
-        WARN("the shared data are not here");
-        return;
-    }
-    int chunks = 0;
-    for (const auto& file : fs::directory_iterator(folder)) {
-        if (file.path().extension() == ".mca")
-            continue;
-        INFO(file.path().string());
-        const WorldFacts facts = describe({file.path(), "", true, 1});
-        CHECK(facts.dimensions.at(0).damage.empty());
-        CHECK(facts.dimensions.at(0).damaged == 0);
-        const auto world = test::open_made(file.path());
-        CHECK(world->damage().empty());
-        CHECK(world->info().bounds.empty() == (facts.dimensions.at(0).empty == 1));
-        ++chunks;
-    }
-    CHECK(chunks == 17);
-}
-
 TEST_CASE("the names of a world do not speak to the terminal", "[raytracer][minecraft]") {
     WorldFacts facts;
     facts.level.emplace();

@@ -6,7 +6,6 @@
 #include <zip.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <map>

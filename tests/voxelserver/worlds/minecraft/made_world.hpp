@@ -9,6 +9,7 @@
 #include "common/voxel/world.hpp"
 #include "tests/voxelserver/worlds/minecraft/made_chunk.hpp"
 #include "tests/voxelserver/worlds/minecraft/made_files.hpp"
+#include "tests/voxelserver/worlds/voxels.hpp"
 #include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
 #include "voxelserver/worlds/minecraft/minecraft_world.hpp"
 #include "voxelserver/worlds/minecraft/place_names.hpp"
@@ -91,38 +92,22 @@ inline MadeWorld random_world(std::uint64_t seed, int low_y, int high_y) {
 }
 
 inline voxel::Material material_of(std::uint16_t block) {
-    return shipped_blocks().of(kMadeBlocks[block].name, {}).material;
+    static const auto materials = [] {
+        std::array<voxel::Material, kMadeBlocks.size()> out;
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = shipped_blocks().of(kMadeBlocks[i].name, {}).material;
+        return out;
+    }();
+    return materials[block];
 }
 
-/// How many voxels of the world are not what was put there. Rock that nothing can see may stand for
-/// whatever is hidden there.
+/// How many voxels of the world are not what was put there.
 /// @param offset world voxel minus the made world's
 inline int differing_voxels(voxel::World& world, const MadeWorld& made,
                             const std::array<std::int32_t, 3>& offset = {}) {
-    const auto opaque = [&](int x, int y, int z) {
-        return !voxel::see_through(material_of(made.at(x, y, z)));
-    };
-    const auto hidden = [&](int x, int y, int z) {
-        return opaque(x, y, z) && opaque(x - 1, y, z) && opaque(x + 1, y, z) &&
-               opaque(x, y - 1, z) && opaque(x, y + 1, z) && opaque(x, y, z - 1) &&
-               opaque(x, y, z + 1);
-    };
-    const voxel::VoxelBounds b = world.info().bounds;
-    int wrong = 0;
-    for (int y = b.min[1] - 2; y < b.max[1] + 2; ++y)
-        for (int z = b.min[2] - 2; z < b.max[2] + 2; ++z)
-            for (int x = b.min[0] - 2; x < b.max[0] + 2; ++x) {
-                const auto box = world.box({0, voxel::floor_div(x, 64), voxel::floor_div(y, 256),
-                                            voxel::floor_div(z, 64)});
-                const auto voxel = box ? box->voxel(x & 63, y & 255, z & 63) : std::nullopt;
-                const int mx = x - offset[0];
-                const int my = y - offset[1];
-                const int mz = z - offset[2];
-                const voxel::Material expected =
-                    hidden(mx, my, mz) ? voxel::Material::kRock : material_of(made.at(mx, my, mz));
-                wrong += (voxel ? voxel->material : voxel::Material::kAir) != expected ? 1 : 0;
-            }
-    return wrong;
+    return differing_voxels(world, [&](int x, int y, int z) {
+        return material_of(made.at(x - offset[0], y - offset[1], z - offset[2]));
+    });
 }
 
 }  // namespace terravox::test

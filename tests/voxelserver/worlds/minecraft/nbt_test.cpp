@@ -1,6 +1,5 @@
 #include "voxelserver/worlds/minecraft/nbt.hpp"
 
-#include <filesystem>
 #include <random>
 
 #include "tests/catch.hpp"
@@ -217,22 +216,6 @@ TEST_CASE("packed data that are broken, cut short or too large are an error",
     CHECK_THROWS_WITH(inflater.unpack(Compression::kLz4, test::lz4_blocks(bomb, 1 << 22)),
                       test::contains("64 MiB"));
     CHECK_THROWS_WITH(inflater.unpack(Compression::kNone, bomb), test::contains("64 MiB"));
-}
-
-TEST_CASE("real NBT files of odd content are read to their end", "[raytracer][minecraft]") {
-    const std::filesystem::path folder = std::filesystem::path(TERRAVOX_SHARED_DATA) / "nbt-quartz";
-    if (!std::filesystem::exists(folder)) {
-        WARN("the shared data are not here");
-        return;
-    }
-    Inflater inflater;
-    for (const char* name : {"bigtest.nbt", "Player-nan-value.dat", "level.dat"}) {
-        const Bytes file = test::read_bytes(folder / name);
-        const auto nbt = inflater.unpack(guess_compression(file), file);
-        INFO(name);
-        CHECK_NOTHROW(skip_file(Bytes(nbt.begin(), nbt.end())));
-    }
-    CHECK(read_level_dat(test::read_bytes(folder / "level.dat"), "level.dat").version == "1.16.4");
 }
 
 }  // namespace

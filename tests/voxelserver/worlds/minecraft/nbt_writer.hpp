@@ -43,6 +43,14 @@ public:
     NbtWriter& list(std::string_view name, int type, std::uint32_t count) {
         return field(9, name).raw(static_cast<std::uint64_t>(type), 1).raw(count, 4);
     }
+    /// The beginning of a chunk at 0, 0 whose sections stand in it itself.
+    NbtWriter& chunk(std::int64_t data_version, std::uint32_t sections) {
+        return compound("")
+            .number32("DataVersion", data_version)
+            .number32("xPos", 0)
+            .number32("zPos", 0)
+            .list("sections", 10, sections);
+    }
     NbtWriter& byte_array(std::string_view name, const Bytes& v) {
         field(7, name).raw(v.size(), 4);
         bytes.insert(bytes.end(), v.begin(), v.end());

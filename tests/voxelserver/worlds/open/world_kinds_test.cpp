@@ -2,10 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <set>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/worlds/archive/archive_kind.hpp"
@@ -106,18 +103,6 @@ TEST_CASE("what is no world is refused with all that is allowed", "[voxelserver]
         const std::string input = placed(c.input, folder.path());
         CHECK_THROWS_WITH(kind_of(input), contains(input) && contains(c.said) &&
                                               contains("; allowed: " + allowed_inputs()));
-    }
-}
-
-TEST_CASE("every kind has a noun and a description of its input", "[voxelserver][worlds]") {
-    std::set<std::string_view> nouns;
-    for (const WorldKind* const kind : world_kinds()) {
-        INFO(kind->noun);
-        CHECK(nouns.insert(kind->noun).second);
-        CHECK(kind->recognises != nullptr);
-        CHECK(kind->open != nullptr);
-        if (!kind->input.empty())
-            CHECK_THAT(allowed_inputs(), contains(std::string(kind->input)));
     }
 }
 

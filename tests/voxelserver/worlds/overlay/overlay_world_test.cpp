@@ -1,7 +1,6 @@
 #include "voxelserver/worlds/overlay/overlay_world.hpp"
 
 #include <fstream>
-#include <map>
 #include <stdexcept>
 
 #include "common/geo/crs.hpp"
@@ -9,6 +8,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/array_world.hpp"
+#include "tests/voxelserver/worlds/voxels.hpp"
 #include "voxelserver/worlds/overlay/additions.hpp"
 
 namespace {
@@ -17,6 +17,7 @@ using namespace terravox;
 using overlay::Footprint;
 using test::ArrayWorld;
 using test::contains;
+using test::Voxels;
 using voxel::Material;
 
 /// Ground up to y = 0, a tree and a house on it, and a column without data.
@@ -31,26 +32,20 @@ std::unique_ptr<ArrayWorld> land(int level = 0) {
     return world;
 }
 
-/// The voxels of a level; each box is made once.
-class Voxels {
-public:
-    explicit Voxels(voxel::World& world, int level = 0) : m_world(world), m_level(level) {}
-    [[nodiscard]] std::optional<voxel::VoxelAttr> at(int x, int y, int z) {
-        const voxel::BoxKey key{m_level, x >> 6, y >> 8, z >> 6};
-        auto found = m_boxes.find(key);
-        if (found == m_boxes.end())
-            found = m_boxes.emplace(key, m_world.box(key)).first;
-        return found->second ? found->second->voxel(x & 63, y & 255, z & 63) : std::nullopt;
-    }
-
-private:
-    voxel::World& m_world;
-    const int m_level;
-    std::map<voxel::BoxKey, std::shared_ptr<const voxel::Box>> m_boxes;
-};
-
 std::unique_ptr<voxel::World> with(std::vector<std::string> additions, int level = 0) {
     return overlay::with_additions(land(level), additions);
+}
+
+/// The land with what a GeoJSON file of these members adds.
+std::unique_ptr<voxel::World> with_file(const std::string& members, int level = 0) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> additions{(folder.path() / "plan.geojson").string()};
+    std::ofstream(additions[0]) << R"({"crs":{"properties":{"name":"EPSG:3794"}},)" << members
+                                << "}";
+    auto base = land(level);
+    base->editable_info().crs = "EPSG:3794";
+    base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
+    return overlay::with_additions(std::move(base), additions);
 }
 
 }  // namespace
@@ -147,16 +142,8 @@ TEST_CASE("heights count from the ground in the middle of an object", "[voxelser
 }
 
 TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]") {
-    const test::TemporaryFolder folder;
-    const auto file = folder.path() / "plan.geojson";
-    std::ofstream(file) << R"({"type":"Feature","properties":{"height":20},)"
-                           R"("crs":{"properties":{"name":"EPSG:3794"}},"geometry":)"
-                           R"({"type":"Polygon","coordinates":[[[0,0],[9,0],[9,9],[0,0]]]}})";
-    auto base = land();
-    base->editable_info().crs = "EPSG:3794";
-    base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
-    const std::vector<std::string> additions = {file.string()};
-    const auto world = overlay::with_additions(std::move(base), additions);
+    const auto world = with_file(R"("type":"Feature","properties":{"height":20},"geometry":)"
+                                 R"({"type":"Polygon","coordinates":[[[0,0],[9,0],[9,9],[0,0]]]})");
     CHECK(world->info().bounds.max[1] == 20);
     Voxels voxels(*world);
     CHECK(voxels.at(6, 15, -2).has_value());  // north of the southern border
@@ -165,17 +152,8 @@ TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]")
 }
 
 TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
-    const test::TemporaryFolder folder;
-    const auto world_of = [&](const std::string& points, int level = 0) {
-        const auto file = folder.path() / "lamps.geojson";
-        std::ofstream(file) << R"({"type":"FeatureCollection",)"
-                            << R"("crs":{"properties":{"name":"EPSG:3794"}},"features":[)" << points
-                            << "]}";
-        auto base = land(level);
-        base->editable_info().crs = "EPSG:3794";
-        base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
-        const std::vector<std::string> additions = {file.string()};
-        return overlay::with_additions(std::move(base), additions);
+    const auto world_of = [](const std::string& points, int level = 0) {
+        return with_file(R"("type":"FeatureCollection","features":[)" + points + "]", level);
     };
     const auto feature = [](const char* properties, const char* geometry) {
         return std::string(R"({"type":"Feature","properties":)") + properties + R"(,"geometry":)" +
@@ -242,17 +220,11 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
 }
 
 TEST_CASE("plans that differ in a corner are different worlds", "[voxelserver][overlay]") {
-    const test::TemporaryFolder folder;
-    const auto edition_of = [&](const char* ring) {
-        const auto file = folder.path() / "plan.geojson";
-        std::ofstream(file) << R"({"type":"Feature","properties":{"top":20},"geometry":)"
-                            << R"({"type":"Polygon","coordinates":[)" << ring << "]},"
-                            << R"("crs":{"properties":{"name":"EPSG:3794"}}})";
-        auto base = land();
-        base->editable_info().crs = "EPSG:3794";
-        base->editable_info().crs_wkt = geo::Crs::from_text("EPSG:3794").wkt();
-        const std::vector<std::string> additions = {file.string()};
-        return overlay::with_additions(std::move(base), additions)->edition();
+    const auto edition_of = [](const std::string& ring) {
+        return with_file(R"("type":"Feature","properties":{"top":20},"geometry":)"
+                         R"({"type":"Polygon","coordinates":[)" +
+                         ring + "]}")
+            ->edition();
     };
     const std::string square = edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]");
     CHECK(square == edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]"));

@@ -1,11 +1,9 @@
 #include "voxelserver/worlds/remote/box_batch.hpp"
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/worlds/remote/batch_bytes.hpp"
 
