@@ -1,7 +1,6 @@
 #include "voxelserver/archive/patch.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 #include <random>
 #include <set>
@@ -12,6 +11,7 @@
 #include "common/voxel/box_builder.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/archive/verify.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
@@ -19,6 +19,7 @@
 
 using namespace terravox;
 using terravox::test::contains;
+using terravox::test::content_of;
 
 namespace {
 
@@ -61,16 +62,6 @@ private:
     const SeedOf m_seed_of;
     voxel::WorldInfo m_info;
 };
-
-std::string content_of(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-// Catch would print both.
-bool is_same(const std::string& a, const std::string& b) {
-    return a == b;
-}
 
 class Place {
 public:
@@ -157,9 +148,9 @@ TEST_CASE("patch: a patched archive is that of the changed world", "[archive][al
             const archive_tools::PatchReport report =
                 archive_tools::patch(archive, changes, place.file("patched.tvx"), 2);
             CHECK(report.columns == columns.replaced.size());
-            CHECK(is_same(content_of(place.file("patched.tvx")), content_of(wanted)));
+            CHECK((content_of(place.file("patched.tvx")) == content_of(wanted)));
             (void)archive_tools::patch(archive, changes, archive, 1);
-            CHECK(is_same(content_of(archive), content_of(wanted)));
+            CHECK((content_of(archive) == content_of(wanted)));
         }
 }
 
@@ -176,9 +167,9 @@ TEST_CASE("patch: a square that was damaged is mended, holes and all", "[archive
     const std::vector broken{place.change(before, {{{3, 0}}, {{2, 0}, {4, 0}}}, "broken.tvx")};
     const std::string damaged = content_of(archive);
     CHECK(archive_tools::patch(archive, mended, archive).holes == 0);
-    CHECK(is_same(content_of(archive), content_of(wanted)));
+    CHECK((content_of(archive) == content_of(wanted)));
     CHECK(archive_tools::patch(archive, broken, archive).holes > 0);
-    CHECK(is_same(content_of(archive), damaged));
+    CHECK((content_of(archive) == damaged));
 }
 
 TEST_CASE("patch: what does not belong together is refused, and nothing is written", "[archive]") {
@@ -223,7 +214,7 @@ TEST_CASE("patch: a change of all columns belongs to any archive of the same fra
             columns.replaced.push_back({bx, bz});
     const std::vector changes{place.change(after, columns)};
     CHECK(archive_tools::patch(archive, changes, archive).kept == 0);
-    CHECK(is_same(content_of(archive), content_of(wanted)));
+    CHECK((content_of(archive) == content_of(wanted)));
 }
 
 TEST_CASE("patch: changes are compared with each other where they meet", "[archive]") {

@@ -9,6 +9,7 @@
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/changed_error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
 #include "voxelserver/archive/archive_files.hpp"
@@ -16,14 +17,9 @@
 
 using namespace terravox;
 namespace fs = std::filesystem;
-using terravox::test::contains;
+using terravox::test::content_of;
 
 namespace {
-
-std::string text_in(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 fs::path write_archive(const fs::path& file) {
     test::SyntheticWorld world({{0, 0, 0}, {150, 200, 90}});
@@ -67,13 +63,13 @@ std::vector<fs::path> paths_of(const fs::path& folder,
 TEST_CASE("parts of an archive are the archive, none larger than the limit", "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
-    const std::string bytes = text_in(archive);
+    const std::string bytes = content_of(archive);
     const std::uint64_t size = bytes.size();
     const std::uint64_t limit = GENERATE_COPY(100, size - 1, size, size + 1, size / 3);
     const auto parts = archive_tools::split(archive, folder.path(), limit);
     std::string joined;
     for (const archive_tools::FilePart& part : parts) {
-        const std::string one = text_in(folder.path() / part.name);
+        const std::string one = content_of(folder.path() / part.name);
         REQUIRE(one.size() == part.bytes);
         CHECK(part.bytes <= limit);
         joined += one;
@@ -90,7 +86,7 @@ TEST_CASE("an archive that changes while it is split gives parts of one state, o
           "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
-    const std::string bytes = text_in(archive);
+    const std::string bytes = content_of(archive);
     const fs::path parts = folder.path() / "parts";
     const auto cut = [&](const std::function<void()>& meanwhile) {
         Interrupted source(archive, 3, meanwhile);
@@ -109,9 +105,8 @@ TEST_CASE("an archive that changes while it is split gives parts of one state, o
         std::string joined;
         for (const auto& part :
              cut([&] { fs::rename(write_archive(folder.path() / "other.tvx"), archive); }))
-            joined += text_in(parts / part.name);
-        const bool is_same = joined == bytes;
-        CHECK(is_same);
+            joined += content_of(parts / part.name);
+        CHECK((joined == bytes));
     }
 }
 
@@ -130,8 +125,7 @@ TEST_CASE("an archive is read, verified and joined from its parts", "[archive]")
     CHECK(archive_tools::verify_stored(files, 2).problems == 0);
     const fs::path joined = folder.path() / "joined.tvx";
     CHECK(archive_tools::join_parts(parts, joined, 1).boxes == 3);
-    const bool is_same = text_in(joined) == text_in(archive);
-    CHECK(is_same);
+    CHECK((content_of(joined) == content_of(archive)));
 }
 
 TEST_CASE("names of parts sort by their numbers, and so do files that are named like parts",

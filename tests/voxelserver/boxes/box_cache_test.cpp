@@ -1,11 +1,10 @@
 #include "voxelserver/boxes/box_cache.hpp"
 
-#include <pthread.h>
-
 #include <thread>
 
 #include "common/voxel/box_codec.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/small_stack.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/http/fake_world.hpp"
 #include "voxelserver/boxes/preparer.hpp"
@@ -41,31 +40,17 @@ TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelse
 
 TEST_CASE("boxes are made with a stack of their own, whatever the caller's",
           "[voxelserver][boxes]") {
-    // CivetWeb's threads have as little; a box that takes more would end the program.
-    constexpr std::size_t kCallersStack_bytes = 100 * 1024;
-    struct Call {
-        Fixture f;
-        boxes::KeptBoxPtr fine;
-        boxes::KeptBoxPtr coarse;
-    } call;
-    call.f.world.stack_bytes = 10 * kCallersStack_bytes;
-    pthread_attr_t attributes;
-    REQUIRE(pthread_attr_init(&attributes) == 0);
-    REQUIRE(pthread_attr_setstacksize(&attributes, kCallersStack_bytes) == 0);
-    const auto run = [](void* argument) -> void* {
-        Call& made = *static_cast<Call*>(argument);
-        made.fine = made.f.cache.get({0, 0, -1, 0});
-        made.coarse = made.f.cache.get({2, 0, -1, 0});
-        return nullptr;
-    };
-    pthread_t thread;
-    REQUIRE(pthread_create(&thread, &attributes, run, &call) == 0);
-    REQUIRE(pthread_join(thread, nullptr) == 0);
-    pthread_attr_destroy(&attributes);
-    REQUIRE(call.fine);
-    REQUIRE(call.coarse);
-    CHECK_FALSE(call.fine->air());
-    CHECK_FALSE(call.coarse->air());
+    Fixture f;
+    f.world.stack_bytes = 10 * test::kSmallStack_bytes;
+    boxes::KeptBoxPtr fine;
+    boxes::KeptBoxPtr coarse;
+    test::on_small_stack([&] {
+        fine = f.cache.get({0, 0, -1, 0});
+        coarse = f.cache.get({2, 0, -1, 0});
+    });
+    REQUIRE((fine && coarse));
+    CHECK_FALSE(fine->air());
+    CHECK_FALSE(coarse->air());
 }
 
 TEST_CASE("a box above level 0 is the world's own, made of children that are kept",
@@ -190,9 +175,8 @@ TEST_CASE(
     (void)f.cache.get({0, 0, 0, 0});
     const auto done = [&] {
         const auto s = f.cache.stats();
-        return s.made == 6 && s.ahead_waiting == 0 &&
-               s.admission.ahead_running ==
-                   0;  // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
+        // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
+        return s.made == 6 && s.ahead_waiting == 0 && s.admission.ahead_running == 0;
     };
     while (!done())
         std::this_thread::yield();
@@ -230,9 +214,8 @@ TEST_CASE("preparing makes every box of the world, children first, and counts wh
             std::this_thread::yield();
         const auto p = preparer.progress();
         CHECK(p.done == p.total);
-        CHECK(p.total ==
-              2 * 3 * 2 + 4 +
-                  4);  // level 0; levels 1 and 2, each two boxes high, and two wide north to south
+        // Level 0; levels 1 and 2, each two boxes high, and two wide from north to south.
+        CHECK(p.total == 2 * 3 * 2 + 4 + 4);
         CHECK(p.failed == failures.size());
         CHECK(p.failed >= 3);  // the box, and those above it
     }
@@ -263,13 +246,6 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
         }
     }
     CHECK(seen.size() == boxes::BoxTraversal::count(world));
-    for (int level = 0; level < world.info().levels; ++level) {
-        const auto range = voxel::boxes_over(world.info().bounds, level);
-        CHECK(std::count_if(seen.begin(), seen.end(),
-                            [&](const BoxKey& k) { return k.level == level; }) ==
-              (range.max.bx - range.min.bx) * (range.max.by - range.min.by) *
-                  (range.max.bz - range.min.bz));
-    }
 }
 
 TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none",

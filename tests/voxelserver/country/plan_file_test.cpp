@@ -3,6 +3,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/country/join.hpp"
 #include "voxelserver/country/plan_folder.hpp"
@@ -47,20 +48,13 @@ TEST_CASE("a plan is read as it was written", "[country][plan]") {
     const Plan read = read_plan(folder);
     CHECK(read.id() == plan.id());
     CHECK(read.world.inputs == plan.world.inputs);
-    CHECK(read.world.left_out == plan.world.left_out);
-    CHECK(read.world.title == plan.world.title);
-    CHECK(read.world.voxel_m == plan.world.voxel_m);
-    CHECK(read.world.memory_bytes == plan.world.memory_bytes);
-    CHECK(read.area == plan.area);
-    CHECK(read.heights == plan.heights);
-    CHECK(read.bounds == plan.bounds);
-    CHECK(read.squares.front().identity == "ab");
-    CHECK(read.images.front().bytes == 30);
     CHECK(read.missing.front().reason == "it is damaged");
+    CHECK(read.estimate.output_bytes.error == 1e7);
     REQUIRE(read.shards.size() == 2);
     CHECK(read.shards[1].cpu_s == 9.5);
-    CHECK(read.shards[1].subtrees == 7);
-    CHECK(read.estimate.output_bytes.error == 1e7);
+    const std::string written = test::content_of(folder.plan());
+    write_plan(folder, read);
+    CHECK(test::content_of(folder.plan()) == written);
 }
 
 TEST_CASE("what shards are made of has a name of its own", "[country][plan]") {

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <string>
 #include <thread>
@@ -32,37 +33,27 @@ int status_of(jobs::JobProcess& process) {
 
 }  // namespace
 
-TEST_CASE("a process has its folder, its words, and nothing of the server's secrets",
-          "[voxelserver][jobs]") {
-    const test::Script script(
-        R"(pwd; echo "$#:$2"; echo "<$TERRAVOX_SERVER_TOKEN$TERRAVOX_SERVER_ORIGIN> $TMPDIR" >&2)"
-        "\nexit 3");
+TEST_CASE(
+    "a process has its folder, its words, and neither the server's secrets nor its open files",
+    "[voxelserver][jobs]") {
+    const test::Script script(R"(pwd; echo "$#:$2"; ls /proc/self/fd | wc -l
+        echo "<$TERRAVOX_SERVER_TOKEN$TERRAVOX_SERVER_ORIGIN$http_proxy$HTTPS_PROXY$no_proxy>" >&2
+        echo "$TMPDIR"; exit 3)");
     const test::TemporaryFolder folder;
-    for (const char* name : {"TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN"})
+    const int open_file = ::open("/dev/null", O_RDONLY);  // without O_CLOEXEC
+    constexpr std::array kWithheld{"TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN", "http_proxy",
+                                   "HTTPS_PROXY", "no_proxy"};
+    for (const char* name : kWithheld)
         ::setenv(name, "of the server", 1);
     jobs::JobProcess process(
         {script.file(), {"a", "b c; $(exit)"}, folder.path(), {{"X", "y"}}, kMax_bytes});
-    for (const char* name : {"TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN"})
+    for (const char* name : kWithheld)
         ::unsetenv(name);
     CHECK(status_of(process) == 3);
-    const std::string path = folder.path().string();
-    CHECK(process.said() == path + "\n2:b c; $(exit)\n<> " + path + "\n");
-}
-
-TEST_CASE("a process has neither the server's proxies nor its open files", "[voxelserver][jobs]") {
-    const test::Script script(
-        R"(echo "<$http_proxy$HTTPS_PROXY$no_proxy>"; ls /proc/self/fd | wc -l)");
-    const test::TemporaryFolder folder;
-    const int open_file = ::open("/dev/null", O_RDONLY);  // without O_CLOEXEC
-    for (const char* name : {"http_proxy", "HTTPS_PROXY", "no_proxy"})
-        ::setenv(name, "http://proxy:3128", 1);
-    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-    for (const char* name : {"http_proxy", "HTTPS_PROXY", "no_proxy"})
-        ::unsetenv(name);
-    CHECK(status_of(process) == 0);
     ::close(open_file);
-    // Those of `ls`: input, output, errors and the folder.
-    CHECK(process.said() == "<>\n4\n");
+    const std::string path = folder.path().string();
+    // The open files are those of `ls`: input, output, errors and the folder.
+    CHECK(process.said() == path + "\n2:b c; $(exit)\n4\n<>\n" + path + "\n");
 }
 
 TEST_CASE("a process that somebody else has waited for has ended", "[voxelserver][jobs]") {

@@ -70,13 +70,15 @@ TEST_CASE("a job runs the analysis of the server's own world, and has its raster
     CHECK_FALSE(queue.status(*id));
 }
 
-TEST_CASE("how a process ends is how its job ends", "[voxelserver][jobs]") {
+TEST_CASE("how a process ends is how its job ends, and one that takes too much is ended",
+          "[voxelserver][jobs]") {
     struct Case {
         const char* name;
         const char* script;
         JobState state;
         bool has_holes;
         const char* message;
+        void (*limit)(jobs::QueueOptions&) = [](jobs::QueueOptions&) {};
     };
     const auto c = GENERATE(values<Case>({
         {"with holes", "echo x > result.tif; exit 3", JobState::kDone, true, ""},
@@ -84,17 +86,31 @@ TEST_CASE("how a process ends is how its job ends", "[voxelserver][jobs]") {
          JobState::kFailed, false, "no such day"},
         {"killed", "kill -9 $$", JobState::kFailed, false, "ended by signal 9"},
         {"silently", "exit 1", JobState::kFailed, false, "status 1"},
+        {"too much memory",
+         "x=$(head -c 60000000 /dev/zero | tr '\\0' 'x'); while :; do sleep 0.05; done",
+         JobState::kFailed, false, "more than 32 MiB",
+         [](jobs::QueueOptions& o) { o.limits.memory_mib = 32; }},
+        {"too long", kEndless, JobState::kFailed, false, "longer than 0 minutes",
+         [](jobs::QueueOptions& o) { o.limits.max_minutes = 0; }},
+        {"before the disk is full", kEndless, JobState::kFailed, false, "nearly full",
+         [](jobs::QueueOptions& o) { o.spare_bytes = std::numeric_limits<std::uint64_t>::max(); }},
     }));
     DYNAMIC_SECTION(c.name) {
         const test::Script script(c.script);
-        jobs::JobQueue queue(options_of(script));
-        const auto id = queue.submit(request());
-        REQUIRE(id);
-        const jobs::JobStatus end = end_of(queue, *id);
-        CHECK(end.state == c.state);
-        CHECK(end.has_holes == c.has_holes);
-        CHECK_THAT(end.message, test::contains(c.message));
-        CHECK(queue.result(*id).has_value() == (c.state == JobState::kDone));
+        jobs::QueueOptions options = options_of(script);
+        options.max_kept = 1;
+        c.limit(options);
+        jobs::JobQueue queue(options);
+        std::string id;
+        // Failed jobs take no room of results.
+        for (int i = 0; i < (c.state == JobState::kFailed ? 2 : 1); ++i) {
+            id = queue.submit(request()).value();
+            const jobs::JobStatus end = end_of(queue, id);
+            CHECK(end.state == c.state);
+            CHECK(end.has_holes == c.has_holes);
+            CHECK_THAT(end.message, test::contains(c.message));
+        }
+        CHECK(queue.result(id).has_value() == (c.state == JobState::kDone));
     }
 }
 
@@ -122,62 +138,40 @@ TEST_CASE("jobs wait for their turn, and no more than there is room for", "[voxe
     CHECK(queue.counts().running == 1);
 }
 
-TEST_CASE("a job that takes too much memory is ended", "[voxelserver][jobs]") {
-    const test::Script script(
-        "x=$(head -c 60000000 /dev/zero | tr '\\0' 'x');"
-        " while :; do sleep 0.05; done");
-    jobs::QueueOptions options = options_of(script);
-    options.limits.memory_mib = 32;
-    jobs::JobQueue queue(options);
-    const auto id = queue.submit(request());
-    REQUIRE(id);
-    const jobs::JobStatus end = end_of(queue, *id);
-    CHECK(end.state == JobState::kFailed);
-    CHECK_THAT(end.message, test::contains("more than 32 MiB"));
-}
-
-TEST_CASE("a job that takes too long is ended", "[voxelserver][jobs]") {
-    const test::Script script(kEndless);
-    jobs::QueueOptions options = options_of(script);
-    options.limits.max_minutes = 0;
-    jobs::JobQueue queue(options);
-    const auto id = queue.submit(request());
-    REQUIRE(id);
-    CHECK_THAT(end_of(queue, *id).message, test::contains("longer than 0 minutes"));
-}
-
-TEST_CASE("a job ends before the disk is full", "[voxelserver][jobs]") {
-    const test::Script script(kEndless);
-    jobs::QueueOptions options = options_of(script);
-    options.spare_bytes = std::numeric_limits<std::uint64_t>::max();
-    jobs::JobQueue queue(options);
-    const auto id = queue.submit(request());
-    REQUIRE(id);
-    const jobs::JobStatus end = end_of(queue, *id);
-    CHECK(end.state == JobState::kFailed);
-    CHECK_THAT(end.message, test::contains("nearly full"));
-}
-
-TEST_CASE("only the latest results are kept", "[voxelserver][jobs]") {
-    const test::Script script("head -c 1000 /dev/zero > result.tif");
-    jobs::QueueOptions options = options_of(script);
-    const bool by_bytes = GENERATE(false, true);
-    options.max_kept = by_bytes ? 100 : 2;
-    options.max_kept_bytes = by_bytes ? 2500 : 1'000'000;
-    options.kept_at_least = std::chrono::seconds(0);
-    jobs::JobQueue queue(options);
-    std::vector<std::string> ids;
-    for (int i = 0; i < 4; ++i) {
-        const auto id = queue.submit(request());
-        REQUIRE(id);
-        CHECK(end_of(queue, *id).state == JobState::kDone);
-        ids.push_back(*id);
+TEST_CASE("only the latest results are kept, the last one whatever its size, and none for ever",
+          "[voxelserver][jobs]") {
+    struct Case {
+        const char* name;
+        std::size_t max_kept;
+        std::uint64_t max_kept_bytes;
+        std::size_t kept;
+    };
+    const auto c = GENERATE(values<Case>({{"by number", 2, 1'000'000, 2},
+                                          {"by bytes", 100, 2500, 2},
+                                          {"one too large", 100, 500, 1}}));
+    DYNAMIC_SECTION(c.name) {
+        const test::Script script("head -c 1000 /dev/zero > result.tif");
+        jobs::QueueOptions options = options_of(script);
+        options.max_kept = c.max_kept;
+        options.max_kept_bytes = c.max_kept_bytes;
+        options.kept_at_least = std::chrono::seconds(0);
+        jobs::JobQueue queue(options);
+        std::vector<std::string> ids;
+        for (int i = 0; i < 4; ++i) {
+            ids.push_back(queue.submit(request()).value());
+            CHECK(end_of(queue, ids.back()).state == JobState::kDone);
+            CHECK(queue.result(ids.back()));
+        }
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            CHECK(queue.status(ids[i]).has_value() == (i + c.kept >= ids.size()));
+        CHECK(queue.counts().kept == c.kept);
     }
-    CHECK_FALSE(queue.status(ids[0]));
-    CHECK_FALSE(queue.status(ids[1]));
-    CHECK(queue.result(ids[2]));
-    CHECK(queue.result(ids[3]));
-    CHECK(queue.counts().kept == 2);
+    const test::Script script("echo x > result.tif");
+    jobs::QueueOptions options = options_of(script);
+    options.kept = std::chrono::seconds(0);
+    jobs::JobQueue queue(options);
+    const std::string id = queue.submit(request()).value();
+    CHECK(test::eventually([&] { return !queue.status(id); }));
 }
 
 TEST_CASE("no result is dropped for others before its time: they wait for room",
@@ -203,46 +197,6 @@ TEST_CASE("no result is dropped for others before its time: they wait for room",
     CHECK(queue.remove(*of_one_client));
     CHECK(end_of(queue, *of_another).message.empty());
     CHECK(queue.result(*of_another));
-}
-
-TEST_CASE("failed jobs take no room of results", "[voxelserver][jobs]") {
-    const test::Script script("exit 1");
-    jobs::QueueOptions options = options_of(script);
-    options.max_kept = 1;
-    jobs::JobQueue queue(options);
-    for (int i = 0; i < 3; ++i) {
-        const auto id = queue.submit(request());
-        REQUIRE(id);
-        CHECK(end_of(queue, *id).state == JobState::kFailed);
-    }
-}
-
-TEST_CASE("a result that is larger than what is kept stays until the next", "[voxelserver][jobs]") {
-    const test::Script script("head -c 1000 /dev/zero > result.tif");
-    jobs::QueueOptions options = options_of(script);
-    options.max_kept_bytes = 500;
-    options.kept_at_least = std::chrono::seconds(0);
-    jobs::JobQueue queue(options);
-    std::string before;
-    for (int i = 0; i < 2; ++i) {
-        const auto id = queue.submit(request());
-        REQUIRE(id);
-        CHECK(end_of(queue, *id).state == JobState::kDone);
-        CHECK(queue.result(*id));
-        if (!before.empty())
-            CHECK_FALSE(queue.status(before));
-        before = *id;
-    }
-}
-
-TEST_CASE("results are kept for some time", "[voxelserver][jobs]") {
-    const test::Script script("echo x > result.tif");
-    jobs::QueueOptions options = options_of(script);
-    options.kept = std::chrono::seconds(0);
-    jobs::JobQueue queue(options);
-    const auto id = queue.submit(request());
-    REQUIRE(id);
-    CHECK(test::eventually([&] { return !queue.status(*id); }));
 }
 
 TEST_CASE("a queue that stops ends its processes and removes its files", "[voxelserver][jobs]") {

@@ -1,9 +1,8 @@
 #include "voxelserver/jobs/job_request.hpp"
 
-#include <pthread.h>
-
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/small_stack.hpp"
 
 using namespace terravox;
 
@@ -73,26 +72,13 @@ TEST_CASE("values in many brackets are refused on the stack of a web server's th
             std::string(name) == "kind" ? "" : R"("kind": "sun", "area": [0, 0, 1, 1], )";
         const std::string body = "{" + kind + "\"" + name + "\": " + deep + "}";
         std::string message;
-        pthread_attr_t attributes;
-        REQUIRE(::pthread_attr_init(&attributes) == 0);
-        REQUIRE(::pthread_attr_setstacksize(&attributes, 100 << 10) == 0);
-        struct Call {
-            const std::string& body;
-            std::string& message;
-        } call{body, message};
-        pthread_t thread{};
-        const auto run = [](void* data) -> void* {
-            auto& of = *static_cast<Call*>(data);
+        test::on_small_stack([&] {
             try {
-                (void)words_of(of.body.c_str());
+                (void)words_of(body);
             } catch (const util::UsageError& e) {
-                of.message = e.what();
+                message = e.what();
             }
-            return nullptr;
-        };
-        REQUIRE(::pthread_create(&thread, &attributes, run, &call) == 0);
-        ::pthread_join(thread, nullptr);
-        ::pthread_attr_destroy(&attributes);
+        });
         INFO(name);
         CHECK(!message.empty());
         CHECK(message.size() < 300);

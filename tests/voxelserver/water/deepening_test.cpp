@@ -53,32 +53,6 @@ TEST_CASE("shore distance is the distance to the nearest dry column, exactly, up
         }
 }
 
-TEST_CASE("depths of a patch depend on nothing farther than the reach", "[water][deepening]") {
-    std::mt19937 random(7);
-    const int reach = 9;
-    const int side = 60;
-    Mask whole{200, 150, {}};
-    for (int i = 0; i < whole.width * whole.height; ++i)
-        whole.water.push_back(random() % 90 == 0 ? 0 : 1);
-    const Deepening shape{0.3, 0.2, 2, reach};
-    const std::vector<float> all = depths_m(whole.water, whole.width, whole.height, 1, shape);
-    for (int round = 0; round < 20; ++round) {
-        const int x0 = static_cast<int>(random() % 120);
-        const int z0 = static_cast<int>(random() % 70);
-        std::vector<std::uint8_t> cut;
-        for (int z = 0; z < side; ++z)
-            for (int x = 0; x < side; ++x)
-                cut.push_back(
-                    whole.water[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
-        const std::vector<float> part = depths_m(cut, side, side, 1, shape);
-        INFO("cut at " << x0 << ", " << z0);
-        for (int z = reach; z < side - reach; ++z)
-            for (int x = reach; x < side - reach; ++x)
-                REQUIRE(part[static_cast<std::size_t>(z * side + x)] ==
-                        all[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
-    }
-}
-
 TEST_CASE("depth grows from the waterline by the slope, between its bounds", "[water][deepening]") {
     struct Case {
         const char* name;

@@ -30,10 +30,11 @@ bool covered(std::int32_t x, std::int32_t z) {
     return within(x, z, -200, -200, 400, 400);
 }
 
+struct Rect {
+    std::int32_t x0, z0, wide, deep;
+};
 // The hole that most cases have: 320 m2 around the queried cell.
-bool hole(std::int32_t x, std::int32_t z) {
-    return within(x, z, 15, 16, 10, 8);
-}
+constexpr Rect kHole{15, 16, 10, 8};
 
 WaterCell ripple(std::int32_t x, std::int32_t z, float height) {
     return ground_at(height + 0.05f * static_cast<float>((x * 7 + z * 13) % 5));
@@ -41,136 +42,75 @@ WaterCell ripple(std::int32_t x, std::int32_t z, float height) {
 
 }  // namespace
 
-TEST_CASE("a void in the ground is water only within a level shore", "[water][evidence]") {
+TEST_CASE("a void is water within a level shore, and what looks wet where it is flat and wide",
+          "[water][evidence]") {
+    using Cell = WaterCell (*)(std::int32_t x, std::int32_t z);
+    const Cell unseen = [](auto, auto) { return nothing_seen(); };
+    const Cell low = [](auto x, auto z) { return ripple(x, z, 40); };
+    const Cell wet_low = [](auto x, auto z) { return wet(ripple(x, z, 40)); };
+    const Cell high = [](auto x, auto z) { return ripple(x, z, 41); };
+    const Cell slope = [](auto x, auto z) {
+        return ripple(x, z, 40.0f + 0.1f * static_cast<float>(x));
+    };
+    const Cell wet_slope = [](auto x, auto z) {
+        return wet(ripple(x, z, 40.0f + 0.1f * static_cast<float>(x)));
+    };
+    const Cell banks = [](auto x, auto z) {
+        return ripple(x, z, 40.0f + 0.4f * static_cast<float>((x * 5 + z * 3) % 5 / 2));
+    };
+    const Cell roofs = [](auto x, auto z) {
+        return within(x, z, 14, 15, 12, 10) ? thing() : ripple(x, z, 40);
+    };
+    const Cell trees = [](auto x, auto z) {
+        WaterCell cell = ripple(x, z, 40);
+        cell.other_points = 60;
+        return cell;
+    };
+    const Cell wet_trees = [](auto, auto) { return wet(thing()); };
+    const Cell wet_void = [](auto, auto) { return wet(nothing_seen()); };
+    const Cell beyond = [](auto, auto) { return wet(WaterCell{}); };
+    const auto by_void = &Evidence::by_void;
+    const auto by_photo = &Evidence::by_photo;
     struct Case {
         const char* name;
-        FunctionSource::Make make;
+        bool Evidence::* by;
+        Cell inside;
+        Cell around;
         bool water;
+        Rect where = kHole;
+        std::int32_t west = -200;  // of the survey
     };
-    const auto c = GENERATE(values<Case>({
-        {"a pond of 10 x 8 cells",
-         [](auto x, auto z) {
-             return !covered(x, z) ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40);
-         },
-         true},
-        {"banks on one half of the shore",
-         [](auto x, auto z) {
-             if (!covered(x, z))
-                 return WaterCell{};
-             if (hole(x, z))
-                 return nothing_seen();
-             return ripple(x, z, 40.0f + 0.4f * static_cast<float>((x * 5 + z * 3) % 5 / 2));
-         },
-         true},
-        {"too small",
-         [](auto x, auto z) {
-             return !covered(x, z)               ? WaterCell{}
-                    : within(x, z, 18, 18, 6, 6) ? nothing_seen()
-                                                 : ripple(x, z, 40);
-         },
-         false},
-        {"a hillside of 7 %",
-         [](auto x, auto z) {
-             return !covered(x, z) ? WaterCell{}
-                    : hole(x, z)   ? nothing_seen()
-                                   : ripple(x, z, 40.0f + 0.14f * static_cast<float>(x));
-         },
-         false},
-        {"at the survey's edge",
-         [](auto x, auto z) {
-             return x < 15 ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40);
-         },
-         false},
-        {"a black roof among roofs",
-         [](auto x, auto z) {
-             if (!covered(x, z))
-                 return WaterCell{};
-             return hole(x, z)                     ? nothing_seen()
-                    : within(x, z, 14, 15, 12, 10) ? thing()
-                                                   : ripple(x, z, 40);
-         },
-         false},
-        {"the thin shadow of a tower",
-         [](auto x, auto z) {
-             return !covered(x, z)               ? WaterCell{}
-                    : within(x, z, 0, 20, 60, 2) ? nothing_seen()
-                                                 : ripple(x, z, 40);
-         },
-         false},
-        {"among trees through which the ground is seen",
-         [](auto x, auto z) {
-             if (!covered(x, z))
-                 return WaterCell{};
-             if (hole(x, z))
-                 return nothing_seen();
-             WaterCell cell = ripple(x, z, 40);
-             cell.other_points = 60;
-             return cell;
-         },
-         true},
+    const auto c = GENERATE_COPY(values<Case>({
+        {"a pond of 10 x 8 cells", by_void, unseen, low, true},
+        {"banks on one half of the shore", by_void, unseen, banks, true},
+        {"too small", by_void, unseen, low, false, {18, 18, 6, 6}},
+        {"a hillside of 5 %", by_void, unseen, slope, false},
+        {"at the survey's edge", by_void, unseen, low, false, kHole, 15},
+        {"a black roof among roofs", by_void, unseen, roofs, false},
+        {"the thin shadow of a tower", by_void, unseen, low, false, {0, 20, 60, 2}},
+        {"among trees through which the ground is seen", by_void, unseen, trees, true},
+        {"a pond that was classified as ground", by_photo, wet_low, high, true},
+        {"a meadow on a slope of 5 %", by_photo, wet_slope, slope, false},
+        {"a puddle", by_photo, wet_low, high, false, {18, 18, 5, 5}},
+        {"dark trees", by_photo, wet_trees, high, false},
+        {"outside the survey", by_photo, beyond, beyond, false},
+        {"wet voids in flat ground, at the edge", by_photo, wet_void, high, false, kHole, 15},
     }));
     DYNAMIC_SECTION(c.name) {
-        const float level = level_of(c.make);
+        const auto make = [&](std::int32_t x, std::int32_t z) {
+            if (!covered(x, z) || x < c.west)
+                return WaterCell{};
+            const Rect& r = c.where;
+            return within(x, z, r.x0, r.z0, r.wide, r.deep) ? c.inside(x, z) : c.around(x, z);
+        };
+        const float level = level_of(make);
         if (c.water)
             CHECK((level >= 39.99f && level <= 40.2f));
         else
             CHECK(std::isnan(level));
         Evidence without;
-        without.by_void = false;
-        CHECK(std::isnan(level_of(c.make, without)));
-    }
-}
-
-TEST_CASE("what looks wet is water when it is flat and wide", "[water][evidence]") {
-    struct Case {
-        const char* name;
-        FunctionSource::Make make;
-        bool water;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"a pond that was classified as ground",
-         [](auto x, auto z) {
-             return !covered(x, z) ? WaterCell{}
-                    : hole(x, z)   ? wet(ripple(x, z, 40))
-                                   : ripple(x, z, 41);
-         },
-         true},
-        {"a meadow on a slope of 5 %",
-         [](auto x, auto z) {
-             const float h = 40.0f + 0.1f * static_cast<float>(x);
-             return !covered(x, z) ? WaterCell{}
-                    : hole(x, z)   ? wet(ripple(x, z, h))
-                                   : ripple(x, z, h);
-         },
-         false},
-        {"a puddle",
-         [](auto x, auto z) {
-             return !covered(x, z)               ? WaterCell{}
-                    : within(x, z, 18, 18, 5, 5) ? wet(ripple(x, z, 40))
-                                                 : ripple(x, z, 41);
-         },
-         false},
-        {"dark trees",
-         [](auto x, auto z) {
-             return !covered(x, z) ? WaterCell{} : hole(x, z) ? wet(thing()) : ripple(x, z, 41);
-         },
-         false},
-        {"outside the survey", [](auto, auto) { return wet(WaterCell{}); }, false},
-        {"nothing but wet voids in flat ground, at the edge",
-         [](auto x, auto z) {
-             return x < 15 ? WaterCell{} : hole(x, z) ? wet(nothing_seen()) : ripple(x, z, 41);
-         },
-         false},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        const float level = level_of(c.make);
-        if (c.water)
-            CHECK((level >= 39.99f && level <= 40.2f));
-        else
-            CHECK(std::isnan(level));
-        Evidence without;
-        without.by_photo = false;
-        CHECK(std::isnan(level_of(c.make, without)));
+        without.*c.by = false;
+        CHECK(std::isnan(level_of(make, without)));
     }
 }
 
@@ -235,10 +175,8 @@ TEST_CASE("class, photo and voids meet in one body, and a wet slope next to it s
     const float level = bodies.level(2, 12);
     CHECK(level == Approx(40.02).margin(0.03));
     CHECK(bodies.level(13, 12) == level);
-    CHECK(bodies.level(31, 17) !=
-          bodies.level(
-              31,
-              17));  // the wet part touches a slope: it is not flat, so only class and voids remain
+    // The wet part touches a slope: it is not flat, so only class and voids remain.
+    CHECK(std::isnan(bodies.level(31, 17)));
     CHECK(std::isnan(bodies.level(80, 50)));
     FunctionSource apart(kSide, [&](std::int32_t x, std::int32_t z) {
         return within(x, z, 40, 20, 30, 2) ? ripple(x, z, 41) : make(x, z);

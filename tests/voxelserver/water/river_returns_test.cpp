@@ -99,62 +99,13 @@ private:
 
 }  // namespace
 
-TEST_CASE(
-    "a steep narrow brook keeps its returns, whatever slow river it runs into and whatever bridge "
-    "crosses it",
-    "[water][levels]") {
-    struct Case {
-        const char* name;
-        double fall;
-        int river_cells;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"2.5 % into a river of 1 km", 0.05, 500},
-        {"2.5 % into a river of 400 m", 0.05, 200},
-        {"6 %", 0.12, 500},
-        {"10 %", 0.2, 500},
-    }));
-    const auto seed = GENERATE(range(1u, 11u));
-    DYNAMIC_SECTION(c.name << ", seed " << seed) {
-        Landscape land(c.river_cells, 66, seed);
-        const double mouth_x = c.river_cells * 0.6;
-        const double mouth = 472 - mouth_x * 0.004;
-        const Landscape::Place spring{mouth_x - 12, 4};
-        const double way = std::hypot(12, 46);
-        land.river(line({0, 52}, {static_cast<double>(c.river_cells), 52}), 3, 472, 0.004);
-        land.river(line(spring, {mouth_x, 50}), 1.2, mouth + way * c.fall, c.fall);
-        const Body body = scanned(land, {mouth_x - 9, 15}, 4, 0.02);
-        const std::vector<float> levels = body_levels(body, {});
-        double squares = 0;
-        int cells = 0;
-        for (std::size_t i = 0; i < levels.size(); ++i) {
-            const CellPlace p = body.places[i];
-            // The ends are left out: nothing may have been seen there.
-            if (p.z < 10 || p.z > 46)
-                continue;
-            const double error =
-                static_cast<double>(levels[i]) - static_cast<double>(land.truth(p.x, p.z));
-            squares += error * error;
-            ++cells;
-        }
-        REQUIRE(cells > 60);
-        INFO("RMSE " << std::sqrt(squares / cells) << " m over " << cells << " cells");
-        CHECK(
-            std::sqrt(squares / cells) <
-            0.05 +
-                1.5 *
-                    c.fall);  // cross-sections are two cells long; what falls in between is a step
-        CHECK(Sectioned(body).farthest() < kClose_m);
-    }
-}
-
 TEST_CASE("a brook that runs into a lake falls to it, and the lake stays flat", "[water][levels]") {
     struct Case {
         const char* name;
         double fall;
     };
     const auto c = GENERATE(values<Case>({{"1 %", 0.02}, {"2.5 %", 0.05}, {"10 %", 0.2}}));
-    const auto seed = GENERATE(range(1u, 6u));
+    const auto seed = GENERATE(range(1u, 4u));
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
         Landscape land(220, 130, seed);
         land.river(line({216, 65}, {125, 65}), 1.2, 475 + 5 * c.fall + 86 * c.fall, c.fall);
@@ -175,7 +126,7 @@ TEST_CASE(
     "where a river shows returns it stands within 0.3 m of their median, unless water would have "
     "to run uphill",
     "[water][levels]") {
-    const auto seed = GENERATE(range(1u, 61u));
+    const auto seed = GENERATE(range(1u, 41u));
     Landscape land(420, 200, seed);
     const double slope = 0.03 * land.uniform() * land.uniform();
     const double top = 400 + 100 * land.uniform();

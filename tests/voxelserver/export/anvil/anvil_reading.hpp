@@ -9,28 +9,18 @@
 #include <bit>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "tests/common/content.hpp"
+
 namespace terravox::test {
 
 namespace fs = std::filesystem;
-
-struct TemporaryFolder {
-    fs::path path =
-        fs::temp_directory_path() / ("terravox-anvil-" + std::to_string(std::random_device{}()));
-    TemporaryFolder() { fs::create_directories(path); }
-    ~TemporaryFolder() { fs::remove_all(path); }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
 
 struct Nbt;
 using NbtList = std::vector<Nbt>;
@@ -123,13 +113,6 @@ private:
     std::size_t m_at = 0;
 };
 
-inline std::string bytes_of(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in)
-        throw std::runtime_error("no " + file.string());
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 inline std::string inflate(const std::string& packed, bool gzip) {
     std::string out(std::size_t{1} << 24, '\0');
     auto* const decompressor = libdeflate_alloc_decompressor();
@@ -146,7 +129,7 @@ inline std::string inflate(const std::string& packed, bool gzip) {
 
 /// The chunks of a region file by place in its table, still packed.
 inline std::map<int, std::string> packed_chunks(const fs::path& file) {
-    const std::string bytes = bytes_of(file);
+    const std::string bytes = content_of(file);
     const auto u32 = [&](std::size_t at) {
         std::uint32_t v = 0;
         for (std::size_t i = 0; i < 4; ++i)
@@ -180,8 +163,8 @@ inline std::map<int, std::string> packed_chunks(const fs::path& file) {
             out[slot] = bytes.substr(sector * 4096 + 5, length - 1);
         else if (kind == 130)
             out[slot] =
-                bytes_of(file.parent_path() / ("c." + std::to_string(rx * 32 + slot % 32) + "." +
-                                               std::to_string(rz * 32 + slot / 32) + ".mcc"));
+                content_of(file.parent_path() / ("c." + std::to_string(rx * 32 + slot % 32) + "." +
+                                                 std::to_string(rz * 32 + slot / 32) + ".mcc"));
         else
             throw std::runtime_error("kind " + std::to_string(kind));
     }

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <fstream>
-#include <iterator>
 #include <random>
+#include <set>
 #include <string>
 
 #include "common/voxel/material.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/array_world.hpp"
 #include "voxelserver/export/core/job.hpp"
@@ -109,11 +109,6 @@ struct ExportJob {
     ExportJob(voxel::World& world, const std::string& name)
         : ExportJob(world, world.info().bounds, name) {}
 };
-
-inline std::string bytes_of_file(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// Names of the files in a folder, hidden ones too.
 inline std::set<std::string> files_in(const std::filesystem::path& folder) {

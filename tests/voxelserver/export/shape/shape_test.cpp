@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -15,80 +16,55 @@
 using namespace terravox;
 using namespace terravox::exports;
 
-TEST_CASE("columns come each once, square after square", "[convert][shape]") {
+TEST_CASE(
+    "columns are those of squares in which something may stand, each once, square after square",
+    "[convert][shape]") {
+    using Places = std::set<std::pair<int, int>>;
+    constexpr ColumnBlock kWide{-5, 7, 60, 50};
     struct Case {
         const char* name;
         ColumnBlock of;
-        std::size_t edge;
+        int edge;
+        std::optional<Places> stand;  // nullopt: everywhere
     };
-    const auto c = GENERATE(values<Case>({
-        {"one", {3, -2, 4, -1}, 4},
-        {"less than a square", {-1, -1, 2, 1}, 8},
-        {"squares that do not fit", {-5, 7, 6, 14}, 4},
-        {"squares of one", {0, 0, 3, 2}, 1},
-        {"a strip", {0, 0, 17, 1}, 4},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        const Columns columns(c.of, c.edge, [](const ColumnBlock&) { return true; });
-        REQUIRE(columns.count() == static_cast<std::size_t>((c.of.max_bx - c.of.min_bx) *
-                                                            (c.of.max_bz - c.of.min_bz)));
-        std::set<std::pair<int, int>> found;
-        std::size_t square = 0;
-        for (std::size_t i = 0; i < columns.count(); ++i) {
-            const auto at = columns.at(i);
-            found.emplace(at.bx, at.bz);
-            CHECK((at.bx >= c.of.min_bx && at.bx < c.of.max_bx && at.bz >= c.of.min_bz &&
-                   at.bz < c.of.max_bz));
-            const auto edge = static_cast<int>(c.edge);
-            const auto across = (c.of.max_bx - c.of.min_bx + edge - 1) / edge;
-            CHECK(at.square == static_cast<std::size_t>((at.bz - c.of.min_bz) / edge * across +
-                                                        (at.bx - c.of.min_bx) / edge));
-            CHECK(at.square >= square);
-            square = at.square;
-        }
-        CHECK(found.size() == columns.count());
-        CHECK(square + 1 == columns.squares().size());
-        CHECK(columns.left_out() == 0);
-    }
-}
-
-TEST_CASE("columns are those of squares in which something may stand, in the same order",
-          "[convert][shape]") {
-    const ColumnBlock of{-5, 7, 60, 50};
-    struct Case {
-        const char* name;
-        std::set<std::pair<int, int>> stand;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"nothing", {}},
-        {"one", {{20, 20}}},
-        {"the corners", {{-5, 7}, {59, 7}, {-5, 49}, {59, 49}}},
-        {"some", {{-5, 7}, {3, 8}, {11, 8}, {-4, 30}, {30, 30}, {31, 31}, {59, 49}}},
+    const auto c = GENERATE_COPY(values<Case>({
+        {"less than a square", {-1, -1, 2, 1}, 8, {}},
+        {"squares that do not fit", {-5, 7, 6, 14}, 4, {}},
+        {"squares of one", {0, 0, 3, 2}, 1, {}},
+        {"nothing", kWide, 4, Places{}},
+        {"the corners", kWide, 4, Places{{-5, 7}, {59, 7}, {-5, 49}, {59, 49}}},
+        {"some", kWide, 4, Places{{-5, 7}, {3, 8}, {11, 8}, {-4, 30}, {30, 30}, {31, 31}}},
     }));
     DYNAMIC_SECTION(c.name) {
         const auto may_hold = [&](const ColumnBlock& b) {
-            return std::any_of(c.stand.begin(), c.stand.end(), [&](const auto& at) {
+            return !c.stand || std::any_of(c.stand->begin(), c.stand->end(), [&](const auto& at) {
                 return at.first >= b.min_bx && at.first < b.max_bx && at.second >= b.min_bz &&
                        at.second < b.max_bz;
             });
         };
-        constexpr std::size_t kEdge = 4;
-        const Columns all(of, kEdge, [](const ColumnBlock&) { return true; });
-        const Columns some(of, kEdge, may_hold);
         std::vector<std::tuple<int, int, std::size_t>> expected;
+        std::size_t square = 0;
+        std::size_t squares = 0;
+        for (int z0 = c.of.min_bz; z0 < c.of.max_bz; z0 += c.edge)
+            for (int x0 = c.of.min_bx; x0 < c.of.max_bx; x0 += c.edge, ++square) {
+                const ColumnBlock block{x0, z0, std::min(x0 + c.edge, c.of.max_bx),
+                                        std::min(z0 + c.edge, c.of.max_bz)};
+                if (!may_hold(block))
+                    continue;
+                ++squares;
+                for (int z = block.min_bz; z < block.max_bz; ++z)
+                    for (int x = block.min_bx; x < block.max_bx; ++x)
+                        expected.emplace_back(x, z, square);
+            }
+        const Columns columns(c.of, static_cast<std::size_t>(c.edge), may_hold);
         std::vector<std::tuple<int, int, std::size_t>> found;
-        std::set<std::size_t> squares;
-        for (std::size_t i = 0; i < all.count(); ++i)
-            if (c.stand.contains({all.at(i).bx, all.at(i).bz}))
-                squares.insert(all.at(i).square);
-        for (std::size_t i = 0; i < all.count(); ++i)
-            if (const auto at = all.at(i); squares.contains(at.square))
-                expected.emplace_back(at.bx, at.bz, at.square);
-        for (std::size_t i = 0; i < some.count(); ++i)
-            found.emplace_back(some.at(i).bx, some.at(i).bz, some.at(i).square);
+        for (std::size_t i = 0; i < columns.count(); ++i)
+            found.emplace_back(columns.at(i).bx, columns.at(i).bz, columns.at(i).square);
         CHECK(found == expected);
-        CHECK(some.left_out() == all.count() - some.count());
-        CHECK(some.squares().size() == squares.size());
+        CHECK(columns.squares().size() == squares);
+        const auto all =
+            static_cast<std::size_t>((c.of.max_bx - c.of.min_bx) * (c.of.max_bz - c.of.min_bz));
+        CHECK(columns.left_out() == all - expected.size());
     }
 }
 
@@ -155,7 +131,7 @@ TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]"
         to.put("head");
         spool.copy_to(to);
         to.close();
-        CHECK(test::bytes_of_file(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
+        CHECK(test::content_of(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
     }
     CHECK(test::files_in(folder.path()) == std::set<std::string>{"b"});
     std::string beyond(10, ' ');
@@ -170,9 +146,9 @@ TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
     util::AtomicFile file(e.job.out);
     util::write_file_atomically(file.temporary_path(), "a mesh");
     finish_file(e.job, file);
-    CHECK(test::bytes_of_file(e.job.out) == "a mesh");
+    CHECK(test::content_of(e.job.out) == "a mesh");
     const auto car = voxel::side_car_from_json(
-        test::bytes_of_file(e.folder.path() / "a.glb.georef.json"), "the side-car");
+        test::content_of(e.folder.path() / "a.glb.georef.json"), "the side-car");
     CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
     CHECK(car.offset == origin_of(e.job.part));
     CHECK(car.crs == "EPSG:3794");

@@ -89,9 +89,8 @@ TEST_CASE("a vdb file holds every voxel, at its place in metres", "[convert][vdb
     };
     const voxel::VoxelBounds all{{-70, -12, -9}, {75, 300, 80}};
     const auto c = GENERATE_COPY(values<Case>({
-        {"z up", UpAxis::kZ, all},
         {"y up", UpAxis::kY, all},
-        {"a part", UpAxis::kZ, {{-33, -7, 2}, {66, 259, 71}}},
+        {"a part, z up", UpAxis::kZ, {{-33, -7, 2}, {66, 259, 71}}},
     }));
     DYNAMIC_SECTION(c.name) {
         const auto world = test::lumps(31, 1000);
@@ -126,8 +125,8 @@ TEST_CASE("hidden rock costs next to nothing in a vdb file", "[convert][vdb]") {
 TEST_CASE("where memory is scarce there are several vdb files that fit together",
           "[convert][vdb]") {
     const auto world = test::lumps(32, 9);
-    test::ExportJob e(*world, "town.vdb");
-    e.job.memory_bytes = GENERATE(std::size_t{0}, std::size_t{3} << 20, std::size_t{16} << 20);
+    test::ExportJob e(*world, {{-70, -12, -9}, {75, 60, 80}}, "town.vdb");
+    e.job.memory_bytes = GENERATE(std::size_t{0}, std::size_t{3} << 20);
     write_vdb(e.job);
     std::vector<ReadVdb> files;
     const auto names = test::files_in(e.folder.path());
@@ -141,29 +140,4 @@ TEST_CASE("where memory is scarce there are several vdb files that fit together"
     CHECK(names.contains("town_0_0.vdb"));
     CHECK(differences(*world, e.job, files, UpAxis::kZ) == 0);
     CHECK(e.job.voxels() == solid_voxels(*world, e.job.part.bounds));
-}
-
-TEST_CASE("the bytes of a vdb file do not depend on threads, nor on chance", "[convert][vdb]") {
-    const auto world = test::lumps(33, 50);
-    std::string first;
-    for (const int threads : {1, 1, 2, 5}) {
-        test::ExportJob e(*world, "a.vdb");
-        e.job.threads = threads;
-        write_vdb(e.job);
-        if (first.empty())
-            first = test::bytes_of_file(e.job.out);
-        CHECK((test::bytes_of_file(e.job.out) == first));
-    }
-}
-
-TEST_CASE("a vdb file of nothing is not written, and a hole is counted", "[convert][vdb]") {
-    const auto world = test::lumps(34, 0);
-    test::ExportJob nothing(*world, {{-70, 298, -9}, {-69, 299, -8}}, "a.vdb");
-    world->set(-70, 298, -9, Material::kAir);
-    CHECK_THROWS_WITH(write_vdb(nothing.job), test::contains("nothing solid"));
-    CHECK(test::files_in(nothing.folder.path()).empty());
-    world->make_hole({0, 0, 0, 0}, [] { throw util::Error("the disk is gone"); });
-    test::ExportJob e(*world, "a.vdb");
-    write_vdb(e.job);
-    CHECK(e.job.holes() == std::vector<voxel::BoxKey>{{0, 0, 0, 0}});
 }

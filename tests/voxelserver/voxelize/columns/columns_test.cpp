@@ -65,66 +65,45 @@ bool same(const PatchColumns& a, const PatchColumns& b) {
 
 TEST_CASE("ground, water and decks are medians, roofs the highest",
           "[voxelserver][voxelize][columns]") {
+    constexpr float kNone = -1;
     struct Case {
         const char* name;
         std::vector<Return> returns;
-        float ground;
-        float roof;
-        float roof_low;
-        float water;
-        float deck;
+        float ground = kNone;
+        float roof = kNone;
+        float roof_low = kNone;
+        float water = kNone;
+        float deck = kNone;
     };
-    constexpr float kNone = -1;
     const auto c = GENERATE(values<Case>({
-        {"nothing", {}, kNone, kNone, kNone, kNone, kNone},
-        {"one of the ground", {{10.25, kGroundClass}}, 10.25, kNone, kNone, kNone, kNone},
-        {"a low and a high outlier",
-         {{10.25, kGroundClass},
-          {10.5, kGroundClass},
-          {3, kGroundClass},
-          {99, kGroundClass},
-          {10.375, kGroundClass}},
-         10.375,
-         kNone,
-         kNone,
-         kNone,
-         kNone},
-        {"rail and road are ground as well",
-         {{10, 10}, {11, 11}, {12, 20}},
-         11,
-         kNone,
-         kNone,
-         kNone,
-         kNone},
-        {"a roof over the ground",
-         {{10, kGroundClass}, {18.5, kBuilding}, {17.25, kBuilding}, {18, kBuilding}},
-         10,
-         18.5,
-         17.25,
-         kNone,
-         kNone},
-        {"water", {{5, kWater}, {5.5, kWater}, {5.25, kWater}}, kNone, kNone, kNone, 5.25, kNone},
-        {"a deck over water",
-         {{5, kWater}, {15.5, kBridge}, {15.25, kBridge}, {18, kBridge}},
-         kNone,
-         kNone,
-         kNone,
-         5,
-         15.5},
-        {"plants and wires are none of them",
-         {{5, kTree}, {6, kWire}, {7, kUnsorted}, {8, 200}},
-         kNone,
-         kNone,
-         kNone,
-         kNone,
-         kNone},
-        {"below zero",
-         {{-10.25, kGroundClass}, {-3.5, kBuilding}},
-         -10.25,
-         -3.5,
-         -3.5,
-         kNone,
-         kNone},
+        {.name = "nothing", .returns = {}},
+        {.name = "one of the ground", .returns = {{10.25, kGroundClass}}, .ground = 10.25},
+        {.name = "a low and a high outlier",
+         .returns = {{10.25, kGroundClass},
+                     {10.5, kGroundClass},
+                     {3, kGroundClass},
+                     {99, kGroundClass},
+                     {10.375, kGroundClass}},
+         .ground = 10.375},
+        {.name = "rail and road are ground as well",
+         .returns = {{10, 10}, {11, 11}, {12, 20}},
+         .ground = 11},
+        {.name = "a roof over the ground",
+         .returns = {{10, kGroundClass}, {18.5, kBuilding}, {17.25, kBuilding}, {18, kBuilding}},
+         .ground = 10,
+         .roof = 18.5,
+         .roof_low = 17.25},
+        {.name = "a deck over water",
+         .returns = {{5, kWater}, {15.5, kBridge}, {15.25, kBridge}, {18, kBridge}},
+         .water = 5,
+         .deck = 15.5},
+        {.name = "plants and wires are none of them",
+         .returns = {{5, kTree}, {6, kWire}, {7, kUnsorted}, {8, 200}}},
+        {.name = "below zero",
+         .returns = {{-10.25, kGroundClass}, {-3.5, kBuilding}},
+         .ground = -10.25,
+         .roof = -3.5,
+         .roof_low = -3.5},
     }));
     DYNAMIC_SECTION(c.name) {
         const auto patch = with_one(c.returns);
@@ -152,15 +131,6 @@ TEST_CASE("ground, water and decks are medians, roofs the highest",
                           return a.height < b.height;
                       })->height));
     }
-}
-
-TEST_CASE("the median of an even number of returns is one of the two in the middle",
-          "[voxelserver][voxelize][columns]") {
-    const float h =
-        with_one({{1, kGroundClass}, {2, kGroundClass}, {3, kGroundClass}, {40, kGroundClass}})
-            ->at(5, 7)
-            .ground.height;
-    CHECK((h == 2 || h == 3));
 }
 
 TEST_CASE("a column is built upon when most of its low returns are of a building",
@@ -214,6 +184,8 @@ TEST_CASE("ground next to a roof in one column is not beneath it",
         {"an edge from north to south", 8, 0.5, 0, false},
         {"an edge from west to east", 8, 0.4, 90, false},
         {"a slanting edge", 8, 0.5, 30, false},
+        {"a sliver of roof", 8, 0.85, 30, false},
+        {"a sliver of ground", 8, 0.15, -60, false},
         {"a canopy", 8, kMixed, 0, true},
         {"a step of less than a voxel", 0.9, kMixed, 0, false},
     }));
@@ -347,7 +319,7 @@ TEST_CASE(
 
 TEST_CASE("columns do not depend on the order of files, nor on how points were dealt into them",
           "[voxelserver][voxelize][columns]") {
-    const unsigned seed = GENERATE(range(1u, 7u));
+    const unsigned seed = GENERATE(range(1u, 4u));
     const int rows = GENERATE(16, 1);  // a few returns in each column, or hundreds
     std::mt19937 random(seed);
     std::vector<store::VoxelPoint> points;

@@ -100,6 +100,9 @@ TEST_CASE("the name of a square depends on what its points depend on, and on not
     SECTION("the frame") {
         voxel_m = 0.5;
     }
+    SECTION("the identity with which it was opened") {
+        file.identity = {1, 2};
+    }
     SECTION("a filter") {
         settings.points.drop_overlap = true;
     }
@@ -125,22 +128,4 @@ TEST_CASE("the name of a square depends on what its points depend on, and on not
         return;
     }
     CHECK(name() != before);
-}
-
-TEST_CASE("a file is named by the identity with which it was opened",
-          "[voxelserver][voxelize][plan]") {
-    std::vector<SquareSource> files{file_of(kFew), file_of(kFew), file_of(kFew)};
-    for (SquareSource& file : files) {
-        file.info.path = "/nowhere/gone.laz";
-        file.info.crs = geo::Crs::from_text("EPSG:2154");
-        file.identity = {1, 2};
-    }
-    files.back().identity = {1, 3};
-    const grid::Frame frame(*files.front().info.crs, 1, 0, 0);
-    const ClassTable classes{};
-    const Settings settings{};
-    const SquareRecipe recipe{frame, classes, settings};
-    const auto planned = plan_files(files, {80 * kMiB, 30 * kMiB, 0}, &recipe);
-    CHECK(planned[0].name == planned[1].name);
-    CHECK(planned[0].name != planned[2].name);
 }

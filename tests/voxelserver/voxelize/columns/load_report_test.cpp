@@ -54,19 +54,12 @@ TEST_CASE("a file that was decoded whole is reported and counted once",
     CHECK(f.log.count("b.laz") == 0);
 }
 
-TEST_CASE("of many unknown classes eight are named", "[voxelserver][voxelize][report]") {
+TEST_CASE("of many unknown classes eight are named, and tables that name them all",
+          "[voxelserver][voxelize][report]") {
     Fixture f;
     f.report.add_whole(0, counts_of({40, 41, 42, 43, 44, 45, 46, 47, 48, 49}));
     CHECK(f.log.count("47 (1 points) and 2 more; shown") == 1);
     CHECK(f.log.count("48") == 0);
-}
-
-TEST_CASE("tables that name what is unknown are named", "[voxelserver][voxelize][report]") {
-    Fixture f;
-    f.report.add_whole(0, counts_of({2, 64, 65}));
-    CHECK(f.log.text() ==
-          "a.laz: classes that the table 'small' does not name: 64 (1 points), 65 (1 points); "
-          "shown as `unknown`; tables that name them (--classes): fr-lidarhd\n");
     f.report.add_part(1, counts_of({64}));
     CHECK(f.log.count("b.laz: class 64, which the table 'small' does not name; shown as "
                       "`unknown`; tables that name them (--classes): fr-lidarhd") == 1);

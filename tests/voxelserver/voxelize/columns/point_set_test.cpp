@@ -46,20 +46,6 @@ grid::PatchKey patch_at(double east, double north) {
 
 }  // namespace
 
-TEST_CASE("a window is of the columns of its patches, in their order",
-          "[voxelserver][voxelize][points]") {
-    Margin land;
-    const grid::PatchKey middle = patch_at(5, 200);
-    const Window window = land.points().window(middle);
-    CHECK(window.middle == middle);
-    for (int i = 0; i < 9; ++i) {
-        INFO(i);
-        const grid::PatchKey key{middle.px + i % 3 - 1, middle.pz + i / 3 - 1};
-        CHECK(window.patches[static_cast<std::size_t>(i)] == land.points().columns(key));
-    }
-    CHECK(window.patches[4]->any);
-}
-
 TEST_CASE("a window decodes what it needs once, in however little memory",
           "[voxelserver][voxelize][points]") {
     Margin roomy;
@@ -92,13 +78,4 @@ TEST_CASE("a patch outside the bounds is empty and not covered",
         CHECK_FALSE(cell.covered);
     CHECK(land.points().in_bounds(far_away).at(32, 32) == 0);
     CHECK(land.points().in_bounds(patch_at(200, 200)).at(32, 32) == 1);
-}
-
-TEST_CASE("points are counted once they have been decoded", "[voxelserver][voxelize][points]") {
-    Margin land;
-    CHECK(land.points().counts().kept == 0);
-    CHECK(land.points().state_of(0).first == SquareState::kFetched);
-    (void)land.points().columns(patch_at(5, 5));
-    CHECK(land.points().counts().kept == land.points().sources().point_count);
-    CHECK(land.points().state_of(0).first == SquareState::kPrepared);
 }

@@ -120,24 +120,6 @@ TEST_CASE("a file that was prepared is mapped, with the same points, and counted
     CHECK(second.counted() == second.file_points());
 }
 
-TEST_CASE("a prepared square that is damaged is decoded again",
-          "[voxelserver][voxelize][reader][damage]") {
-    const TemporaryFolder cache;
-    auto options = OpenWorld::with(Strip::get().file);
-    options.cache_dir = cache.path();
-    OneFile first(options);
-    const auto wanted = first.points(first.all());
-    const fs::path square = files_ending(cache.path() / "squares", ".square").at(0);
-    std::string bytes = bytes_of(square);
-    bytes[bytes.size() - 1000] ^= 1;
-    write_bytes(square, bytes);
-    const Warnings warnings;
-    OneFile second(options);
-    CHECK(second.points(second.all()) == wanted);
-    CHECK(second.decoded() == 4);
-    CHECK(warnings.count("it is made again") == 1);
-}
-
 TEST_CASE("a file that does not fit is read in parts, never whole, with the same points",
           "[voxelserver][voxelize][reader]") {
     auto options = OpenWorld::with(Strip::get().file);

@@ -94,22 +94,3 @@ TEST_CASE("land without bridges has no decks, and a switched-off step shows the 
             REQUIRE(seen.at(x, z).height == static_cast<float>(20 + z));
     });
 }
-
-TEST_CASE("windows of neighbouring patches see the same decks",
-          "[voxelserver][voxelize][bridges]") {
-    MadeLand land([](int x, int z, Returns& out) {
-        put(out, dice(x, z, 1) < 0.6 ? 2 : 0, 20 + 5 * dice(x, z, 2), dice(x, z, 3) < 0.5 ? 3 : 0);
-    });
-    const auto north = fill_decks(land.window({0, 0}));
-    const auto south = fill_decks(land.window({0, 1}));
-    int decks = 0;
-    for (int z = 62; z < 66; ++z)
-        for (int x = -2; x < 66; ++x) {
-            const Surface &a = north.at(x, z), &b = south.at(x, z - 64);
-            REQUIRE(a.seen() == b.seen());
-            if (a.seen())
-                REQUIRE(a.height == b.height);
-            decks += a.seen() ? 1 : 0;
-        }
-    CHECK(decks > 100);
-}

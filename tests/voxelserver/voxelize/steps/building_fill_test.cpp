@@ -43,37 +43,6 @@ constexpr Place kHouse{20, 20, 32, 30};
 
 }  // namespace
 
-TEST_CASE("a house has the footprint that most of its columns' returns show",
-          "[voxelserver][voxelize][buildings]") {
-    struct Case {
-        const char* name;
-        int roofs;
-        int grounds;
-        bool roofed;
-    };
-    const auto c = GENERATE(values<Case>({{"only roof", 4, 0, true},
-                                          {"more roof", 3, 2, true},
-                                          {"half and half", 2, 2, true},
-                                          {"more ground", 2, 3, false},
-                                          {"only ground", 0, 4, false}}));
-    DYNAMIC_SECTION(c.name) {
-        // The outermost columns of the house as the case says, the inside all roof. Walls go down:
-        // the ground at the edge is close below.
-        const auto roofs = roofs_of([&](int x, int z, Returns& out) {
-            if (kHouse.edge(x, z))
-                put(out, c.roofs, 12.5, c.grounds);
-            else
-                put(out, kHouse.holds(x, z) ? 4 : 0, 12.5, kHouse.holds(x, z) ? 0 : 4);
-        });
-        Margined<Roof>::each([&](int x, int z) {
-            INFO("column " << x << ", " << z);
-            REQUIRE(roofs.at(x, z).seen() == (kHouse.edge(x, z) ? c.roofed : kHouse.holds(x, z)));
-            if (roofs.at(x, z).seen())
-                REQUIRE_FALSE(roofs.at(x, z).open_beneath());
-        });
-    }
-}
-
 TEST_CASE("gaps between points of a roof are closed, except where pulses reached the ground",
           "[voxelserver][voxelize][buildings]") {
     struct Case {
@@ -173,43 +142,6 @@ TEST_CASE("canopies, carports, balconies and passages are open beneath; houses a
     }
 }
 
-TEST_CASE("an edge that cuts through columns leaves the walls of a house closed down to the ground",
-          "[voxelserver][voxelize][buildings]") {
-    // Outermost columns: part roof, part ground, as a straight edge at any angle leaves them.
-    const double slope = GENERATE(0.0, 0.3, 1.0, -0.7);
-    INFO("edge with slope " << slope);
-    // The house lies south of the line z = 20.5 + slope * (x - 30).
-    const auto roofed = [&](double x, double z) { return z > 20.5 + slope * (x - 30); };
-    const auto each_return = [](int x, int z, const auto& visit) {
-        for (int i = 0; i < 25; ++i)
-            visit((i % 5 + 0.1 + 0.8 * dice(x, z, static_cast<std::uint32_t>(i))) / 5,
-                  (i / 5 + 0.1 + 0.8 * dice(z, x, static_cast<std::uint32_t>(i))) / 5);
-    };
-    const auto share_of_roof = [&](int x, int z) {
-        int inside = 0;
-        each_return(x, z, [&](double east, double south) {
-            inside += roofed(x + east, z + south) ? 1 : 0;
-        });
-        return inside;
-    };
-    const auto roofs = roofs_of([&](int x, int z, Returns& out) {
-        each_return(x, z, [&](double east, double south) {
-            const bool roof = roofed(x + east, z + south);
-            out.push_back({roof ? 18.5 : 10.5, roof ? kBuilding : kGroundClass, {}, east, south});
-        });
-    });
-    int cut = 0;
-    Margined<Roof>::each([&](int x, int z) {
-        const int inside = share_of_roof(x, z);
-        cut += inside > 0 && inside < 25 ? 1 : 0;
-        INFO("column " << x << ", " << z << ": " << inside << " of 25 returns from the roof");
-        REQUIRE_FALSE(roofs.at(x, z).open_beneath());
-        if (inside >= 13)
-            REQUIRE(roofs.at(x, z).seen());
-    });
-    CHECK(cut > 60);
-}
-
 TEST_CASE("a balcony is open between what was seen beneath it and the wall that it hangs on",
           "[voxelserver][voxelize][buildings]") {
     // The house is 10 m high; the balcony, three columns deep, 4 m above the ground; pulses got
@@ -255,33 +187,4 @@ TEST_CASE("with the step switched off roofs are what was seen",
         REQUIRE(roofs.at(x, z).seen() == ((x + z) % 3 == 0));
         REQUIRE_FALSE(roofs.at(x, z).open_beneath());
     });
-}
-
-TEST_CASE("windows of neighbouring patches see the same roofs",
-          "[voxelserver][voxelize][buildings]") {
-    MadeLand land([](int x, int z, Returns& out) {
-        const bool house = dice(x / 9, z / 7, 3) < 0.6;
-        put(out, house && dice(x, z, 4) < 0.8 ? 1 + static_cast<int>(dice(x, z, 5) * 3) : 0,
-            16 + 6 * dice(x / 9, z / 7, 6), dice(x, z, 7) < (house ? 0.4 : 0.9) ? 2 : 0);
-    });
-    const auto west = fill_buildings(land.window({0, 0}), {}, 1);
-    const auto east = fill_buildings(land.window({1, 0}), {}, 1);
-    int roofs = 0;
-    int open = 0;
-    for (int z = -2; z < 66; ++z)
-        for (int x = 62; x < 66; ++x) {
-            const Roof &a = west.at(x, z), &b = east.at(x - 64, z);
-            INFO("column " << x << ", " << z);
-            REQUIRE(a.seen() == b.seen());
-            REQUIRE(a.open_beneath() == b.open_beneath());
-            roofs += a.seen() ? 1 : 0;
-            open += a.open_beneath() ? 1 : 0;
-            if (a.seen())
-                REQUIRE((a.top.height == b.top.height && a.appearance_dx == b.appearance_dx &&
-                         a.appearance_dz == b.appearance_dz));
-            if (a.open_beneath())
-                REQUIRE(a.bottom == b.bottom);
-        }
-    CHECK(roofs > 50);
-    CHECK(open > 5);
 }

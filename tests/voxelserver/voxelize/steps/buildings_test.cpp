@@ -58,8 +58,8 @@ TEST_CASE("a step between roofs parts buildings, a single column without returns
 
 TEST_CASE("patches agree about the building that crosses their edge, however wide it is",
           "[voxelserver][voxelize][buildings]") {
-    const int width = GENERATE(2, 30, 47, 48, 57, 64, 90, 200);
-    const int from = GENERATE(63, 50, 40, 17, 16);
+    const int width = GENERATE(2, 47, 48, 64, 200);
+    const int from = GENERATE(63, 40, 17);
     INFO(width << " columns from " << from);
     MadeLand land = town({{from, 40, from + width, 80, 18.5}});
     const auto number = [&](grid::PatchKey patch, int x, int z) {

@@ -35,17 +35,6 @@ const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
     return static_cast<float>(1000 + x + 0.25 * z);
 };
 
-/// Hills with gaps of all sizes: single columns, houses, a quarry wider than any reach.
-double hills(std::int32_t x, std::int32_t z) {
-    const auto house = [&](int every, int wide, int deep) {
-        return ((x % every) + every) % every < wide && ((z % every) + every) % every < deep;
-    };
-    if (dice(x, z, 9) < 0.3 || house(41, 9, 17) || house(97, 30, 22) ||
-        (x > 30 && x < 130 && z > 40 && z < 140))
-        return kGap;
-    return 200 + 8 * std::sin(x / 19.0) + 5 * std::cos(z / 13.0) + 0.2 * dice(x, z, 4);
-}
-
 }  // namespace
 
 TEST_CASE("columns with ground keep it, and those that need none get none",
@@ -116,16 +105,6 @@ TEST_CASE("ground between points and under houses lies on the plane around it",
     }
 }
 
-TEST_CASE("a filled height never leaves the heights around", "[voxelserver][voxelize][ground]") {
-    auto land = land_of(hills);
-    const auto filled =
-        fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return 200.0f; });
-    GroundHeights::each([&](int x, int z) {
-        INFO("column " << x << ", " << z);
-        REQUIRE((filled.at(x, z) >= 187 && filled.at(x, z) <= 213.2f));
-    });
-}
-
 TEST_CASE("the ground of a wide gap is requested by absolute columns, and only beyond reach",
           "[voxelserver][voxelize][ground]") {
     constexpr grid::PatchKey kPatch{-3, 5};
@@ -152,46 +131,4 @@ TEST_CASE("where nothing is known afar either, there is no ground",
         fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return kNoHeight; });
     CHECK(std::all_of(filled.values().begin(), filled.values().end(),
                       [](float h) { return std::isnan(h); }));
-}
-
-TEST_CASE("windows of neighbouring patches agree on the columns that both contain",
-          "[voxelserver][voxelize][ground]") {
-    struct Case {
-        const char* name;
-        grid::PatchKey a;
-        grid::PatchKey b;
-    };
-    const auto c = GENERATE(values<Case>({{"side by side", {0, 0}, {1, 0}},
-                                          {"below each other", {0, 0}, {0, 1}},
-                                          {"over the corner", {0, 0}, {1, 1}},
-                                          {"west of the origin", {-1, 0}, {0, 0}}}));
-    DYNAMIC_SECTION(c.name) {
-        auto land = land_of(hills);
-        const auto a = fill_ground(land.window(c.a), Wanted(1), kFromAfar);
-        const auto b = fill_ground(land.window(c.b), Wanted(1), kFromAfar);
-        const int dx = (c.b.px - c.a.px) * 64;
-        const int dz = (c.b.pz - c.a.pz) * 64;
-        int both = 0;
-        GroundHeights::each([&](int x, int z) {
-            if (x - dx < -kMargin || z - dz < -kMargin)
-                return;
-            ++both;
-            INFO("column " << x << ", " << z << ": " << a.at(x, z) << " and "
-                           << b.at(x - dx, z - dz));
-            REQUIRE(same_bits(a.at(x, z), b.at(x - dx, z - dz)));
-        });
-        CHECK(both >= 4 * kMargin * kMargin);
-    }
-}
-
-TEST_CASE("the same land elsewhere has the same heights", "[voxelserver][voxelize][ground]") {
-    const grid::PatchKey moved =
-        GENERATE(grid::PatchKey{1, 0}, grid::PatchKey{-7, 11}, grid::PatchKey{7'000, -98'000});
-    auto here = land_of(hills);
-    auto there = land_of([&](auto x, auto z) { return hills(x - moved.x0(), z - moved.z0()); });
-    const auto a = fill_ground(here.window({0, 0}), Wanted(1), kFromAfar);
-    const auto b = fill_ground(there.window(moved), Wanted(1), [&](auto x, auto z) {
-        return kFromAfar(x - moved.x0(), z - moved.z0());
-    });
-    CHECK(std::equal(a.values().begin(), a.values().end(), b.values().begin(), same_bits));
 }

@@ -38,7 +38,7 @@ TEST_CASE("a voxel is isolated when nothing lies within two voxels sideways and 
         {"a wire", 0, -2, 1, kWire, false},
     }));
     // In the middle of a patch, and over its borders.
-    const auto [x, z] = GENERATE(table<int, int>({{30, 30}, {0, 63}, {63, 0}, {-1, 64}}));
+    const auto [x, z] = GENERATE(table<int, int>({{30, 30}, {-1, 64}}));
     DYNAMIC_SECTION(c.name << ", at " << x << " " << z) {
         MadeLand land(
             [&, px = x, pz = z](std::int32_t cx, std::int32_t cz, MadeLand::Returns& out) {

@@ -101,37 +101,3 @@ TEST_CASE("roofs are flat, tiled or of slate by shape and brightness",
             REQUIRE(surface.material.at(x, z) == c.wanted);
         }
 }
-
-TEST_CASE("with guesses switched off no material changes", "[voxelserver][voxelize][guesses]") {
-    Settings settings;
-    settings.steps.material_guesses = false;
-    MadeLand land = house(0, 30);
-    const auto surface = surface_of(land, settings);
-    CHECK(surface.material.at(30, 26) == Material::kAir);
-}
-
-TEST_CASE("patches agree about guesses along their edges, for narrow and wide buildings",
-          "[voxelserver][voxelize][guesses]") {
-    const int width = GENERATE(10, 40, 90, 300);
-    INFO(width << " columns wide");
-    MadeLand land([&](int x, int z, Returns& out) {
-        const int across = ((z % 20) + 20) % 20;
-        const bool roof = x >= 30 && x < 30 + width && across < 14;
-        const auto block = static_cast<std::uint32_t>(x / 13 + z / 20);
-        if (!roof) {
-            out.push_back(
-                echo(10.5, kGroundClass, 20 + static_cast<int>(100 * dice(x / 9, z / 9, 4))));
-            return;
-        }
-        const double slope = dice(static_cast<int>(block), 1, 5) < 0.5 ? 0 : 0.6;
-        out.push_back(echo(20 - slope * std::abs(across - 6.5), kBuilding,
-                           20 + static_cast<int>(80 * dice(static_cast<int>(block), 2, 6))));
-    });
-    const auto west = surface_of(land, {}, {0, 0});
-    const auto east = surface_of(land, {}, {1, 0});
-    for (int z = -2; z < 66; ++z)
-        for (int x = 62; x < 66; ++x) {
-            INFO(x << ", " << z);
-            REQUIRE(west.material.at(x, z) == east.material.at(x - 64, z));
-        }
-}

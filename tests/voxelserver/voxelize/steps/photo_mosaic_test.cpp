@@ -81,18 +81,6 @@ TEST_CASE("around an image are all that count in it", "[voxelserver][voxelize][p
     CHECK(mosaic.around(0) == std::vector<std::size_t>{0, 1, 3, 4});
     CHECK(mosaic.around(4).size() == 9);
     CHECK(mosaic.around(5) == std::vector<std::size_t>{1, 2, 4, 5, 7, 8});
-    for (std::size_t own = 0; own < 9; ++own)
-        for (std::size_t i = 0; i < 9; ++i) {
-            bool counts = false;
-            const auto x0 = static_cast<std::int32_t>(own % 3) * 100 - 50;
-            const auto z0 = static_cast<std::int32_t>(own / 3) * 80;
-            for (std::int32_t z = z0; z < z0 + 80; ++z)
-                for (std::int32_t x = x0; x < x0 + 100; ++x)
-                    counts = counts || weight(mosaic, i, own, x, z) > 0;
-            const auto around = mosaic.around(own);
-            INFO("image " << i << " in image " << own);
-            CHECK(counts == (std::find(around.begin(), around.end(), i) != around.end()));
-        }
 }
 
 TEST_CASE("an image without columns counts nowhere", "[voxelserver][voxelize][photo-mosaic]") {

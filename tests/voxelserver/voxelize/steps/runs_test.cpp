@@ -224,7 +224,7 @@ TEST_CASE("special materials are the surface's: of the ground next to a house, o
 
 TEST_CASE("boxes are cut from columns at every 256 voxels, and air is no box",
           "[voxelserver][voxelize][serialize]") {
-    const double height = GENERATE(-300.5, -0.5, 0.5, 255.5, 256.5, 700.5);
+    const double height = GENERATE(-300.5, -0.5, 255.5, 256.5);
     INFO(height);
     const auto top = static_cast<std::int32_t>(std::floor(height));
     const Made made([&](int, int, Returns& out) { out.push_back({height, kGroundClass}); }, false,

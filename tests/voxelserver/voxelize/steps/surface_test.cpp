@@ -1,11 +1,9 @@
 // What surfaces look like from above: materials from colours, and colours from images.
-#include <gdal_priv.h>
-
-#include "common/geo/gdal.hpp"
+#include "voxelserver/voxelize/steps/surface.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/voxelize/geo_image.hpp"
 #include "tests/voxelserver/voxelize/steps/made_land.hpp"
-#include "voxelserver/voxelize/steps/surface.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -43,24 +41,14 @@ private:
 /// One image of 1 m pixels: columns [x0, x0 + width) x [z0, z0 + height) of voxels of 1 m.
 void write_image(const std::filesystem::path& file, int x0, int z0, int width, int height,
                  const std::function<Rgb8(int x, int z)>& colour_at) {
-    geo::start_gdal();
-    GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
-        file.string().c_str(), width, height, 3, GDT_Byte, nullptr));
-    REQUIRE(out);
-    std::array<double, 6> geo{static_cast<double>(x0), 1, 0, static_cast<double>(-z0), 0, -1};
-    out->SetGeoTransform(geo.data());
-    out->SetSpatialRef(&geo::Crs::from_text(kCrs).ogr());
-    for (int band = 0; band < 3; ++band) {
-        std::vector<std::uint8_t> pixels;
-        for (int z = z0; z < z0 + height; ++z)
-            for (int x = x0; x < x0 + width; ++x) {
-                const Rgb8 c = colour_at(x, z);
-                pixels.push_back(band == 0 ? c.r : band == 1 ? c.g : c.b);
-            }
-        REQUIRE(out->GetRasterBand(band + 1)->RasterIO(GF_Write, 0, 0, width, height, pixels.data(),
-                                                       width, height, GDT_Byte, 0, 0,
-                                                       nullptr) == CE_None);
-    }
+    GeoImage image;
+    image.width = width;
+    image.height = height;
+    image.geo = {static_cast<double>(x0), 1, 0, static_cast<double>(-z0), 0, -1};
+    write_geo_image(file, image, [&](int x, int y, int band) {
+        const Rgb8 c = colour_at(x0 + x, z0 + y);
+        return band == 0 ? c.r : band == 1 ? c.g : c.b;
+    });
 }
 
 SurfaceAppearance appearance_of(SurfaceStep& step, const Window& window) {
@@ -194,60 +182,6 @@ TEST_CASE("an image that shows a part colours that part; elsewhere points say wh
                 REQUIRE(m == Material::kGrass);  // the filters mix what lies along the image's edge
             if (x >= 40)
                 REQUIRE(m == (coloured ? Material::kRoad : Material::kGround));
-        }
-}
-
-/// Surfaces of all kinds and colours, at random.
-void mix(int x, int z, Returns& out) {
-    const Rgb8 colours[] = {kMeadow, kAsphalt, kTiles, kSlate};
-    const bool house = dice(x / 6, z / 5, 1) < 0.3;
-    out.push_back({house ? 16.0 : 10.0, house ? kBuilding : kGroundClass,
-                   colours[static_cast<std::size_t>(dice(x, z, 2) * 3.99)]});
-    if (dice(x, z, 3) < 0.2)
-        out.push_back({20, kTree, kMeadow});
-}
-
-TEST_CASE("materials do not depend on where patches begin", "[voxelserver][voxelize][surface]") {
-    // The same land twice, the second time half a patch farther south-east: its patches begin
-    // elsewhere.
-    MadeLand land(mix, true);
-    MadeLand moved([](int x, int z, Returns& out) { mix(x - 32, z - 32, out); }, true);
-    Step first;
-    Step second;
-    std::array<int, voxel::kMaterialCount> seen{};
-    const auto a = appearance_of(*first, land.window({0, 0}));
-    for (const auto& patch :
-         {grid::PatchKey{0, 0}, grid::PatchKey{1, 0}, grid::PatchKey{0, 1}, grid::PatchKey{1, 1}}) {
-        const auto b = appearance_of(*second, moved.window(patch));
-        for (int z = 0; z < 64; ++z)
-            for (int x = 0; x < 64; ++x) {
-                const int ax = patch.x0() + x - 32;
-                const int az = patch.z0() + z - 32;
-                if (ax < 0 || az < 0 || ax >= 64 || az >= 64)
-                    continue;
-                INFO("column " << ax << ", " << az);
-                ++seen[static_cast<std::size_t>(b.material.at(x, z))];
-                REQUIRE(a.material.at(ax, az) == b.material.at(x, z));
-            }
-    }
-    CHECK(std::count_if(seen.begin(), seen.end(), [](int n) { return n > 0; }) >= 4);
-}
-
-// Closed gaps in roofs at a patch's edge take their material from there.
-TEST_CASE("neighbouring patches see the same materials in each other's margins",
-          "[voxelserver][voxelize][surface]") {
-    MadeLand land(mix, true);
-    Step first;
-    Step second;
-    Step third;
-    const auto a = appearance_of(*first, land.window({0, 0}));
-    const auto b = appearance_of(*second, land.window({1, 0}));
-    const auto d = appearance_of(*third, land.window({0, 1}));
-    for (int along = -2; along < 66; ++along)
-        for (int across = 62; across < 66; ++across) {
-            INFO(along << " along the border, " << across << " across");
-            REQUIRE(a.material.at(across, along) == b.material.at(across - 64, along));
-            REQUIRE(a.material.at(along, across) == d.material.at(along, across - 64));
         }
 }
 

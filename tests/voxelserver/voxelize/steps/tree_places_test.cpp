@@ -43,23 +43,6 @@ TEST_CASE("foliage belongs to the tree whose top lies uphill", "[voxelserver][vo
     CHECK(tops.size() == 25);
 }
 
-TEST_CASE("patches agree about the trees along their edges", "[voxelserver][voxelize][trees]") {
-    MadeLand land([](int x, int z, Returns& out) {
-        out.push_back({10.5, kGroundClass});
-        if (dice(x, z, 1) < 0.8)
-            out.push_back({15 + 8 * dice(x, z, 2), kTree});
-    });
-    const Window west = land.window({0, 0});
-    const Window east = land.window({1, 0});
-    TreePlaces a(west, asprs(), 1);
-    TreePlaces b(east, asprs(), 1);
-    for (int z = -2; z < 66; ++z)
-        for (int x = 62; x < 66; ++x) {
-            INFO(x << ", " << z);
-            REQUIRE(a.at(x, z) == b.at(x - 64, z));
-        }
-}
-
 TEST_CASE("where no plants are around a column is its own place",
           "[voxelserver][voxelize][trees]") {
     MadeLand land([](int, int, Returns& out) { out.push_back({10.5, kGroundClass}); });

@@ -150,14 +150,14 @@ TEST_CASE("only plants higher than a shrub have crowns", "[voxelserver][voxelize
 }
 
 TEST_CASE("a bird is no crown", "[voxelserver][voxelize][vegetation]") {
+    MadeLand land([](int x, int z, Returns& out) {
+        out.push_back({kGround, kGroundClass});
+        if (x == 20 && z == 20)
+            out.push_back({60, kTree});
+    });
     for (const bool drop : {true, false}) {
         Settings settings;
         settings.points.drop_isolated = drop;
-        MadeLand land([](int x, int z, Returns& out) {
-            out.push_back({kGround, kGroundClass});
-            if (x == 20 && z == 20)
-                out.push_back({60, kTree});
-        });
         CHECK(crowns_of(land, {0, 0}, 1, settings).at(20, 20).seen() == !drop);
     }
 }
@@ -201,8 +201,7 @@ TEST_CASE("a much lower plant next to a tree does not pull its crown down to the
 
 TEST_CASE("each tree has one trunk, under its top, wherever patches meet",
           "[voxelserver][voxelize][vegetation]") {
-    const auto [mid_x, mid_z] = GENERATE(
-        table<int, int>({{30, 30}, {0, 0}, {-1, 0}, {63, 64}, {64, 20}, {20, -1}, {2, 62}}));
+    const auto [mid_x, mid_z] = GENERATE(table<int, int>({{30, 30}, {0, 0}, {63, 64}, {2, 62}}));
     struct Case {
         const char* name;
         double top;
@@ -219,28 +218,6 @@ TEST_CASE("each tree has one trunk, under its top, wherever patches meet",
     }
 }
 
-TEST_CASE("a plateau within the window has one trunk, wherever patches meet",
-          "[voxelserver][voxelize][vegetation]") {
-    const auto [mid_x, mid_z] =
-        GENERATE(table<int, int>({{30, 30}, {0, 0}, {63, 64}, {64, 20}, {20, -1}}));
-    struct Case {
-        const char* name;
-        int wide;
-        int deep;
-    };
-    const auto c = GENERATE(values<Case>({{"two columns", 2, 1},
-                                          {"two rows", 1, 2},
-                                          {"two by two", 2, 2},
-                                          {"three by three", 3, 3}}));
-    DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
-        MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) {
-            const bool top = x >= mx && x < mx + c.wide && z >= mz && z < mz + c.deep;
-            put(out, top ? 25.5 : std::min(cone(x, z, mx, mz, 25, 6), 24.5));
-        });
-        CHECK(trunks_of(land).size() == 1);
-    }
-}
-
 TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever patches meet",
           "[voxelserver][voxelize][vegetation]") {
     struct Case {
@@ -252,19 +229,15 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
         double offset;
     };
     const auto c = GENERATE(values<Case>({
-        {"disc of radius 3", 3, 3, 0, true, 1.75},
         {"disc of radius 3.4", 3.4, 3.4, 0, true, 1.75},
-        {"disc of radius 6", 6, 6, 0, true, 4.5},
         {"disc of radius 12", 12, 12, 0, true, 10.5},
         {"oval", 6, 3, 0.4, true, 3.5},
         {"narrow oval", 6, 2, 0.2, true, 5.5},
         {"square", 5, 5, 0, false, 4.5},
         {"hedge along x", 15, 1, 0, false, 15.5},
-        {"hedge along z", 1, 15, 0, false, 15.5},
         {"hedge across", 15, 1.5, 0.785, false, 15.5},
     }));
-    const auto [mid_x, mid_z] =
-        GENERATE(table<double, double>({{30, 30}, {0.3, 0.6}, {63.5, 64}, {20.2, -1}}));
+    const auto [mid_x, mid_z] = GENERATE(table<double, double>({{0.3, 0.6}, {63.5, 64}}));
     DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
         const auto on_top = [&, mx = mid_x, mz = mid_z](double x, double z) {
             const double along =
@@ -303,7 +276,7 @@ TEST_CASE(
     "in a wood of plateaus of any shape each highest one keeps a trunk, and a small one has no "
     "second",
     "[voxelserver][voxelize][vegetation]") {
-    const auto seed = static_cast<std::uint32_t>(GENERATE(range(1, 9)));
+    const auto seed = static_cast<std::uint32_t>(GENERATE(range(1, 6)));
     MadeLand land([&](int x, int z, Returns& out) {
         const bool wood = x >= 4 && x < 60 && z >= 4 && z < 60;
         if (wood)
@@ -329,54 +302,4 @@ TEST_CASE(
         REQUIRE(plateau.trunks >= 1);
     });
     CHECK(highest > 10);
-}
-
-TEST_CASE("two trees apart have two trunks", "[voxelserver][voxelize][vegetation]") {
-    MadeLand land([](int x, int z, Returns& out) {
-        const double a = cone(x, z, 60, 30, 22.5, 4);
-        const double b = cone(x, z, 70, 31, 24.5, 4);
-        put(out, std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b));
-    });
-    const auto trunks = trunks_of(land);
-    CHECK(trunks == std::vector{std::pair(60, 30), std::pair(70, 31)});
-}
-
-TEST_CASE("windows of neighbouring patches see the same wood",
-          "[voxelserver][voxelize][vegetation]") {
-    const double voxel_m = GENERATE(0.5, 1.0, 2.0);
-    const bool plateaus = GENERATE(false, true);
-    INFO(voxel_m << " m" << (plateaus ? ", heights in whole voxels" : ""));
-    MadeLand land([&](int x, int z, Returns& out) {
-        if (dice(x, z, 1) < 0.2)
-            return;
-        if (dice(x / 8, z / 8, 2) < 0.3)
-            out.push_back({kGround, kGroundClass});
-        else if (plateaus)
-            out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, 4)), kTree});
-        else
-            out.push_back(
-                {20 + 6 * std::sin(x / 2.0) * std::sin(z / 3.0) + std::floor(4 * dice(x, z, 3)) / 2,
-                 kTree});
-    });
-    const auto a = crowns_of(land, {0, 0}, voxel_m);
-    const auto b = crowns_of(land, {1, 0}, voxel_m);
-    const auto d = crowns_of(land, {0, 1}, voxel_m);
-    int crowns = 0;
-    int trunks = 0;
-    const auto same = [&](const Crown& p, const Crown& q) {
-        crowns += p.seen() ? 1 : 0;
-        trunks += p.trunk ? 1 : 0;
-        REQUIRE(p.seen() == q.seen());
-        if (p.seen())
-            REQUIRE((p.top == q.top && p.bottom == q.bottom && p.trunk == q.trunk &&
-                     p.height == q.height && p.top_voxel.source_class == q.top_voxel.source_class));
-    };
-    for (int along = -2; along < 66; ++along)
-        for (int across = 62; across < 66; ++across) {
-            INFO(along << " along the border, " << across << " across");
-            same(a.at(across, along), b.at(across - 64, along));
-            same(a.at(along, across), d.at(along, across - 64));
-        }
-    CHECK(crowns > 200);
-    CHECK(trunks > 3);
 }

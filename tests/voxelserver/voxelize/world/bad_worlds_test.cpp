@@ -6,6 +6,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
+#include "tests/voxelserver/lidar/las_bytes.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 
 using namespace terravox;
@@ -15,11 +16,6 @@ namespace fs = std::filesystem;
 namespace {
 
 const fs::path kShared = TERRAVOX_SHARED_DATA;
-
-std::string bytes_of(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// Columns of boxes to request: all of a small world; of a large one (bounds that lie) its corners
 /// and some at random.
@@ -88,7 +84,8 @@ TEST_CASE("worlds of files known to be bad end in an error or in boxes",
         WARN("skipped: " << kShared.string() << " is not there");
         return;
     }
-    // crs: for files that carry none; message: part of the error, or of what the world holds.
+    // Files that a reader refuses are tested with readers. crs: for files that carry none; message:
+    // part of the error, or of what the world holds.
     struct Case {
         const char *file, *crs;
         bool refused;
@@ -96,15 +93,8 @@ TEST_CASE("worlds of files known to be bad end in an error or in boxes",
     };
     const auto c = GENERATE(values<Case>({
         {"lazpy/testdata/malformed/chunk_table_11gb.laz", kCrs, true, "chunk_table_11gb.laz"},
-        {"lazpy/testdata/malformed/empty_layer_sigfpe.laz", kCrs, true, "empty_layer_sigfpe.laz"},
-        {"lazpy/testdata/malformed/layer_sizes_11gb.laz", kCrs, true, "layer_sizes_11gb.laz"},
-        {"lazpy/testdata/malformed/seek_past_end.laz", kCrs, true, "seek_past_end.laz"},
-        {"pdal/las/garbage_nVariableLength.las", kCrs, true, "garbage_nVariableLength.las"},
-        {"pdal/las/bad_vlr_count.las", kCrs, true, "bad_vlr_count.las"},
         {"pdal/las/permutations/1.2-no-points.las", kCrs, true,
          "1.2-no-points.las: cut short: 1065 points promised; 0 are there"},
-        {"ign-pdal-tools/check_las/Semis_2022_0906_6665_LA93_IGN69_nok.laz", kCrs, true,
-         "Semis_2022_0906_6665_LA93_IGN69_nok.laz"},
         {"pdal/las/bad-geotiff-keys.las", kCrs, false, " boxes"},
         {"pdal/las/spurious.las", "EPSG:4326", false, " boxes"},
         // Bounds from 0, 0: two strays of 37,807 points, and a world of 699 by 6260 km if they
@@ -142,12 +132,12 @@ TEST_CASE("a world of a file cut short anywhere is refused, and never has fewer 
                     [](double e, double n) { return 62 + std::sin(e) + std::cos(n); });
         const auto file = folder.path() / c.name;
         cloud.write(file, "", c.format);
-        const std::string whole = bytes_of(file);
+        const std::string whole = file_bytes(file);
         const Outcome wanted = world_in_child(file, kCrs);
         INFO(wanted.text);
         REQUIRE(wanted.kind == Outcome::Kind::kDone);
         REQUIRE(wanted.text.find(" 0 boxes") == std::string::npos);
-        for (unsigned seed = 1; seed <= 20; ++seed) {
+        for (unsigned seed = 1; seed <= 10; ++seed) {
             std::mt19937 random(seed);
             const std::size_t length =
                 seed <= 3 ? whole.size() - seed * 5 : random() % whole.size();
@@ -165,42 +155,4 @@ TEST_CASE("a world of a file cut short anywhere is refused, and never has fewer 
                 CHECK_THAT(outcome.text, contains(c.name));
         }
     }
-}
-
-TEST_CASE("one bad file among good ones is an error of the boxes that need it, and every time",
-          "[voxelserver][voxelize]") {
-    const TemporaryFolder folder;
-    const auto write = [&](const char* name, double east0) {
-        Cloud cloud;
-        cloud.cover(east0, 0, east0 + 100, 100, 0.4, 2,
-                    [](double e, double n) { return 50 + 3 * std::sin(e / 9) + 0.05 * n; });
-        cloud.write(folder.path() / name);
-    };
-    write("good.laz", 0);
-    write("worse.laz", 1000);
-    // Damage in the middle of the points: the header, the sample and the chunk table stay readable.
-    std::string bytes = bytes_of(folder.path() / "worse.laz");
-    for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 2000; ++i)
-        bytes[i] = static_cast<char>(0xFF);
-    std::ofstream(folder.path() / "worse.laz", std::ios::binary | std::ios::trunc) << bytes;
-    const Outcome outcome = in_child([&] {
-        auto options = OpenWorld::with(folder.path());
-        options.threads = 1;
-        OpenWorld world(options);
-        for (int round = 0; round < 2; ++round) {
-            if (!world.world().box({0, voxel_x(50) >> 6, 0, voxel_z(50) >> 6}))
-                throw std::logic_error("no box of the good file");
-            bool thrown = false;
-            try {
-                (void)world.world().box({0, voxel_x(1050) >> 6, 0, voxel_z(50) >> 6});
-            } catch (const util::Error& e) {
-                thrown = std::string(e.what()).find("worse.laz") != std::string::npos;
-            }
-            if (!thrown)
-                throw std::logic_error("no error that names the bad file, round " +
-                                       std::to_string(round));
-        }
-    });
-    INFO(outcome.text);
-    CHECK(outcome.kind == Outcome::Kind::kDone);
 }

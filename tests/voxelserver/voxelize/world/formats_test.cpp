@@ -70,32 +70,3 @@ TEST_CASE("the same points as LAZ and as PLY make the same boxes",
     CHECK_FALSE(std::filesystem::is_empty(folder.path() / "cache" / "squares"));
     CHECK(boxes_of(with_cache) == wanted);
 }
-
-TEST_CASE("a PLY file without a CRS requires --crs", "[voxelserver][voxelize][formats]") {
-    const TemporaryFolder folder;
-    const auto las = folder.path() / "a.laz";
-    const auto ply = folder.path() / "a.ply";
-    made_survey(1).write(las);
-    write_file(ply, ply_bytes(points_of(las), PlyKind::kLittle));
-    CHECK_THROWS_WITH(OpenWorld(ply), contains("a.ply") && contains("--crs EPSG:<code>"));
-    auto options = OpenWorld::with(ply);
-    options.crs = kCrs;
-    CHECK(OpenWorld(options).info().crs == kCrs);
-}
-
-TEST_CASE("points without classes are a surface", "[voxelserver][voxelize][formats]") {
-    const TemporaryFolder folder;
-    const auto ply = folder.path() / "a.ply";
-    Cloud cloud;
-    cloud.cover(0, 0, 100, 100, 0.5, 1, [](double, double) { return 150.0; });
-    std::string rows;
-    for (const Cloud::Point& p : cloud.points())
-        rows += std::to_string(kEast0 + p.east) + " " + std::to_string(kNorth0 + p.north) + " " +
-                std::to_string(p.height) + "\n";
-    write_file(ply, "ply\nformat ascii 1.0\ncomment crs EPSG:2154\nelement vertex " +
-                        std::to_string(cloud.points().size()) +
-                        "\nproperty double x\nproperty double y\nproperty double z\nend_header\n" +
-                        rows);
-    cloud.write(folder.path() / "a.laz");
-    CHECK(boxes_of(OpenWorld::with(ply)) == boxes_of(OpenWorld::with(folder.path() / "a.laz")));
-}

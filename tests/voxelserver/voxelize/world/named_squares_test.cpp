@@ -1,9 +1,7 @@
 // Files and images without a place on Earth that are named like squares of a source.
-#include <gdal_priv.h>
-
-#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/voxelserver/voxelize/geo_image.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 
 using namespace terravox;
@@ -37,19 +35,18 @@ void write_corner(const std::filesystem::path& file, const std::string& crs = {}
 /// 100 x 100 pixels without a place: red roofs' colour in the north-west pixel of 10 m, else that
 /// of a meadow.
 void write_png(const std::filesystem::path& file) {
-    geo::start_gdal();
-    auto* memory = GetGDALDriverManager()->GetDriverByName("MEM");
-    GDALDatasetUniquePtr image(memory->Create("", 100, 100, 3, GDT_Byte, nullptr));
-    for (int band = 0; band < 3; ++band) {
-        constexpr std::array<std::uint8_t, 3> kMeadow{0x70, 0x89, 0x4a};
-        std::vector<std::uint8_t> pixels(10'000, kMeadow[static_cast<std::size_t>(band)]);
-        pixels[0] = band == 0 ? 200 : 20;
-        REQUIRE(image->GetRasterBand(band + 1)->RasterIO(GF_Write, 0, 0, 100, 100, pixels.data(),
-                                                         100, 100, GDT_Byte, 0, 0,
-                                                         nullptr) == CE_None);
+    const auto tiff = file.parent_path() / "placed.tif";
+    write_geo_image(tiff, {.geo = {0, 1, 0, 0, 0, -1}}, [](int x, int y, int band) {
+        const bool roof = x == 0 && y == 0;
+        return roof ? std::array{200, 20, 20}[static_cast<std::size_t>(band)]
+                    : std::array{0x70, 0x89, 0x4a}[static_cast<std::size_t>(band)];
+    });
+    {
+        const GDALDatasetUniquePtr image(GDALDataset::Open(tiff.c_str()));
+        REQUIRE(GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
+            file.c_str(), image.get(), 0, nullptr, nullptr, nullptr)));
     }
-    REQUIRE(GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
-        file.string().c_str(), image.get(), 0, nullptr, nullptr, nullptr)));
+    std::filesystem::remove(tiff);
     std::filesystem::remove(file.string() + ".aux.xml");
 }
 

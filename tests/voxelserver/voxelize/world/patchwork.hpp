@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,6 +27,16 @@ public:
         for (int i = 0; i < kAcross * kDown; ++i)
             write(i);
     }
+    /// The same files elsewhere, with the times that they had.
+    Patchwork(const Patchwork& other) {
+        namespace fs = std::filesystem;
+        fs::copy(other.root(), root(), fs::copy_options::recursive);
+        for (const auto& entry : fs::recursive_directory_iterator(other.root()))
+            if (entry.is_regular_file())
+                fs::last_write_time(root() / fs::relative(entry.path(), other.root()),
+                                    fs::last_write_time(entry.path()));
+    }
+    Patchwork& operator=(const Patchwork&) = delete;
 
     [[nodiscard]] std::filesystem::path folder() const { return m_folder.path() / "lidar"; }
     [[nodiscard]] std::filesystem::path square(int i) const {
@@ -101,6 +112,49 @@ private:
 
     TemporaryFolder m_folder;
 };
+
+// What tests change of a patchwork, or of the way in which it is opened.
+using Options = voxelize::LidarWorldOptions;
+using Change = std::function<void(Patchwork&, Options&)>;
+
+/// Changes each point of a square.
+inline Change in_square(int square, const Patchwork::Change& change) {
+    return [=](Patchwork& p, Options&) { p.write(square, change); };
+}
+inline Change image(const char* name, std::array<double, 4> rect, std::array<int, 3> colour) {
+    return
+        [=](Patchwork& p, Options&) { p.image(name, rect[0], rect[1], rect[2], rect[3], colour); };
+}
+inline Change without(const char* file) {
+    return [=](Patchwork& p, Options&) { std::filesystem::remove(p.root() / file); };
+}
+inline Change with_file(const char* file, const char* text) {
+    return [=](Patchwork& p, Options&) { std::ofstream(p.root() / file) << text; };
+}
+inline Change rename_west(const char* to) {
+    return [=](Patchwork& p, Options&) {
+        std::filesystem::rename(p.images() / "west.tif", p.images() / to);
+    };
+}
+inline Change settings(const char* lines) {
+    return [=](Patchwork& p, Options& o) {
+        o.settings = p.root() / "s.toml";
+        std::ofstream(o.settings) << lines;
+    };
+}
+inline Change classes(const char* lines) {
+    return [=](Patchwork& p, Options& o) {
+        o.classes = (p.root() / "c.toml").string();
+        std::ofstream(o.classes) << lines;
+    };
+}
+inline Change palette(const char* lines) {
+    return [=](Patchwork& p, Options& o) {
+        const std::string file = (p.root() / "p.toml").string();
+        std::ofstream(file) << lines;
+        settings(("[specialization]\npalette = \"" + file + "\"\n").c_str())(p, o);
+    };
+}
 
 /// What a server keeps of a world: every box with what it was made of.
 struct Kept {

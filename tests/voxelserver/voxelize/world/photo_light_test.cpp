@@ -1,5 +1,7 @@
 // Orthophotos taken in the sun: albedo or raw, the same whatever is asked for first, and
 // fingerprints that say on what a box depends.
+#include <algorithm>
+
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
@@ -17,20 +19,14 @@ namespace {
 /// A part of the synthetic village, photographed in the sun; its squares side by side.
 class Village {
 public:
-    /// @param haze of the day of the flight: [0, 1]
-    explicit Village(int squares = 1, double haze = 0) {
-        survey::SurveyOptions options;
-        options.density = 4;
-        options.square_m = 256;
-        options.squares_east = squares;
-        options.origin_east_m = 462528;
-        options.origin_north_m = 101296;
-        options.photo_light = survey::PhotoLight{150, 40, haze, 0};
-        options.threads = 2;
-        options.folder = m_folder.path();
-        for (const auto& square :
-             survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {}))
-            m_names.push_back(square.name);
+    /// Made once for each number of squares, 1 or 2.
+    static const Village& of(int squares) {
+        if (squares == 1) {
+            static const Village one(1);
+            return one;
+        }
+        static const Village two(2);
+        return two;
     }
     [[nodiscard]] voxelize::LidarWorldOptions options(const std::string& photo,
                                                       int threads = 1) const {
@@ -50,28 +46,23 @@ public:
     }
 
 private:
+    explicit Village(int squares) {
+        survey::SurveyOptions options;
+        options.density = 4;
+        options.square_m = 256;
+        options.squares_east = squares;
+        options.origin_east_m = 462528;
+        options.origin_north_m = 101296;
+        options.photo_light = survey::PhotoLight{150, 40, 0, 0};
+        options.threads = 2;
+        options.folder = m_folder.path();
+        for (const auto& square :
+             survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {}))
+            m_names.push_back(square.name);
+    }
     TemporaryFolder m_folder;
     std::vector<std::string> m_names;
 };
-
-using BoxChecksums = std::map<std::array<std::int32_t, 3>, std::uint64_t>;
-
-/// All boxes of level 0, forwards or backwards.
-BoxChecksums box_checksums_of(voxelize::LidarWorld& world, bool forwards) {
-    std::vector<voxel::BoxKey> keys;
-    const auto range = voxel::boxes_over(world.info().bounds, 0);
-    for (std::int32_t z = range.min.bz; z < range.max.bz; ++z)
-        for (std::int32_t y = range.min.by; y < range.max.by; ++y)
-            for (std::int32_t x = range.min.bx; x < range.max.bx; ++x)
-                keys.push_back({0, x, y, z});
-    if (!forwards)
-        std::reverse(keys.begin(), keys.end());
-    BoxChecksums out;
-    for (const voxel::BoxKey& key : keys)
-        if (const auto box = world.box(key))
-            out[{key.bx, key.by, key.bz}] = box->checksum();
-    return out;
-}
 
 /// Mean difference of the colours of top voxels, in 8-bit steps.
 double green_difference(OpenWorld& a, OpenWorld& b) {
@@ -95,7 +86,7 @@ double green_difference(OpenWorld& a, OpenWorld& b) {
 
 TEST_CASE("an orthophoto's shadows are taken out of the colours of voxels, unless raw is asked for",
           "[voxelserver][voxelize][photo-light]") {
-    const Village village;
+    const Village& village = Village::of(1);
     OpenWorld usual(village.options(""));
     OpenWorld raw(village.options("raw"));
     OpenWorld truth(village.truth());
@@ -107,19 +98,9 @@ TEST_CASE("an orthophoto's shadows are taken out of the colours of voxels, unles
                       contains("--photo") && contains("'grey'") && contains("albedo, raw"));
 }
 
-TEST_CASE("albedo depends neither on threads nor on the order of boxes",
-          "[voxelserver][voxelize][photo-light]") {
-    const Village village;
-    OpenWorld one(village.options("albedo", 1));
-    OpenWorld two(village.options("albedo", 2));
-    const BoxChecksums wanted = box_checksums_of(one.world(), true);
-    CHECK(wanted.size() > 10);
-    CHECK(box_checksums_of(two.world(), false) == wanted);
-}
-
 TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as shadows",
           "[voxelserver][voxelize][photo-light]") {
-    const Village village;
+    const Village& village = Village::of(1);
     OpenWorld albedo(village.options("albedo"));
     OpenWorld usual(village.options(""));
     OpenWorld raw(village.options("raw"));
@@ -138,7 +119,7 @@ TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as 
 
 TEST_CASE("two photographs of one flight have the same light where they meet",
           "[voxelserver][voxelize][photo-light]") {
-    const Village village(2);
+    const Village& village = Village::of(2);
     const voxelize::Settings settings;
     util::StageTimes times;
     const voxelize::LidarWorldOptions options = village.options("");
@@ -167,7 +148,7 @@ TEST_CASE("two photographs of one flight have the same light where they meet",
 
 TEST_CASE("the light of a photograph counts in those beside it",
           "[voxelserver][voxelize][photo-light]") {
-    const Village village(2);
+    const Village& village = Village::of(2);
     auto alone = village.options("albedo");
     alone.orthophotos.pop_back();
     OpenWorld both(village.options("albedo"));
@@ -183,46 +164,22 @@ TEST_CASE("the light of a photograph counts in those beside it",
     CHECK(raw_both.world().fingerprint(western) == raw_west.world().fingerprint(western));
 }
 
-TEST_CASE("an earlier photograph of the same place does not count",
+TEST_CASE("albedo depends neither on threads nor on order, and its light is kept for later worlds",
           "[voxelserver][voxelize][photo-light]") {
-    const Village village(2);
-    const Village hazy(2, 0.4);
-    const auto options = village.options("albedo");
-    std::vector<fs::path> both = options.orthophotos;
-    const TemporaryFolder earlier;
-    for (const fs::path& photo : hazy.options("albedo").orthophotos) {
-        // Later in the order, which goes by names where there are no dates.
-        both.push_back(earlier.path() / ("z-" + photo.filename().string()));
-        fs::copy_file(photo, both.back());
-    }
-    const voxelize::Settings settings;
-    util::StageTimes times;
-    voxelize::PointSet points(options, settings, times);
-    const auto light_at_border = [&](const std::vector<fs::path>& files, std::size_t image) {
-        const imagery::Orthophotos photos(files, points.sources().frame);
-        voxelize::PhotoLights lights(photos, points, times);
-        REQUIRE(lights.light_of(image).light.sun);
-        const grid::ColumnRect west = photos.inputs()[image].rect;
-        return lights.light_over(image, {(west.max_x - 2) >> 6, (west.min_z + 100) >> 6}).middle;
-    };
-    const sunlight::FlightLight alone = light_at_border(options.orthophotos, 0);
-    const sunlight::FlightLight of_earlier = light_at_border(both, 2);
-    CHECK(sunlight::is_same_flight(*alone.sun, *of_earlier.sun));
-    CHECK(alone.veil != of_earlier.veil);
-    CHECK(light_at_border(both, 0).veil == alone.veil);
-    CHECK(light_at_border(both, 0).sky == alone.sky);
-}
-
-TEST_CASE("the light of photographs is kept for later worlds",
-          "[voxelserver][voxelize][photo-light]") {
-    const Village village;
     const TemporaryFolder cache;
-    auto options = village.options("albedo");
-    const auto boxes = [&] {
+    const TemporaryFolder lasting;
+    const auto boxes = [](const voxelize::LidarWorldOptions& options) {
         OpenWorld world(options);
-        return box_checksums_of(world.world(), true);
+        auto keys = all_keys(world.info(), 0);
+        if (options.threads > 1)
+            std::reverse(keys.begin(), keys.end());
+        return checksums(world.world(), keys);
     };
-    const BoxChecksums wanted = boxes();
+    auto options = Village::of(1).options("albedo", 1);
+    const Checksums wanted = boxes(options);
+    CHECK(wanted.size() > 10);
+    CHECK((boxes(Village::of(1).options("albedo", 2)) == wanted));
+
     options.cache_dir = cache.path();
     const auto known_lights = [&] {
         std::vector<fs::path> out;
@@ -231,37 +188,35 @@ TEST_CASE("the light of photographs is kept for later worlds",
                 out.push_back(file.path());
         return out;
     };
-    CHECK(boxes() == wanted);
+    CHECK((boxes(options) == wanted));
     REQUIRE(known_lights().size() == 1);
     const fs::path kept = known_lights().front();
     const std::string name = kept.stem().string();
     store::SquareFolder folder(cache.path() / "squares", 1 << 30);
     const auto facts = folder.find_facts(name);
     REQUIRE(facts);
-    CHECK(boxes() == wanted);
-    CHECK(known_lights() == std::vector{kept});
 
-    SECTION("it is what later worlds go by") {
-        auto light = voxelize::photo_light_of(*facts);
-        REQUIRE(light);
-        light->light.gain = {0.5F, 0.5F, 0.5F};
-        folder.put_facts(name, to_bytes(*light));
-        CHECK(boxes() != wanted);
-    }
-    SECTION("what is damaged is found again") {
-        fs::resize_file(kept, fs::file_size(kept) - 1);
-        CHECK(boxes() == wanted);
-        CHECK(folder.find_facts(name) == facts);
-    }
-    SECTION("it is kept with the chunk indices where these are to last") {
-        const TemporaryFolder lasting;
-        options.chunk_indices = lasting.path();
-        CHECK(boxes() == wanted);
-        CHECK(store::SquareFolder(lasting.path(), 1 << 30).find_facts(name) == facts);
-    }
-    SECTION("other settings find a light of their own") {
-        options.voxel_m = 0.5;
-        (void)boxes();
-        CHECK(known_lights().size() == 2);
-    }
+    // Other settings find a light of their own.
+    auto coarser = options;
+    coarser.voxel_m = 2;
+    (void)boxes(coarser);
+    CHECK(known_lights().size() == 2);
+
+    // It is kept with the chunk indices where these are to last.
+    auto to_last = options;
+    to_last.chunk_indices = lasting.path();
+    CHECK((boxes(to_last) == wanted));
+    CHECK(store::SquareFolder(lasting.path(), 1 << 30).find_facts(name) == facts);
+
+    // What is damaged is found again.
+    fs::resize_file(kept, fs::file_size(kept) - 1);
+    CHECK((boxes(options) == wanted));
+    CHECK(folder.find_facts(name) == facts);
+
+    // It is what later worlds go by.
+    auto light = voxelize::photo_light_of(*facts);
+    REQUIRE(light);
+    light->light.gain = {0.5F, 0.5F, 0.5F};
+    folder.put_facts(name, to_bytes(*light));
+    CHECK((boxes(options) != wanted));
 }

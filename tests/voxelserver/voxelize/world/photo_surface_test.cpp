@@ -90,24 +90,18 @@ TEST_CASE("a patch's surface is filled from all around it, whatever is asked for
     }
 }
 
-TEST_CASE("a surface reaches beyond the data, and is as wide and as high as was asked for",
+TEST_CASE("a surface is as large as was asked for, and has what casts a shadow from another patch",
           "[voxelserver][voxelize][photo-light]") {
     RoughLand land;
     voxelize::PhotoSurface surface(land.points());
     const grid::PatchKey corner = patch_at(0, 400);
     const grid::PatchRect asked{{corner.px - 3, corner.pz - 2}, {corner.px + 1, corner.pz + 1}};
-    const sunlight::Surface all = surface.around(asked, 1);
-    CHECK(all.width == 6 * grid::kPatchSize);
-    CHECK(all.height == 5 * grid::kPatchSize);
-    CHECK(all.margin == grid::kPatchSize);
-    CHECK(all.top_m.front() < -1000);
-    CHECK(all.top_m[all.index(all.width - 70, all.height - 70)] > 99);
-}
-
-TEST_CASE("what casts a shadow from another patch stands in the surface",
-          "[voxelserver][voxelize][photo-light]") {
-    RoughLand land;
-    voxelize::PhotoSurface surface(land.points());
+    const sunlight::Surface beyond = surface.around(asked, 1);
+    CHECK(beyond.width == 6 * grid::kPatchSize);
+    CHECK(beyond.height == 5 * grid::kPatchSize);
+    CHECK(beyond.margin == grid::kPatchSize);
+    CHECK(beyond.top_m.front() < -1000);
+    CHECK(beyond.top_m[beyond.index(beyond.width - 70, beyond.height - 70)] > 99);
     const grid::PatchKey key = patch_at(200, 200);
     constexpr int kMargin = 2;
     const sunlight::Surface all = surface.around(grown(key, 0), kMargin);

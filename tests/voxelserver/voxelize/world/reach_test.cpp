@@ -32,6 +32,15 @@ std::string text(const BoxKey& k, const InputExtent& r) {
            std::to_string(r.max_bx) + ", " + std::to_string(r.max_bz);
 }
 
+void check_same(const Kept& found) {
+    for (const auto& [key, one] : found.boxes) {
+        const auto& expected = reference().boxes.at(key);
+        INFO(text(key, one.reach) << "; expected: " << text(key, expected.reach));
+        CHECK((one.reach == expected.reach && one.fingerprint == expected.fingerprint &&
+               one.checksum == expected.checksum));
+    }
+}
+
 bool holds(const InputExtent& outer, const InputExtent& inner) {
     return inner.min_bx >= outer.min_bx && inner.min_bz >= outer.min_bz &&
            inner.max_bx <= outer.max_bx && inner.max_bz <= outer.max_bz;
@@ -44,8 +53,8 @@ BoxKey box_at(double east, double north) {
 }  // namespace
 
 TEST_CASE(
-    "a box reaches as far whatever was requested before, by however many threads and with however "
-    "little memory",
+    "a box is the same and reaches as far whatever was requested before, by however many threads "
+    "and with however little memory",
     "[voxelserver][voxelize][reach]") {
     struct Case {
         const char* name;
@@ -54,9 +63,7 @@ TEST_CASE(
         unsigned seed;
     };
     const auto c = GENERATE(values<Case>({{"backwards", std::size_t{4} << 30, 1, 0},
-                                          {"shuffled", std::size_t{4} << 30, 2, 3},
-                                          {"shuffled again", std::size_t{4} << 30, 2, 4},
-                                          {"64 MiB", std::size_t{64} << 20, 2, 5},
+                                          {"shuffled", std::size_t{64} << 20, 2, 3},
                                           {"no memory at all", 1, 2, 6}}));
     DYNAMIC_SECTION(c.name) {
         auto options = patchwork().options();
@@ -68,12 +75,7 @@ TEST_CASE(
             std::reverse(keys.begin(), keys.end());
         else
             std::shuffle(keys.begin(), keys.end(), std::mt19937(c.seed));
-        for (const auto& [key, one] : keep(world.world(), keys).boxes) {
-            const auto& expected = reference().boxes.at(key);
-            INFO(text(key, one.reach) << "; expected: " << text(key, expected.reach));
-            CHECK((one.reach == expected.reach && one.fingerprint == expected.fingerprint &&
-                   one.checksum == expected.checksum));
-        }
+        check_same(keep(world.world(), keys));
     }
     SECTION("by four threads at once") {
         OpenWorld world(patchwork().options());
@@ -88,10 +90,7 @@ TEST_CASE(
         for (auto& t : threads)
             t.join();
         for (const Kept& kept : found)
-            for (const auto& [key, one] : kept.boxes) {
-                INFO(text(key, one.reach));
-                CHECK(one.reach == reference().boxes.at(key).reach);
-            }
+            check_same(kept);
     }
 }
 

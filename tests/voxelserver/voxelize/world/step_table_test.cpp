@@ -18,7 +18,7 @@ namespace {
 /// Flat ground with a house, a pond, a bridge and a wood, open for single patches.
 class SmallLand {
 public:
-    explicit SmallLand(std::string_view chosen = {}) : m_settings(load_settings({}, chosen)) {
+    SmallLand() {
         const auto file = m_folder.path() / "land.laz";
         Cloud cloud;
         cloud.cover(0, 0, 64, 64, 0.7, 2, [](double e, double n) {
@@ -129,17 +129,6 @@ TEST_CASE("each step makes its parts from those that it names, switched on or of
         }
 }
 
-TEST_CASE("a step that runs before what it reads is stopped", "[voxelserver][voxelize][steps]") {
-    SmallLand small;
-    for (const Step& step : steps()) {
-        if (step.reads == 0)
-            continue;
-        INFO(step.about.name);
-        Land land = small.fresh();
-        CHECK_THROWS_AS(step.run(land), std::bad_optional_access);
-    }
-}
-
 TEST_CASE("only the steps run that the wanted parts are made from, and each once",
           "[voxelserver][voxelize][steps]") {
     SmallLand small;
@@ -162,44 +151,4 @@ TEST_CASE("only the steps run that the wanted parts are made from, and each once
     Land at_once = small.fresh();
     run_steps(at_once, part::kBoxes, small.times());
     CHECK(checksums_of(*at_once.boxes) == boxes);
-}
-
-TEST_CASE("trees and heights of the ground cost no more steps than they need",
-          "[voxelserver][voxelize][steps]") {
-    SmallLand small;
-    const Settings settings;
-    util::StageTimes times;
-    const auto names = [&] {
-        std::set<std::string> out;
-        for (const auto& stage : times.stages())
-            out.insert(stage.name);
-        return out;
-    };
-    BoxColumnMaker maker(small.context().points, nullptr, settings, std::size_t{64} << 20, times);
-    std::set<std::string> wanted{"water equalization", "water deepening", "bridges", "coverage",
-                                 "ground fill"};
-    CHECK_FALSE(maker.ground_heights(SmallLand::patch()).empty());
-    CHECK(names() == wanted);
-    wanted.insert("vegetation");
-    CHECK_FALSE(maker.trees(SmallLand::patch()).empty());
-    CHECK(names() == wanted);
-}
-
-TEST_CASE("boxes differ by each step that has something to do, and only by the chosen ones",
-          "[voxelserver][voxelize][steps]") {
-    const auto boxes_with = [](const std::string& chosen) {
-        SmallLand small(chosen);
-        Land land = small.fresh();
-        run_steps(land, part::kBoxes, small.times());
-        return checksums_of(*land.boxes);
-    };
-    const auto all = boxes_with("all");
-    CHECK(boxes_with("") == all);
-    CHECK(boxes_with("none") != all);
-    // There is no colour to take materials from.
-    CHECK(boxes_with("-specialization,-neighbourhood_filters") == all);
-    for (const char* step : {"water_deepening", "ground_fill", "vegetation"}) {
-        INFO(step);
-        CHECK(boxes_with(std::string("-") + step) != all);
-    }
 }

@@ -1,5 +1,4 @@
 // Each step switched off: the world is there, and differs where that step has its say.
-#include <fstream>
 #include <set>
 
 #include "tests/catch.hpp"
@@ -59,10 +58,15 @@ void write_land(const std::filesystem::path& file) {
     cloud.write(file, kCrs, 7);
 }
 
-OpenWorld open_with(const TemporaryFolder& folder, const std::string& settings) {
-    std::ofstream(folder.path() / "settings.toml") << settings;
-    auto options = OpenWorld::with(folder.path() / "land.laz");
-    options.settings = folder.path() / "settings.toml";
+OpenWorld open_with(const std::string& steps) {
+    struct Land {
+        Land() { write_land(file); }
+        TemporaryFolder folder;
+        std::filesystem::path file = folder.path() / "land.laz";
+    };
+    static const Land land;
+    auto options = OpenWorld::with(land.file);
+    options.steps = steps;
     return OpenWorld(options);
 }
 
@@ -70,37 +74,26 @@ OpenWorld open_with(const TemporaryFolder& folder, const std::string& settings) 
 
 TEST_CASE("a step that is switched off changes what it works on and nothing else",
           "[voxelserver][voxelize][settings]") {
+    static OpenWorld on = open_with("");
+    constexpr Place kEverywhere{-10, -10, 130, 130};
     struct Case {
         const char* off;
-        const char* where;
+        Place where;
         bool solids;
     };  // solids: whether it may change which voxels are solid
-    const auto c = GENERATE(values<Case>({
-        {"steps.building_fill", "house", true},
-        {"steps.bridges", "deck", true},
-        {"steps.ground_fill", "everywhere", true},
-        {"steps.vegetation", "wood", true},
-        {"steps.colour_variation", "everywhere", false},
-        {"steps.specialization", "everywhere", false},
-        {"steps.neighbourhood_filters", "everywhere", false},
-        {"steps.water_equalization", "lake", true},
-        {"steps.water_deepening", "lake", false},
+    const auto c = GENERATE_COPY(values<Case>({
+        {"building_fill", kHouse, true},
+        {"bridges", kDeck, true},
+        {"ground_fill", kEverywhere, true},
+        {"vegetation", kWood, true},
+        {"colour_variation", kEverywhere, false},
+        {"specialization", kEverywhere, false},
+        {"neighbourhood_filters", kEverywhere, false},
+        {"water_equalization", kLake, true},
+        {"water_deepening", kLake, false},
     }));
-    const auto place = [&]() -> Place {
-        const std::string where = c.where;
-        return where == "house"  ? kHouse
-               : where == "deck" ? kDeck
-               : where == "wood" ? kWood
-               : where == "lake" ? kLake
-                                 : Place{-10, -10, 130, 130};
-    }();
     DYNAMIC_SECTION(c.off) {
-        const TemporaryFolder folder;
-        write_land(folder.path() / "land.laz");
-        const std::string name = c.off;
-        OpenWorld on = open_with(folder, "");
-        OpenWorld off =
-            open_with(folder, "[steps]\n" + name.substr(name.find('.') + 1) + " = false\n");
+        OpenWorld off = open_with(std::string("-") + c.off);
         REQUIRE(off.info().bounds == on.info().bounds);
         int different = 0;
         int elsewhere = 0;
@@ -125,7 +118,7 @@ TEST_CASE("a step that is switched off changes what it works on and nothing else
                         const double n = -(key.bz * 64 + z + 0.5) - kNorth0;
                         // Walls and shores show a voxel more of what is next to them; a cell of
                         // water is two voxels.
-                        if (!place.holds(e, n, 3) && ++elsewhere <= 3)
+                        if (!c.where.holds(e, n, 3) && ++elsewhere <= 3)
                             UNSCOPED_INFO("differs at " << e << " m east, " << n
                                                         << " m north, height " << key.by * 256 + y);
                     }
@@ -139,14 +132,7 @@ TEST_CASE("a step that is switched off changes what it works on and nothing else
 
 TEST_CASE("with every step switched off there is still a world",
           "[voxelserver][voxelize][settings]") {
-    const TemporaryFolder folder;
-    write_land(folder.path() / "land.laz");
-    OpenWorld world = open_with(
-        folder,
-        "[steps]\nbuilding_fill = false\nbridges = false\nground_fill = false\nvegetation = "
-        "false\ncolour_variation = false\nspecialization = false\n"
-        "neighbourhood_filters = false\nmaterial_guesses = false\nwater_equalization = "
-        "false\nwater_deepening = false\n");
+    OpenWorld world = open_with("none");
     std::set<voxel::Material> seen;
     for (int x = 0; x < 120; ++x)
         for (int z = 1; z < 120; ++z)

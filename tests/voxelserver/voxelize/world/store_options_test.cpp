@@ -83,19 +83,18 @@ TEST_CASE("photographs of a store add their terms, unless the user has others",
     store.squares[0].licence = "CC BY 4.0";
     store.squares[0].attribution = "Agency A";
     store.orthophotos = {{"a.tif", "CC0", "Agency P"}, {"b.tif", "CC BY 4.0", "Agency A"}};
-    const voxelize::LidarWorldOptions with_photographs = options_from(store);
-    CHECK(with_photographs.orthophotos == std::vector<fs::path>{"a.tif", "b.tif"});
-    CHECK(with_photographs.licence == "CC BY 4.0; CC0");
-    CHECK(with_photographs.attribution == "Agency A; Agency P");
-    voxelize::LidarWorldOptions with_others;
-    with_others.orthophotos = {"mine.tif"};
-    voxelize::take_from_store(store, with_others);
-    CHECK(with_others.orthophotos == std::vector<fs::path>{"mine.tif"});
-    CHECK(with_others.licence == "CC BY 4.0");
-    CHECK(with_others.attribution == "Agency A");
+    const bool others = GENERATE(false, true);
+    voxelize::LidarWorldOptions options;
+    if (others)
+        options.orthophotos = {"mine.tif"};
+    voxelize::take_from_store(store, options);
+    CHECK(options.orthophotos ==
+          (others ? std::vector<fs::path>{"mine.tif"} : std::vector<fs::path>{"a.tif", "b.tif"}));
+    CHECK(options.licence == (others ? "CC BY 4.0" : "CC BY 4.0; CC0"));
+    CHECK(options.attribution == (others ? "Agency A" : "Agency A; Agency P"));
 }
 
-TEST_CASE("a square's own CRS counts, and the recorded one where it has none",
+TEST_CASE("the user's CRS counts, then a square's own, and the recorded one where it has none",
           "[voxelserver][voxelize][store]") {
     const TemporaryFolder folder;
     constexpr const char* kOther = "EPSG:32631";
@@ -106,7 +105,6 @@ TEST_CASE("a square's own CRS counts, and the recorded one where it has none",
         std::string crs;       ///< of the points
     };
     const auto c = GENERATE(values<Case>({
-        {"both are the same", kOther, kOther, kOther},
         {"the file has another", kOther, kCrs, kOther},
         {"the file has none", "", kOther, kOther},
         {"nothing is recorded", kOther, "", kOther},
@@ -124,17 +122,12 @@ TEST_CASE("a square's own CRS counts, and the recorded one where it has none",
         CHECK(world.top(voxel_x(60.5), voxel_z(20.5)) == 120);
         CHECK(world.top(voxel_x(50.5), voxel_z(5.5)) == 100);
     }
-}
-
-TEST_CASE("the user's CRS counts before those of files and store",
-          "[voxelserver][voxelize][store]") {
-    const TemporaryFolder folder;
-    field(0).write(folder.path() / "a.laz", "EPSG:32631");
+    field(0).write(folder.path() / "c.laz", kOther);
     store::GrabberStore store;
-    store.squares = {square(folder.path() / "a.laz", "EPSG:32632")};
-    voxelize::LidarWorldOptions options = options_from(store);
-    options.crs = kCrs;
-    CHECK(OpenWorld(options).info().crs == kCrs);
+    store.squares = {square(folder.path() / "c.laz", "EPSG:32632")};
+    voxelize::LidarWorldOptions of_user = options_from(store);
+    of_user.crs = kCrs;
+    CHECK(OpenWorld(of_user).info().crs == kCrs);
 }
 
 TEST_CASE("a store without squares, or with two class tables, is refused",
@@ -143,13 +136,6 @@ TEST_CASE("a store without squares, or with two class tables, is refused",
     store.squares = {square("a.laz"), square("b.laz")};
     store.squares[0].class_table = "si-lss";
     store.squares[1].class_table = "nl-ahn";
-    CHECK_THROWS_WITH(options_from([&] {
-                          store::GrabberStore cleared = store;
-                          for (store::StoredSquare& s : cleared.squares)
-                              s.state = StoredState::kWanted;
-                          return cleared;
-                      }()),
-                      contains("no square yet"));
     voxelize::LidarWorldOptions chosen;
     chosen.classes.clear();
     CHECK_THROWS_WITH(voxelize::take_from_store(store, chosen),
@@ -157,6 +143,9 @@ TEST_CASE("a store without squares, or with two class tables, is refused",
     chosen = {};
     chosen.classes = "asprs";
     CHECK_NOTHROW(voxelize::take_from_store(store, chosen));
+    for (store::StoredSquare& s : store.squares)
+        s.state = StoredState::kWanted;
+    CHECK_THROWS_WITH(options_from(store), contains("no square yet"));
 }
 
 TEST_CASE("a world of a store has the title of its source, or the name of the store",

@@ -78,23 +78,6 @@ TEST_CASE("facts that were kept answer as the opened world does",
         CHECK_THROWS_AS(facts.column(level, 0, 0), util::UsageError);
 }
 
-TEST_CASE("facts of a hundred squares are small", "[voxelserver][voxelize][facts]") {
-    voxelize::WorldFacts facts;
-    facts.info.crs_wkt = std::string(1500, 'w');
-    for (int i = 0; i < 100; ++i) {
-        facts.islands.push_back({i, 0, i + 1, 1});
-        facts.squares.push_back({"462_101",
-                                 "/some/folder/of/a/store/lidar/si-lss/462_101.laz",
-                                 {i, 0, i + 1, 1},
-                                 1,
-                                 1,
-                                 {},
-                                 {}});
-        facts.fingerprints.points.push_back({{i, 0, i + 1, 1}, {1, 2}, false});
-    }
-    CHECK(voxelize::to_bytes(facts).size() < 20'000);
-}
-
 TEST_CASE("bytes that are no facts are refused", "[voxelserver][voxelize][facts]") {
     Patchwork patchwork;
     OpenWorld opened(patchwork.options());
@@ -148,16 +131,12 @@ TEST_CASE("bytes with a right checksum that lie about their lengths are refused"
 
 TEST_CASE("the name of a world changes with everything that opening it reads",
           "[voxelserver][voxelize][facts]") {
-    using Options = voxelize::LidarWorldOptions;
-    const auto write = [](const fs::path& file, const std::string& text) {
-        std::ofstream(file) << text;
-    };
     struct Case {
         const char* name;
-        std::function<void(Patchwork&, Options&)> change;
+        Change change;
         bool other;
     };
-    const auto c = GENERATE_COPY(values<Case>({
+    const auto c = GENERATE(values<Case>({
         {"nothing", [](Patchwork&, Options&) {}, false},
         {"memory, threads, cache folder",
          [](Patchwork& p, Options& o) {
@@ -166,47 +145,35 @@ TEST_CASE("the name of a world changes with everything that opening it reads",
              o.cache_dir = p.root() / "c";
          },
          false},
-        {"settings in other words",
-         [write](Patchwork& p, Options& o) {
-             write(p.root() / "s.toml", "# nothing\n");
-             o.settings = p.root() / "s.toml";
-         },
-         false},
-        {"a setting",
-         [write](Patchwork& p, Options& o) {
-             write(p.root() / "s.toml", "[ground]\nsoil_m = 2\n");
-             o.settings = p.root() / "s.toml";
-         },
-         true},
+        {"settings in other words", settings("# nothing\n"), false},
+        {"a setting", settings("[ground]\nsoil_m = 2\n"), true},
         {"classes", [](Patchwork&, Options& o) { o.classes = "nl-ahn"; }, true},
         {"voxels", [](Patchwork&, Options& o) { o.voxel_m = 2; }, true},
         {"the CRS", [](Patchwork&, Options& o) { o.crs = "EPSG:2154"; }, true},
         {"the vertical unit", [](Patchwork&, Options& o) { o.vertical_unit = "m"; }, true},
-        {"a point",
-         [](Patchwork& p, Options&) { p.write(3, [](Cloud::Point& at) { at.height += 1; }); },
-         true},
+        {"a point", in_square(3, [](Cloud::Point& at) { at.height += 1; }), true},
         {"a time",
          [](Patchwork& p, Options&) {
              fs::last_write_time(p.square(1),
                                  fs::last_write_time(p.square(1)) + std::chrono::seconds(1));
          },
          true},
-        {"a square more", [](Patchwork& p, Options&) { p.write(6); }, true},
-        {"a square less", [](Patchwork& p, Options&) { fs::remove(p.square(2)); }, true},
+        {"a square more", in_square(6, {}), true},
+        {"a square less", without("lidar/s2.las"), true},
         {"a square's name",
          [](Patchwork& p, Options&) { fs::rename(p.square(2), p.folder() / "t2.las"); }, true},
-        {"an image",
-         [](Patchwork& p, Options&) { p.image("west.tif", 0, 0, 90, 200, {91, 160, 60}); }, true},
+        {"an image", image("west.tif", {0, 0, 90, 200}, {91, 160, 60}), true},
         {"no image", [](Patchwork&, Options& o) { o.orthophotos.clear(); }, true},
-        {"an image's world file",
-         [write](Patchwork& p, Options&) { write(p.images() / "west.tfw", "1\n0\n0\n-1\n0\n0\n"); },
-         true},
-        {"a file that is not read",
-         [write](Patchwork& p, Options&) { write(p.images() / "notes.txt", "x"); }, false},
+        {"an image's world file", with_file("images/west.tfw", "1\n0\n0\n-1\n0\n0\n"), true},
+        {"a file that is not read", with_file("images/notes.txt", "x"), false},
     }));
+    static const Patchwork kBefore = [] {
+        Patchwork out;
+        out.image("west.tif", 0, 0, 90, 200, {90, 160, 60});
+        return out;
+    }();
     DYNAMIC_SECTION(c.name) {
-        Patchwork patchwork;
-        patchwork.image("west.tif", 0, 0, 90, 200, {90, 160, 60});
+        Patchwork patchwork(kBefore);
         Options options = patchwork.options();
         const std::string before = voxelize::world_name(options);
         CHECK(before.size() == 32);

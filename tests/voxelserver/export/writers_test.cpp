@@ -1,5 +1,6 @@
-// Worlds that are as wide as a file can say, and hold little or nothing: conversions look at what
-// stands there, not at all the air. Without that these tests would not end.
+// What the writers of all formats have in common. Worlds that are as wide as a file can say, and
+// hold little or nothing: conversions look at what stands there, not at all the air; without that
+// these tests would not end.
 #include <algorithm>
 #include <functional>
 
@@ -10,7 +11,9 @@
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/export/shape/painted_world.hpp"
 #include "voxelserver/export/anvil/write_anvil.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
 #include "voxelserver/export/core/part.hpp"
@@ -57,16 +60,15 @@ struct Writer {
     const char* name;
     std::function<void(Job&)> write;
     bool refuses_nothing;
-    bool takes_far_apart;
 };
 const std::vector<Writer>& writers() {
     static const std::vector<Writer> all = {
-        {"a.tvx", [](Job& job) { write_archive(job); }, false, true},
-        {"a.vdb", [](Job& job) { write_vdb(job, {UpAxis::kZ}); }, true, true},
-        {"a.vox", [](Job& job) { write_vox(job); }, true, true},
-        {"a.glb", [](Job& job) { write_mesh(job, MeshFormat::kGlb, {}); }, true, true},
-        {"a.ply", [](Job& job) { write_mesh(job, MeshFormat::kPly, {}); }, true, true},
-        {"town", [](Job& job) { exports::anvil::write_anvil(job, {}); }, true, true},
+        {"a.tvx", [](Job& job) { write_archive(job); }, false},
+        {"a.vdb", [](Job& job) { write_vdb(job, {UpAxis::kZ}); }, true},
+        {"a.vox", [](Job& job) { write_vox(job); }, true},
+        {"a.glb", [](Job& job) { write_mesh(job, MeshFormat::kGlb, {}); }, true},
+        {"a.ply", [](Job& job) { write_mesh(job, MeshFormat::kPly, {}); }, true},
+        {"town", [](Job& job) { exports::anvil::write_anvil(job, {}); }, true},
     };
     return all;
 }
@@ -91,16 +93,54 @@ voxel::WorldInfo info_for(const Writer& writer) {
 
 }  // namespace
 
+TEST_CASE("the bytes of a file depend neither on threads nor on memory", "[convert][writers]") {
+    const auto world = test::lumps(13, 50);
+    for (const Writer& writer : writers()) {
+        if (std::string(writer.name).find('.') == std::string::npos)
+            continue;  // a folder
+        DYNAMIC_SECTION(writer.name) {
+            std::string first;
+            for (const int threads : {1, 1, 5}) {
+                test::ExportJob e(*world, {{-33, -7, 2}, {66, 59, 71}}, writer.name);
+                e.job.threads = threads;
+                // Where it is scarce, there are several vdb files.
+                if (threads == 5 && std::string(writer.name) != "a.vdb")
+                    e.job.memory_bytes = 0;
+                writer.write(e.job);
+                if (first.empty())
+                    first = test::content_of(e.job.out);
+                CHECK((test::content_of(e.job.out) == first && !first.empty()));
+            }
+        }
+    }
+}
+
+TEST_CASE("a box that cannot be loaded is air, and counted", "[convert][writers]") {
+    const auto world = test::lumps(15, 0);
+    world->make_hole({0, 0, 0, 0}, [] { throw util::Error("the disk is gone"); });
+    for (const Writer& writer : writers()) {
+        if (std::string(writer.name) == "a.tvx")
+            continue;  // it keeps holes
+        DYNAMIC_SECTION(writer.name) {
+            test::ExportJob e(*world, writer.name);
+            writer.write(e.job);
+            CHECK(e.job.holes() == std::vector<BoxKey>{{0, 0, 0, 0}});
+        }
+    }
+}
+
 TEST_CASE("a wide archive of nothing is converted or refused, and no more", "[convert][wide]") {
     for (const Writer& writer : writers()) {
         DYNAMIC_SECTION(writer.name) {
             const test::TemporaryFolder folder;
             const auto world = archive_of(folder.path() / "from.tvx", info_for(writer), {});
-            if (writer.refuses_nothing)
+            if (writer.refuses_nothing) {
                 CHECK_THROWS_WITH(convert_to(writer, *world, folder.path()),
                                   contains("nothing solid"));
-            else
+                CHECK(test::files_in(folder.path()) == std::set<std::string>{"from.tvx"});
+            } else {
                 CHECK(convert_to(writer, *world, folder.path()) == 0);
+            }
         }
     }
 }
@@ -141,7 +181,8 @@ TEST_CASE("what is not known to be air is limited", "[convert][wide]") {
     private:
         const voxel::WorldInfo m_info = wide_info(kWide / 4, 200);
     } world;
-    for (const Writer& writer : writers()) {
+    // A file and a folder; the other files go by the same columns.
+    for (const Writer& writer : {writers().front(), writers().back()}) {
         DYNAMIC_SECTION(writer.name) {
             const test::TemporaryFolder folder;
             CHECK_THROWS_AS(convert_to(writer, world, folder.path()), util::UsageError);
