@@ -31,7 +31,8 @@ struct Sources {
 };
 
 /// Reads all headers and a small sample of points of each file that is not known; decodes nothing
-/// else unless a header disagrees with the sample (extent.hpp).
+/// else unless a header disagrees with the sample (extent.hpp), or the sample of a small file lies
+/// in a part of it.
 /// @throws UsageError for no files, no CRS, or files too far apart; Error for a file that cannot be
 /// read or placed
 [[nodiscard]] Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,

@@ -11,7 +11,13 @@ using namespace terravox::voxelize;
 TEST_CASE("the fingerprint of all boxes is another for another frame, water, bed and lowest box",
           "[voxelserver][voxelize][fingerprint]") {
     const geo::Crs crs = geo::Crs::from_text(kCrs);
-    Sources sources{.frame = grid::Frame(crs, 1, 0, 0)};
+    Sources sources{.frame = grid::Frame(crs, 1, 0, 0),
+                    .files = {},
+                    .bounds = {},
+                    .typical_heights = {},
+                    .named_squares = {},
+                    .known_before = {},
+                    .known = {}};
     const ClassTable classes;
     const Settings settings;
     int cell_voxels = 4;
