@@ -1,5 +1,4 @@
 import assert from 'node:assert/strict';
-import { createHash } from 'node:crypto';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
@@ -7,9 +6,16 @@ import { kFaults, parseFaults, type Fault } from './faults.js';
 import { startPortal, type Portal, type PortalOptions } from './portal.js';
 import { blockOf } from './squares.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { fetchFixture, keyOf, squareOf, temporaryFolder } from '../support/store-fixture.js';
+import { sha256Of } from '../support/record-fixture.js';
+import {
+  fetchFixture,
+  keyOf,
+  leavePart,
+  squareOf,
+  temporaryFolder,
+} from '../support/store-fixture.js';
 
-export function lazOf(east: number, north: number, dataBytes: number): Buffer {
+function lazOf(east: number, north: number, dataBytes: number): Buffer {
   const [x, y] = [east * 1000, north * 1000];
   return makeLaz({ dataBytes, min: [x, y, 280], max: [x + 999, y + 999, 540] });
 }
@@ -37,7 +43,7 @@ test('every fault of a portal ends as it should', async (t) => {
   const failing: Partial<Record<Fault, string>> = { foreign: 'HOST_REFUSED' };
   for (const fault of kFaults) {
     await t.test(fault, async (t) => {
-      const portal = await portalOf(t, 6, fault === 'slow' ? 3000 : 700_000, {
+      const portal = await portalOf(t, 6, fault === 'slow' ? 3000 : 200_000, {
         faults: parseFaults(`${fault}=0.5`),
         seed: 3,
       });
@@ -49,11 +55,11 @@ test('every fault of a portal ends as it should', async (t) => {
       await fixture.fetch(
         portal.context.squares.map(({ name, path }) => squareOf(name, [`${portal.base}/${path}`])),
       );
-      const faults = Object.values(portal.context.stats.toJSON()).reduce(
-        (sum, file) => sum + file.faults,
-        0,
+      const files = Object.values(portal.context.stats.toJSON());
+      assert.ok(
+        files.some(({ faults }) => faults > 0),
+        'the fault occurred',
       );
-      assert.ok(faults > 0, 'the fault occurred');
       for (const name of names) {
         const record = fixture.record(name);
         if (record?.state === 'failed' && failing[fault] !== undefined) {
@@ -62,7 +68,7 @@ test('every fault of a portal ends as it should', async (t) => {
         }
         assert.equal(record?.state, 'verified', `${name}: ${record?.lastError?.message ?? ''}`);
         const body = await readFile(join(portal.context.root, 'laz', `TM_${name}.laz`));
-        assert.equal(record.file?.sha256, createHash('sha256').update(body).digest('hex'));
+        assert.equal(record.file?.sha256, sha256Of(body));
       }
     });
   }
@@ -73,25 +79,18 @@ test('a file continues from any byte', async (t) => {
   const url = `${portal.base}/laz/TM_460_101.laz`;
   const body = await readFile(join(portal.context.root, 'laz', 'TM_460_101.laz'));
   const { etag } = Object.fromEntries((await fetch(url, { method: 'HEAD' })).headers);
-  for (const offset of [1, 2, 226, 227, 4096, 30_000, body.length - 1, body.length]) {
+  for (const offset of [1, 226, 30_000, body.length - 1, body.length]) {
     await t.test(`at ${offset} of ${body.length}`, async (t) => {
       const fixture = await fetchFixture(t, portal.base);
-      await mkdir(join(fixture.root, 'lidar/test'), { recursive: true });
-      await writeFile(join(fixture.root, 'lidar/test/.460_101.part'), body.subarray(0, offset));
-      await writeFile(
-        join(fixture.root, 'lidar/test/.460_101.part.json'),
-        JSON.stringify({ url, if_range: etag, total_bytes: body.length }),
-      );
+      const state = { url, if_range: etag ?? null, total_bytes: body.length };
+      await leavePart(fixture.root, body.subarray(0, offset), state, '460_101');
       const before = portal.context.stats.of('/laz/TM_460_101.laz').bytes;
       await fixture.fetch([squareOf('460_101', [url])]);
       assert.equal(
         portal.context.stats.of('/laz/TM_460_101.laz').bytes - before,
         body.length - offset,
       );
-      assert.equal(
-        fixture.store.squares.get(keyOf('460_101'))?.file?.sha256,
-        createHash('sha256').update(body).digest('hex'),
-      );
+      assert.equal(fixture.store.squares.get(keyOf('460_101'))?.file?.sha256, sha256Of(body));
     });
   }
 });
