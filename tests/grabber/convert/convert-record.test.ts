@@ -128,38 +128,21 @@ test('a converter that makes LAS has its result compressed', async (t) => {
 
 test('a converter that does wrong changes nothing in the store', async (t) => {
   const laz = makeLaz();
-  const cases: { name: string; zlas?: Buffer; body: string; message: RegExp }[] = [
-    {
-      name: 'fails',
-      body: 'console.error("no licence"); process.exit(3)',
-      message: /exit code 3: no licence/,
-    },
-    { name: 'writes nothing', body: '', message: /wrote nothing to \{output\}/ },
-    { name: 'writes no LAS', body: kCopies(Buffer.from('<html>')), message: /allowed: "LASF"/ },
-    { name: 'writes half of it', body: kCopies(laz.subarray(0, laz.length - 8)), message: /needs/ },
-    {
-      name: 'loses points',
-      zlas: makeLas({ points: 11 }),
-      body: kCopies(laz),
-      message: /made 10 points; allowed: 11, as the zLAS file says/,
-    },
-    {
-      name: 'moves points',
-      body: kCopies(makeLaz({ min: [0, 0, 0], max: [10, 10, 10] })),
-      message: /allowed: within 50 m of 462000/,
-    },
-    {
-      name: 'leaves a link',
-      body: `require('fs').symlinkSync(process.argv[2], process.argv[3])`,
-      message: /left a link or a folder/,
-    },
-    {
-      name: 'changes its input',
-      body: `require('fs').appendFileSync(process.argv[2], 'x'); ${kCopies(laz)}`,
-      message: /changed its input/,
-    },
+  const fails = 'console.error("no licence"); process.exit(3)';
+  const links = `require('fs').symlinkSync(process.argv[2], process.argv[3])`;
+  const changes = `require('fs').appendFileSync(process.argv[2], 'x'); ${kCopies(laz)}`;
+  const moved = kCopies(makeLaz({ min: [0, 0, 0], max: [10, 10, 10] }));
+  const cases: [name: string, body: string, message: RegExp, zlas?: Buffer][] = [
+    ['fails', fails, /exit code 3: no licence/],
+    ['writes nothing', '', /wrote nothing to \{output\}/],
+    ['writes no LAS', kCopies(Buffer.from('<html>')), /allowed: "LASF"/],
+    ['writes half of it', kCopies(laz.subarray(0, laz.length - 8)), /needs/],
+    ['loses points', kCopies(laz), /10 points; allowed: 11, as the zLAS/, makeLas({ points: 11 })],
+    ['moves points', moved, /allowed: within 50 m of 462000/],
+    ['leaves a link', links, /left a link or a folder/],
+    ['changes its input', changes, /changed its input/],
   ];
-  for (const { name, zlas, body, message } of cases) {
+  for (const [name, body, message, zlas] of cases) {
     await t.test(name, async (t) => {
       const { store, record } = await storeWith(t, 'zlas', zlas ?? kZlas);
       const before = record();

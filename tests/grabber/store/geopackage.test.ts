@@ -125,10 +125,10 @@ test('the tables of the standard are as it demands, also after squares move', as
       )
       .get() as Record<string, unknown>;
   assert.equal(contents()['min_x'], null);
-  const learn = (e: number): void =>
-    void store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', kTerms, [
-      { ...catalogueSquare(e, 101), name: 'a' },
-    ]);
+  const learn = (e: number): void => {
+    const square = { ...catalogueSquare(e, 101), name: 'a' };
+    store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', kTerms, [square]);
+  };
   await clock.sleep(1000, kNever);
   learn(462);
   const first = contents();
