@@ -13,9 +13,11 @@ if (!existsSync(kCompiler)) {
   process.exit(1);
 }
 
-// Those whose source is gone would still run. All else stays: other programs may be reading it.
+// Those whose source is gone would still run. All else stays: other programs may be reading it, and
+// the compiler makes only what has changed.
 for (const name of existsSync(kTests) ? readdirSync(kTests, { recursive: true }) : []) {
-  if (name.endsWith('.test.js')) rmSync(join(kTests, name));
+  const source = join(kGrabber, '../tests', name.replace(/js$/, 'ts'));
+  if (name.endsWith('.test.js') && !existsSync(source)) rmSync(join(kTests, name));
 }
 
 for (const words of [

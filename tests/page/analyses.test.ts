@@ -7,16 +7,12 @@ import { colourOf, paint, scaleOf } from '../../voxelserver/page/src/colour-scal
 import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
 import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/page/src/raster-file.js';
 import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
+import { shareOf } from './support/test-bytes.js';
 
 const readerOf = (file: Uint8Array): ReadAt => async (offset, length) => file.subarray(offset, offset + length);
 
-const random = (seed: number): (() => number) => {
-  let state = seed;
-  return () => (state = (state * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
-};
-
 function raster(width = 37, height = 21): MadeRaster {
-  const next = random(width);
+  const next = shareOf(width);
   const values = (scale: number): number[] => Array.from({ length: width * height }, () => (next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale)));
   const bands = [
     { name: 'sun_hours', unit: 'h', values: values(30) },
@@ -58,7 +54,7 @@ test('a damaged raster is refused, and never read for ever', async () => {
   await assert.rejects(readRasterInfo(readerOf(Buffer.from('MM\0*'))), /TIFF|bounds|Offset/i);
   const file = makeRaster(made);
   for (let seed = 0; seed < 100; ++seed) {
-    const next = random(seed);
+    const next = shareOf(seed);
     const bad = Uint8Array.from(file);
     for (let i = 0; i < 3; ++i) bad[Math.floor(next() * bad.length)] = Math.floor(next() * 256);
     try {

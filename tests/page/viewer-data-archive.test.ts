@@ -31,6 +31,7 @@ import {
   archiveHost,
   collect,
   columnsOf,
+  rowOf,
 } from './support/small-archive.js';
 
 test('an archive gives every box that it holds, its holes, and air for all else', async () => {
@@ -103,11 +104,7 @@ test('a small archive opens with one request, a larger one with two', async () =
 });
 
 test('boxes between those that were wanted take no further request', async () => {
-  const facts = { bounds: { min: [0, 0, 0], max: [64 * 32, 256, 64] }, levels: 6 };
-  const boxes = Array.from({ length: 32 }, (_, bx) => {
-    const key: Key = [0, bx, 0, 0];
-    return { key, voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
-  });
+  const { facts, boxes } = rowOf(32, 6);
   const host = archiveHost({ facts, gapBytes: 20_000 }, boxes);
   const source = new ArchiveSource(await host.open(), host.clock);
   const before = host.asked.length;
@@ -124,11 +121,7 @@ test('boxes between those that were wanted take no further request', async () =>
 });
 
 test('leaves that lie close to each other share a request', async () => {
-  const facts = { bounds: { min: [0, 0, 0], max: [64 * 32, 256, 64] }, levels: 6 };
-  const boxes = Array.from({ length: 32 }, (_, bx) => {
-    const key: Key = [0, bx, 0, 0];
-    return { key, voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
-  });
+  const { facts, boxes } = rowOf(32, 6);
   const columns = boxes.map(({ key }) => ({ level: 0, bx: key[1], bz: 0 }));
   const others = [...columns, { level: 77, bx: 0, bz: 0 }];
   const known = async (leafGapBytes: number): Promise<[requests: number, columns: number]> => {
@@ -166,8 +159,10 @@ test('an archive with a changed byte gives the same columns or errors', async ()
   const whole = makeArchive(kBoxes, { entriesPerLeaf: 3 });
   const good = await columnsOf(hostOf(whole));
   const random = randomOf(5);
-  let refused = 0;
-  for (let at = 0; at < whole.length; ++at) {
+  let [refused, tried] = [0, 0];
+  // Each byte of the header, then every third.
+  for (let at = 0; at < whole.length; at += at < 64 ? 1 : 3) {
+    tried += 1;
     const changed = whole.slice();
     changed[at]! ^= 1 << random(8);
     const found = await columnsOf(hostOf(changed)).catch((error: unknown) => {
@@ -179,7 +174,7 @@ test('an archive with a changed byte gives the same columns or errors', async ()
       if (column instanceof DataError) ++refused;
       else assert.deepEqual(column, good.get(name), `byte ${at}, column ${name}`);
   }
-  assert.ok(refused > whole.length * 0.6, `${refused} of ${whole.length}`);
+  assert.ok(refused > tried * 0.6, `${refused} of ${tried}`);
 });
 
 test('an archive that is cut off or has more bytes is refused', async () => {
@@ -343,10 +338,10 @@ test('a column of more memory than a page should hold is refused', async () => {
   assert.equal((few.get('0/0/0') as Column).boxes.length, 3);
 });
 
-test('200 files with random bytes give errors or columns', async () => {
+test('files with random bytes give errors or columns', async () => {
   const random = randomOf(11);
   const whole = makeArchive(kBoxes, { entriesPerLeaf: 2 });
-  for (let i = 0; i < 200; ++i) {
+  for (let i = 0; i < 60; ++i) {
     const bytes =
       i % 4 === 0 ? Uint8Array.from({ length: random(3000) }, () => random(256)) : whole.slice();
     if (i % 4 !== 0) {

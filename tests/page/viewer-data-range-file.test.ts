@@ -8,65 +8,25 @@ import { kOpen, type Handler, FakeHost, status, brokenBody, partOf } from './sup
 
 test('ranges are merged over small gaps, up to a size, and each is in one request', () => {
   const KiB = 1024;
-  const cases: [string, [number, number][], [number, number][]][] = [
+  const gap = 64 * KiB;
+  // Offsets and lengths, one after the other.
+  const cases: [name: string, wanted: number[], requests: number[]][] = [
     ['none', [], []],
-    [
-      'a gap of 64 KiB',
-      [
-        [0, 10],
-        [10 + 64 * KiB, 10],
-      ],
-      [[0, 20 + 64 * KiB]],
-    ],
-    [
-      'a larger gap',
-      [
-        [0, 10],
-        [11 + 64 * KiB, 10],
-      ],
-      [
-        [0, 10],
-        [11 + 64 * KiB, 10],
-      ],
-    ],
-    [
-      'out of order, overlapping',
-      [
-        [50, 50],
-        [0, 60],
-        [20, 10],
-      ],
-      [[0, 100]],
-    ],
-    [
-      '1 MiB',
-      [
-        [0, 1000 * KiB],
-        [1000 * KiB, 24 * KiB],
-      ],
-      [[0, 1024 * KiB]],
-    ],
-    [
-      'above',
-      [
-        [0, 1000 * KiB],
-        [1000 * KiB, 25 * KiB],
-      ],
-      [
-        [0, 1000 * KiB],
-        [1000 * KiB, 25 * KiB],
-      ],
-    ],
-    ['a large one', [[5, 3000 * KiB]], [[5, 3000 * KiB]]],
+    ['a gap of 64 KiB', [0, 10, 10 + gap, 10], [0, 20 + gap]],
+    ['a larger gap', [0, 10, 11 + gap, 10], [0, 10, 11 + gap, 10]],
+    ['out of order, overlapping', [50, 50, 0, 60, 20, 10], [0, 100]],
+    ['1 MiB', [0, 1000 * KiB, 1000 * KiB, 24 * KiB], [0, 1024 * KiB]],
+    ['above', [0, 1000 * KiB, 1000 * KiB, 25 * KiB], [0, 1000 * KiB, 1000 * KiB, 25 * KiB]],
+    ['a large one', [5, 3000 * KiB], [5, 3000 * KiB]],
   ];
   for (const [name, wanted, requests] of cases) {
-    const plan = planRanges(wanted.map(([offset, bytes]) => ({ offset, bytes })));
-    assert.deepEqual(
-      plan.map(({ offset, bytes }) => [offset, bytes]),
-      requests,
-      name,
+    const ranges = wanted.flatMap((offset, i) =>
+      i % 2 === 0 ? [{ offset, bytes: wanted[i + 1]! }] : [],
     );
-    assert.equal(plan.flatMap(({ ranges }) => ranges).length, wanted.length, name);
+    const plan = planRanges(ranges);
+    const made = plan.flatMap(({ offset, bytes }) => [offset, bytes]);
+    assert.deepEqual(made, requests, name);
+    assert.equal(plan.flatMap((one) => one.ranges).length, ranges.length, name);
   }
 });
 

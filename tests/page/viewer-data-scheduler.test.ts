@@ -7,8 +7,7 @@ import { Scheduler } from '../../voxelserver/page/src/viewer/data/scheduler.js';
 import type { BoxSource, Column } from '../../voxelserver/page/src/viewer/data/source.js';
 import { nameOf, at, columnAt } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
-import type { Key } from './support/make-archive.js';
-import { archiveHost } from './support/small-archive.js';
+import { archiveHost, rowOf } from './support/small-archive.js';
 
 type Job = {
   readonly names: string[];
@@ -164,11 +163,7 @@ test('a failing column ends no other, a failing request its own, a change all', 
 });
 
 test('neighbours in an archive share a request, and distant ones have their own', async () => {
-  const facts = { bounds: { min: [0, 0, 0], max: [64 * 64, 256, 64] }, levels: 7 };
-  const boxes = Array.from({ length: 64 }, (_, bx) => {
-    const key: Key = [0, bx, 0, 0];
-    return { key, voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
-  });
+  const { facts, boxes } = rowOf(64, 7);
   const requestsFor = async (gapBytes: number, wanted: ColumnKey[]): Promise<number> => {
     const host = archiveHost({ facts, gapBytes }, boxes);
     const source = new ArchiveSource(await host.open(), host.clock);

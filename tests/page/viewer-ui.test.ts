@@ -65,19 +65,11 @@ import {
 } from '../../voxelserver/page/src/viewer/ui/texts.js';
 import { noBrowser, openBrowser, openPage, screenshot, untilText } from './support/browser.js';
 import { isNear } from './support/near.js';
+import { shareOf } from './support/test-bytes.js';
 
 declare const TERRAVOX_PAGE_DIST: string;
 
 const english: Say = (key: TextKey, ...values: readonly string[]) => text('en', key, ...values);
-
-// A generator of the test's own, so that a failure repeats.
-function randoms(seed: number): () => number {
-  let state = seed >>> 0;
-  return () => {
-    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    return state / 2 ** 32;
-  };
-}
 
 function pickAt(point: Vec3, distance: number, level = 0): Pick {
   return {
@@ -215,7 +207,7 @@ const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -1
 const kSize = [640, 360] as const;
 
 test('a point is projected onto the pixel whose ray meets it', () => {
-  const random = randoms(3);
+  const random = shareOf(3);
   const camera = cameraOf(kView);
   for (let i = 0; i < 200; ++i) {
     const [x, y] = [random() * kSize[0], random() * kSize[1]];
@@ -405,6 +397,8 @@ test('heights become facts and a table; what is not known stays empty', () => {
   const heights = [10, 14, undefined, 12];
   const hits = heights.map((y, i) => (y === undefined ? undefined : pickAt([i, y, 0], 41 - y, i)));
   const samples = samplesOf(places, hits, kWorld);
+  const [north] = samplesOf([{ x: 4, z: -8, t: 0 }], [], kWorld);
+  assert.match(csvOf([north!], { unitsPerVoxel: 0.5 }), /\r\n2\.000,4\.000,/);
   assert.deepEqual(factsOf(samples), {
     lengthM: 1.5,
     lowestM: 5,
@@ -422,11 +416,6 @@ test('heights become facts and a table; what is not known stays empty', () => {
     '',
   ]);
   assert.equal(factsOf(samplesOf(places, [], kWorld)), undefined);
-});
-
-test('northings grow to the north', () => {
-  const [sample] = samplesOf([{ x: 4, z: -8, t: 0 }], [], kWorld);
-  assert.match(csvOf([sample!], { unitsPerVoxel: 0.5 }), /\r\n2\.000,4\.000,/);
 });
 
 test('a profile keeps its finest reading when the camera flies away', () => {
@@ -459,7 +448,7 @@ test('ticks are round and inside the range', () => {
   assert.deepEqual(ticksOf(471.2, 486.3, 4), [475, 480, 485]);
   assert.deepEqual(ticksOf(0, 0.3, 3), [0, 0.1, 0.2, 0.3]);
   assert.deepEqual(ticksOf(5, 5, 4), [5]);
-  const random = randoms(8);
+  const random = shareOf(8);
   for (let i = 0; i < 300; ++i) {
     const from = (random() - 0.5) * 1e4;
     const to = from + 10 ** (random() * 8 - 3);
@@ -559,7 +548,7 @@ test('a target is seen unless something lies before its own voxel', () => {
 });
 
 test('a whole place fits into a part of the picture, in any direction', () => {
-  const random = randoms(7);
+  const random = shareOf(7);
   const between = (low: number, high: number): number => low + (high - low) * random();
   for (let i = 0; i < 200; ++i) {
     const view: Viewpoint = {

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <regex>
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
@@ -248,43 +247,3 @@ TEST_CASE("damaged texts are refused or accepted, and name no file",
     CHECK(taken > 1000);
 }
 
-TEST_CASE("the texts of real LiDAR files are accepted", "[common][geo][crs]") {
-    const fs::path data = TERRAVOX_SHARED_DATA;
-    if (!fs::exists(data)) {
-        WARN("skipped: " << data.string() << " is not there");
-        return;
-    }
-    // Each record of WKT begins with one of these, and ends with its brackets.
-    const std::regex beginning(R"((PROJCS|GEOGCS|COMPD_CS|PROJCRS|GEOGCRS|COMPOUNDCRS)\[")");
-    int texts = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(data)) {
-        const std::string ending = entry.path().extension().string();
-        if (ending != ".las" && ending != ".laz" && ending != ".prj")
-            continue;
-        std::ifstream in(entry.path(), std::ios::binary);
-        constexpr std::size_t kHeaders = 20'000;
-        std::string head(kHeaders, '\0');
-        in.read(head.data(), static_cast<std::streamsize>(head.size()));
-        head.resize(static_cast<std::size_t>(in.gcount()));
-        std::smatch found;
-        if (!std::regex_search(head, found, beginning))
-            continue;
-        std::size_t at = static_cast<std::size_t>(found.position());
-        std::size_t open = 0;
-        std::size_t end = at;
-        do
-            open += head[end] == '[' ? 1 : 0, open -= head[end] == ']' ? 1 : 0, ++end;
-        while (end < head.size() && (open > 0 || head[end - 1] != ']'));
-        const std::string text = head.substr(at, end - at);
-        OGRSpatialReference before;
-        before.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-        if (before.SetFromUserInput(
-                text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
-            continue;
-        ++texts;
-        INFO(entry.path().string() << ": " << text);
-        REQUIRE_NOTHROW(Crs::from_wkt(text));
-        CHECK(Crs::from_wkt(text).wkt() == Crs::from_ogr(before, "it").wkt());
-    }
-    CHECK(texts > 15);
-}

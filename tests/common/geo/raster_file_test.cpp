@@ -63,7 +63,9 @@ void write_with_overviews(const fs::path& file) {
 
 /// Shortens a file until a directory of it, or the list of its blocks, is no longer complete.
 void cut_last_directory(const fs::path& file) {
-    for (auto bytes = fs::file_size(file); bytes > 8; --bytes) {
+    // In steps: it takes long to look through a file, and a directory is longer than one.
+    constexpr std::uintmax_t kStep = 64;
+    for (auto bytes = fs::file_size(file) - 1; bytes > kStep; bytes -= kStep) {
         fs::resize_file(file, bytes);
         if (geo::find_lost_directory_of_tiff(file))
             return;

@@ -25,48 +25,15 @@ DateTime utc(int year, int month, int day, double hour) {
 
 // Reference: Reda and Andreas, "Solar Position Algorithm for Solar Radiation Applications", NREL
 // 2003, table A5.1 (zenith 50.11162, azimuth 194.34024; refraction there is for 820 hPa, which
-// takes less than 0.01 degree off). Meeus, "Astronomical Algorithms", example 25.a: declination of
-// the sun on 1992-10-13 at 0h TD is -7.785 degrees; at a pole the altitude is the declination.
+// takes less than 0.01 degree off).
 TEST_CASE("the sun stands where published examples say", "[common][geo][sun]") {
-    struct Case {
-        const char* name;
-        DateTime time;
-        LatLon place;
-        double altitude_deg;
-        double azimuth_deg;
-    };
-    const auto c = GENERATE(values<Case>({
-        {"the NREL example",
-         {2003, 10, 17, 12 + 30.5 / 60, -7},
-         {39.742476, -105.1786},
-         90 - 50.11162,
-         194.34024},
-        {"the NREL example, the clock set to UTC",
-         {2003, 10, 17, 19 + 30.5 / 60, 0},
-         {39.742476, -105.1786},
-         90 - 50.11162,
-         194.34024},
-        {"the NREL example, east of the date line's day",
-         {2003, 10, 18, 4.5 + 0.5 / 60, 9},
-         {39.742476, -105.1786},
-         90 - 50.11162,
-         194.34024},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        const SunPosition sun = sun_position(c.time, c.place);
-        CHECK(std::abs(sun.altitude_deg - c.altitude_deg) < kAllowedDeg);
-        CHECK(angle_between_deg(sun.azimuth_deg, c.azimuth_deg) < kAllowedDeg);
-    }
-}
-
-TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole",
-          "[common][geo][sun]") {
-    // Refraction lifts a sun 7.8 degrees above the south pole's horizon by about 0.11 degree
-    // (Bennett: 6.6').
-    const SunPosition south = sun_position(utc(1992, 10, 13, 0), {-90, 0});
-    CHECK(std::abs(south.altitude_deg - (7.785 + 0.112)) < kAllowedDeg);
-    const SunPosition north = sun_position(utc(1992, 10, 13, 0), {90, 0});
-    CHECK(std::abs(north.altitude_deg + 7.785) < kAllowedDeg + 0.05);
+    // One moment by three clocks.
+    const auto time = GENERATE(values<DateTime>({{2003, 10, 17, 12 + 30.5 / 60, -7},
+                                                 {2003, 10, 17, 19 + 30.5 / 60, 0},
+                                                 {2003, 10, 18, 4.5 + 0.5 / 60, 9}}));
+    const SunPosition sun = sun_position(time, {39.742476, -105.1786});
+    CHECK(std::abs(sun.altitude_deg - (90 - 50.11162)) < kAllowedDeg);
+    CHECK(angle_between_deg(sun.azimuth_deg, 194.34024) < kAllowedDeg);
 }
 
 // Reference: NREL's SPA (Reda & Andreas, 2003) as PyPI pvlib 0.16.1 has it, at 1010 hPa and 12
@@ -78,40 +45,20 @@ TEST_CASE("analyses have the sun within a hundredth of a degree of SPA", "[commo
         double altitude_deg;
         double azimuth_deg;
     };
+    const auto at = [](int year, int month, int day, int h, int min, int s) {
+        return utc(year, month, day, h + min / 60.0 + s / 3600.0);
+    };
     const Case cases[] = {
-        {utc(1997, 10, 16, 22 + 20 / 60.0 + 44 / 3600.0),
-         {-38.193754, -107.205631},
-         35.48657,
-         288.16932},
-        {utc(2026, 4, 10, 3 + 6 / 60.0 + 17 / 3600.0),
-         {-40.336057, 153.484672},
-         38.45114,
-         334.75562},
-        {utc(2045, 12, 30, 14 + 32 / 60.0 + 16 / 3600.0),
-         {-70.813469, -141.722761},
-         17.26295,
-         111.10082},
-        {utc(2045, 10, 24, 16 + 16 / 60.0 + 27 / 3600.0),
-         {-55.825676, -56.505659},
-         45.32047,
-         343.79126},
-        {utc(1975, 12, 16, 10 + 27 / 60.0 + 47 / 3600.0),
-         {37.389309, 28.829854},
-         28.99157,
-         187.27863},
-        {utc(2034, 8, 17, 13 + 36 / 60.0 + 1 / 3600.0),
-         {-23.008458, 16.571375},
-         36.95989,
-         309.15004},
-        {utc(2048, 9, 1, 1 + 26 / 60.0 + 49 / 3600.0),
-         {20.226579, 170.649389},
-         72.95308,
-         226.32506},
-        {utc(1988, 9, 18, 8 + 45 / 60.0 + 1 / 3600.0), {-38.048409, 28.050871}, 46.45778, 28.51717},
-        {utc(1976, 6, 29, 17 + 44 / 60.0 + 20 / 3600.0),
-         {8.679311, -159.625806},
-         17.72474,
-         68.31562}};
+        {at(1997, 10, 16, 22, 20, 44), {-38.193754, -107.205631}, 35.48657, 288.16932},
+        {at(2026, 4, 10, 3, 6, 17), {-40.336057, 153.484672}, 38.45114, 334.75562},
+        {at(2045, 12, 30, 14, 32, 16), {-70.813469, -141.722761}, 17.26295, 111.10082},
+        {at(2045, 10, 24, 16, 16, 27), {-55.825676, -56.505659}, 45.32047, 343.79126},
+        {at(1975, 12, 16, 10, 27, 47), {37.389309, 28.829854}, 28.99157, 187.27863},
+        {at(2034, 8, 17, 13, 36, 1), {-23.008458, 16.571375}, 36.95989, 309.15004},
+        {at(2048, 9, 1, 1, 26, 49), {20.226579, 170.649389}, 72.95308, 226.32506},
+        {at(1988, 9, 18, 8, 45, 1), {-38.048409, 28.050871}, 46.45778, 28.51717},
+        {at(1976, 6, 29, 17, 44, 20), {8.679311, -159.625806}, 17.72474, 68.31562},
+    };
     for (const Case& c : cases) {
         const SunPosition sun = sun_position(c.time, c.place, SunPrecision::kAnalysis);
         INFO(c.time.year << "-" << c.time.month << "-" << c.time.day);
@@ -123,6 +70,7 @@ TEST_CASE("analyses have the sun within a hundredth of a degree of SPA", "[commo
         const SunPosition picture = sun_position(c.time, c.place);
         CHECK(picture != sun);
         CHECK(std::abs(picture.altitude_deg - sun.altitude_deg) < 0.02);
+        CHECK(angle_between_deg(picture.azimuth_deg, sun.azimuth_deg) < 0.1);
     }
 }
 
@@ -150,15 +98,6 @@ TEST_CASE("at the equinoxes the sun stands on the horizon of both poles", "[comm
         CHECK(std::abs(sun_position(time, {lat, 0}).altitude_deg - 1735 / 3600.0) < kAllowedDeg);
 }
 
-TEST_CASE("the equation of time of Meeus's example 28.b puts the sun on a meridian",
-          "[common][geo][sun]") {
-    // 1992-10-13 at 0h TD, which is 59 seconds before 0h UT: 13 min 42.6 s, which is 3.4275 degrees
-    // ahead of the mean sun.
-    const double lon_deg = 180 - 3.4275 + 59 * 15 / 3600.0;
-    CHECK(std::abs(sun_position(utc(1992, 10, 12, 24 - 59 / 3600.0), {50, lon_deg}).azimuth_deg -
-                   180) < kAllowedDeg);
-}
-
 TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[common][geo][sun]") {
     struct Case {
         const char* name;
@@ -183,29 +122,21 @@ TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[c
     }
 }
 
-TEST_CASE("the sun goes from east over the meridian to west", "[common][geo][sun]") {
+TEST_CASE("from one day to the next the sun at noon rises or falls by less than half a degree",
+          "[common][geo][sun]") {
     struct Case {
-        const char* name;
-        double lat_deg;
-        double noon_azimuth_deg;
+        DateTime day;
+        DateTime next;
     };
-    const auto c = GENERATE(values<Case>({{"north of the tropics: over the south", 46, 180},
-                                          {"south of them: over the north", -34, 0}}));
-    DYNAMIC_SECTION(c.name) {
-        const LatLon place{c.lat_deg, 15};  // mean noon at 11:00 UTC
-        CHECK(sun_position(utc(2024, 3, 20, 7), place).azimuth_deg < 180);
-        CHECK(sun_position(utc(2024, 3, 20, 15), place).azimuth_deg > 180);
-        CHECK(angle_between_deg(sun_position(utc(2024, 3, 20, 11), place).azimuth_deg,
-                                c.noon_azimuth_deg) < 4);
+    for (const Case& c : {Case{utc(2026, 1, 31, 11), utc(2026, 2, 1, 11)},
+                          Case{utc(2026, 2, 28, 11), utc(2026, 3, 1, 11)},
+                          Case{utc(2024, 2, 29, 11), utc(2024, 3, 1, 11)},
+                          Case{utc(2025, 12, 31, 11), utc(2026, 1, 1, 11)}}) {
+        INFO(c.next.year << "-" << c.next.month);
+        const double step_deg = sun_position(c.next, {46, 15}).altitude_deg -
+                                sun_position(c.day, {46, 15}).altitude_deg;
+        CHECK(std::abs(step_deg) < 0.5);
     }
-}
-
-TEST_CASE("the clock's offset only names the moment", "[common][geo][sun]") {
-    const LatLon bled{46.3683, 14.1146};
-    const SunPosition summer_time = sun_position({2026, 6, 21, 17, 2}, bled);
-    const SunPosition zulu = sun_position({2026, 6, 21, 15, 0}, bled);
-    CHECK(summer_time.altitude_deg == Approx(zulu.altitude_deg).margin(1e-6));
-    CHECK(summer_time.azimuth_deg == Approx(zulu.azimuth_deg).margin(1e-6));
 }
 
 TEST_CASE("a line of the map to the sun leads to the sun", "[common][geo][sun]") {

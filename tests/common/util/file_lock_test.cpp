@@ -35,16 +35,6 @@ TEST_CASE("a file is locked once at a time, also within a process", "[util][lock
     CHECK(FileLock::try_take(file));
 }
 
-TEST_CASE("to ask for a lock does not take it", "[util][lock]") {
-    const test::TemporaryFolder folder;
-    const auto file = folder.path() / "lock";
-    auto lock = FileLock::try_take(file);
-    for (int i = 0; i < 3; ++i)
-        CHECK(FileLock::is_taken(file));
-    lock.reset();
-    CHECK_FALSE(FileLock::is_taken(file));
-}
-
 TEST_CASE("a lock moves with its object", "[util][lock]") {
     const test::TemporaryFolder folder;
     const auto file = folder.path() / "lock";
@@ -88,7 +78,7 @@ TEST_CASE("a lock ends with its process, however that ends", "[util][lock]") {
 TEST_CASE("one at a time has the lock, also where holders remove its file", "[util][lock]") {
     const test::TemporaryFolder folder;
     const auto file = folder.path() / "lock";
-    constexpr int kTimes = 2000;
+    constexpr int kTimes = 300;
     std::atomic<int> holders{0};
     std::atomic<int> clashes{0};
     const auto take_often = [&] {

@@ -177,8 +177,8 @@ std::size_t solid_in(const Box& box) {
 
 TEST_CASE("a coarse box is what the rule makes of its eight children",
           "[common][voxel][downsample]") {
-    const auto seed = GENERATE(1, 2, 3);
-    const int level = GENERATE(2, 3);
+    // Levels have one rule up to the second, and another from the third on.
+    const auto [seed, level] = GENERATE(table<int, int>({{1, 2}, {2, 3}, {3, 2}}));
     INFO("seed " << seed << ", level " << level);
     Children children;
     for (std::size_t i = 0; i < 8; ++i)

@@ -53,7 +53,7 @@ MaterialGrid house(int x0, int y0, int z0, int thick) {
 
 TEST_CASE("coarse opaque voxels cover every wall, roof, bridge and tower",
           "[common][voxel][levels]") {
-    const auto seed = GENERATE(range(1u, 9u));
+    const auto seed = GENERATE(range(1u, 5u));
     INFO("seed " << seed);
     Random random{std::mt19937(seed)};
     MaterialGrid grid;
@@ -103,7 +103,7 @@ TEST_CASE("a diagonal wall, one voxel wide, keeps both sides apart", "[common][v
     };
     const auto c = GENERATE(values<Case>(
         {{"x = z", 1, 0}, {"x = z + 1", 1, 1}, {"x = 63 - z", -1, 63}, {"x = 62 - z", -1, 62}}));
-    const auto material = GENERATE(kWall, kRoof, kBridge);
+    const auto material = GENERATE(kWall, kBridge);
     DYNAMIC_SECTION(c.name << " of " << material_name(material)) {
         // A pen of straight walls with the diagonal through it and a lid on one half: light must
         // stay on the other.
@@ -162,7 +162,7 @@ TEST_CASE("what blocks every vertical line goes on blocking it, level by level",
              g.set(x, r.in(80, 256), z, r.in(0, 3) == 0 ? r.of(kShells) : r.of(kLight));
          }},
     }));
-    const auto seed = GENERATE(range(1u, 5u));
+    const auto seed = GENERATE(range(1u, 3u));
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
         Random random{std::mt19937(seed)};
         MaterialGrid grid;

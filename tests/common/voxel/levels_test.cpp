@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <string>
 
 #include "tests/catch.hpp"
 #include "tests/common/voxel/material_grid.hpp"
@@ -86,17 +88,14 @@ TEST_CASE("sloping, stepped and rough ground keeps its height on average",
     const auto c = GENERATE(values<Case>({
         {"stairs of one", 1, 0, 1, 1},
         {"stairs of one, down to the south-east", -0.5, -0.5, 1, 1},
-        {"stairs of three", 0.6, 0, 3, 1},
-        {"a gentle slope", 0.1, 0.07, 1, 1},
         {"a steep slope", 1.4, -0.9, 1, 1},
         {"rough ground", 0.3, -0.2, 1, 4},
-        {"very rough ground", 0, 0, 1, 9},
         {"a cliff's height in a few columns", 2.4, 0, 1, 2},
     }));
     const int level = GENERATE(range(1, 6));
     DYNAMIC_SECTION(c.name << ", level " << level) {
         double sum = 0;
-        constexpr int kLifts = 8;  // where between two coarse layers it lies must not matter
+        constexpr int kLifts = 4;  // where between two coarse layers it lies must not matter
         for (int lift = 0; lift < kLifts; ++lift) {
             std::mt19937 random(11);
             const auto grid = terrain([&](int x, int z) {
@@ -186,7 +185,7 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
           "[common][voxel][levels]") {
     // Houses of 9 x 6 at all angles, solid as surveys make them; averaged over many towns.
     std::array<double, 5> cover{};
-    constexpr int kTowns = 24;
+    constexpr int kTowns = 12;
     for (int town = 0; town < kTowns; ++town) {
         std::mt19937 random(static_cast<unsigned>(town));
         MaterialGrid grid = terrain([](int, int) { return 20; });
@@ -220,8 +219,8 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
 
 TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
           "[common][voxel][levels]") {
-    const int surface = GENERATE(range(96, 112));
-    const int depth = GENERATE(1, 2, 3, 8);
+    const int surface = GENERATE(96, 97, 99, 102, 105, 111);
+    const int depth = GENERATE(1, 3, 8);
     INFO("surface " << surface << ", depth " << depth);
     const auto far_in = [](int x, int z) {
         return std::max(std::abs(x - 32), std::abs(z - 32));
@@ -306,7 +305,7 @@ TEST_CASE("a forest keeps its cover and its gaps", "[common][voxel][levels]") {
         {"bushes", 60, 2, 40},
         {"lone leaves", 400, 0.6, 100},
     }));
-    const auto seed = GENERATE(range(1u, 4u));
+    const auto seed = GENERATE(1u, 2u);
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
         std::mt19937 random(seed);
         MaterialGrid grid = terrain([](int, int) { return 20; });
@@ -366,97 +365,40 @@ TEST_CASE("wires fade: half their length goes with each level", "[common][voxel]
 }
 
 TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][levels]") {
+    // The four children below, then those above them; a blank is air.
     struct Case {
         const char* name;
-        std::vector<std::pair<int, Material>> children;
+        std::string children;
         Material expected;
-    };  // child = dx + 2 dz + 4 dy
-    const auto c = GENERATE(values<Case>({
-        {"grass on soil", {{0, kSoil}, {1, kSoil}, {2, kSoil}, {3, kSoil}, {4, kGrass}}, kSoil},
-        {"more grass on soil",
-         {{0, kSoil}, {1, kSoil}, {2, kSoil}, {3, kSoil}, {4, kGrass}, {7, kGrass}},
-         kGrass},
-        {"a roof on walls",
-         {{0, kWall},
-          {1, kWall},
-          {2, kWall},
-          {3, kWall},
-          {4, kRoof},
-          {5, kRoof},
-          {6, kRoof},
-          {7, kRoof}},
-         kRoof},
-        {"a wall next to the ground",
-         {{0, kWall}, {4, kWall}, {2, kWall}, {6, kWall}, {1, kGrass}, {3, kGrass}},
-         kWall},
-        {"a lone wall on little ground", {{0, kGrass}, {1, kGrass}, {4, kWall}}, kWall},
-        {"leaves on the ground",
-         {{0, kGrass},
-          {1, kGrass},
-          {2, kGrass},
-          {3, kGrass},
-          {4, kLowVegetation},
-          {5, kLowVegetation}},
-         kGrass},
-        {"leaves over a corner of ground",
-         {{0, kGrass}, {4, kLowVegetation}, {5, kLowVegetation}},
-         kLowVegetation},
-        {"shallow water on its bed",
-         {{0, kSand},
-          {1, kSand},
-          {2, kSand},
-          {3, kSand},
-          {4, kWater},
-          {5, kWater},
-          {6, kWater},
-          {7, kWater}},
-         kWater},
-        {"water on three columns",
-         {{0, kSand},
-          {1, kSand},
-          {2, kSand},
-          {3, kSand},
-          {4, kSand},
-          {5, kWater},
-          {6, kWater},
-          {7, kWater}},
-         kWater},
-        {"leaves over water",
-         {{0, kWater},
-          {1, kWater},
-          {2, kWater},
-          {3, kWater},
-          {4, kHighVegetation},
-          {5, kHighVegetation}},
-         kWater},
-        {"a pier in water",
-         {{0, kWall},
-          {1, kWater},
-          {2, kWater},
-          {3, kWater},
-          {4, kWall},
-          {5, kWater},
-          {6, kWater},
-          {7, kWater}},
-         kWall},
-        {"a buoy next to the key column",
-         {{0, kWater}, {1, kWater}, {2, kWater}, {3, kWater}, {5, kObject}},
-         kWater},
-        {"half a shore, key column wet",
-         {{0, kWater}, {1, kGrass}, {2, kWater}, {3, kGrass}},
-         kWater},
-        {"half a shore, key column dry",
-         {{0, kGrass}, {1, kWater}, {2, kGrass}, {3, kWater}},
-         kGrass},
-        {"an overhanging rock", {{5, kRock}}, kRock},
-        {"a stone of the ground", {{1, kRock}}, kAir},
-        {"a puddle", {{0, kWater}, {1, kWater}, {2, kWater}}, kAir},
+    };
+    const std::map<char, Material> materials = {
+        {'s', kSoil},  {'g', kGrass},         {'w', kWall},           {'r', kRoof},   {'b', kSand},
+        {'~', kWater}, {'l', kLowVegetation}, {'h', kHighVegetation}, {'o', kObject}, {'R', kRock}};
+    const auto c = GENERATE_COPY(values<Case>({
+        {"grass on soil", "ssssg   ", kSoil},
+        {"more grass on soil", "ssssg  g", kGrass},
+        {"a roof on walls", "wwwwrrrr", kRoof},
+        {"a wall next to the ground", "wgwgw w ", kWall},
+        {"a lone wall on little ground", "gg  w   ", kWall},
+        {"leaves on the ground", "ggggll  ", kGrass},
+        {"leaves over a corner of ground", "g   ll  ", kLowVegetation},
+        {"shallow water on its bed", "bbbb~~~~", kWater},
+        {"water on three columns", "bbbbb~~~", kWater},
+        {"leaves over water", "~~~~hh  ", kWater},
+        {"a pier in water", "w~~~w~~~", kWall},
+        {"a buoy next to the key column", "~~~~ o  ", kWater},
+        {"half a shore, key column wet", "~g~g    ", kWater},
+        {"half a shore, key column dry", "g~g~    ", kGrass},
+        {"an overhanging rock", "     R  ", kRock},
+        {"a stone of the ground", " R      ", kAir},
+        {"a puddle", "~~~     ", kAir},
     }));
     DYNAMIC_SECTION(c.name) {
         MaterialGrid grid;
         grid.set(40, 200, 40, kWall);  // so that there is a box
-        for (const auto& [child, material] : c.children)
-            grid.set(6 + child % 2, 10 + child / 4, 8 + child / 2 % 2, material);
+        for (int child = 0; child < 8; ++child)
+            if (const char letter = c.children.at(static_cast<std::size_t>(child)); letter != ' ')
+                grid.set(6 + child % 2, 10 + child / 4, 8 + child / 2 % 2, materials.at(letter));
         CHECK(material_name(material_at(*level_of(grid.build(), 1), 3, 5, 4)) ==
               material_name(c.expected));
     }

@@ -7,11 +7,11 @@ import { findGround } from '../../../grabber/src/model/square.js';
 import { decodePolygon } from '../../../grabber/src/store/geopackage-geometry.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
-import { cli } from '../support/cli.js';
+import { cli, program, words } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeKeys, makeLas, makeLaz } from '../support/las-fixture.js';
-import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
+import { kNever, squareOf, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
 const kLaz = makeLaz();
 const kSecretVariable = 'TERRAVOX_TEST_KEY';
@@ -19,28 +19,6 @@ const kSecretTable = `
 [secret_headers]
 X-Key = "${kSecretVariable}"
 `;
-
-test('fetch takes an address typed by the user', async (t) => {
-  const server = await serve(t, (_request, response) => sendFile(response, kLaz));
-  const store = await temporaryFolder(t);
-  const { code, err } = await cli([
-    'fetch',
-    '--url-template',
-    `${server.base}/{name}.laz`,
-    '--allow-private',
-    '--squares',
-    'castle',
-    '--as',
-    'mine',
-    '--licence',
-    'CC0',
-    '--store',
-    store,
-  ]);
-  assert.equal(code, 0, err);
-  assert.equal(server.seen[0]?.path, '/castle.laz');
-  assert.deepEqual(await storedFiles(store), ['lidar/mine/castle.laz']);
-});
 
 test('--allow-private permits the origin that was typed, not where it redirects to', async (t) => {
   const other = await serve(t, (_request, response) => sendFile(response, kLaz));
@@ -57,18 +35,10 @@ test('--allow-private permits the origin that was typed, not where it redirects 
   });
   const store = await temporaryFolder(t);
   const fetch = (name: string) =>
-    cli([
-      'fetch',
-      '--url-template',
-      `${own.base}/{name}.laz`,
-      '--allow-private',
-      '--squares',
-      name,
-      '--store',
-      store,
-      '--retries',
-      '0',
-    ]);
+    cli(
+      words`fetch --url-template ${own.base}/{name}.laz --allow-private --squares ${name}
+        --store ${store} --as mine --retries 0`,
+    );
   for (const name of ['port', 'name', 'address']) {
     const { code, err } = await fetch(name);
     assert.equal(code, 1, name);
@@ -76,6 +46,7 @@ test('--allow-private permits the origin that was typed, not where it redirects 
   }
   assert.equal(other.seen.length, 0, 'no request goes to another port of this machine');
   assert.equal((await fetch('castle')).code, 0);
+  assert.deepEqual(await storedFiles(store), ['lidar/mine/castle.laz']);
 });
 
 test('fetch copies a local folder, and lists the files that it could not use', async (t) => {
@@ -91,17 +62,7 @@ test('fetch copies a local folder, and lists the files that it could not use', a
   await writeFile(join(folder, 'TM_464_101.zlas'), 'zlas');
   const sources = await configFolder(t, templateAccess('http://127.0.0.1:1'));
   const store = await temporaryFolder(t);
-  const args = [
-    'fetch',
-    '--config',
-    sources,
-    '--source',
-    'here',
-    '--from',
-    folder,
-    '--store',
-    store,
-  ];
+  const args = words`fetch --config ${sources} --source here --from ${folder} --store ${store}`;
 
   const all = await cli(args);
   assert.equal(all.code, 3);
@@ -116,7 +77,7 @@ test('fetch copies a local folder, and lists the files that it could not use', a
   assert.equal(some.code, 3);
   assert.match(some.err, /\nhole: here has no square 462_102 \([^\n]*\)\n$/);
 
-  const names = await cli(['fetch', '--from', folder, '--store', store, '--squares', 'notes']);
+  const names = await cli(words`fetch --from ${folder} --store ${store} --squares notes`);
   assert.equal(names.code, 0, names.err);
   assert.ok((await storedFiles(store)).includes('lidar/local/notes.laz'));
 });
@@ -141,7 +102,7 @@ test('squares of a local folder are where the points of their files are', async 
   await writeFile(join(folder, 'b.laz'), laz([]));
   await writeFile(join(folder, 'c.laz'), laz([makeKeys([3072, 3912])]));
   const root = await temporaryFolder(t);
-  const args = ['fetch', '--from', folder, '--store', root, '--crs', 'EPSG:3794'];
+  const args = words`fetch --from ${folder} --store ${root} --crs EPSG:3794`;
   assert.equal((await cli(args)).code, 0);
 
   const store = openStore(root, { readOnly: true }, kNever);
@@ -192,21 +153,10 @@ test(
     });
     const sources = await configFolder(t, templateAccess(server.base));
     const store = await temporaryFolder(t);
-    const args = [
-      'fetch',
-      '--config',
-      sources,
-      '--source',
-      'here',
-      '--squares',
-      '462_101,463_101,464_101',
-      '--concurrency',
-      '1',
-      '--store',
-      store,
-    ];
+    const args = words`fetch --config ${sources} --source here --store ${store}
+      --squares 462_101,463_101,464_101 --concurrency 1`;
 
-    const stopped = await cli(args, (started) => (child = started));
+    const stopped = await program(args, (started) => (child = started));
     assert.equal(stopped.code, 130);
     assert.equal(stopped.err, 'error: stopped by SIGINT; the next run continues\n');
     const files = await storedFiles(store);
@@ -227,18 +177,8 @@ test('a dry run lists squares, addresses and sizes, and makes nothing', async (t
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
   const sources = await configFolder(t, templateAccess(server.base));
   const store = join(await temporaryFolder(t), 'not', 'there');
-  const args = [
-    'fetch',
-    '--config',
-    sources,
-    '--source',
-    'here',
-    '--squares',
-    '462_101,463_101',
-    '--store',
-    store,
-    '--dry-run',
-  ];
+  const args = words`fetch --config ${sources} --source here --squares 462_101,463_101
+    --store ${store} --dry-run`;
   const plain = await cli(args);
   assert.equal(plain.code, 0, plain.err);
   assert.match(
@@ -266,30 +206,23 @@ test('resume continues unfinished squares, and reports those that it cannot', as
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
   const sources = await configFolder(t, templateAccess(server.base));
   const store = await temporaryFolder(t);
-  const none = await cli(['resume', '--config', sources, '--store', store]);
+  const resume = words`resume --config ${sources} --store ${store}`;
+  const none = await cli(resume);
   assert.deepEqual([none.code, none.err.includes('fishnet.gpkg: no such file')], [1, true]);
 
   const open = openStore(store, {}, kNever);
   const terms = { crs: null, classTable: null, licence: null, attribution: null };
-  const squareOf = (name: string, url: string) => ({
-    name,
-    block: null,
-    bounds: null,
-    urls: [url],
-    bytes: null,
-    sha256: null,
-    member: null,
-    published: null,
-  });
   open.squares.learn('here', 'here', null, terms, [
-    squareOf('462_101', `${server.base}/a.laz`),
-    squareOf('463_101', 'file:///etc/passwd'),
+    squareOf('462_101', [`${server.base}/a.laz`]),
+    squareOf('463_101', ['file:///etc/passwd']),
   ]);
-  open.squares.learn('adhoc', 'adhoc', null, terms, [squareOf('castle', `${server.base}/b.laz`)]);
+  open.squares.learn('adhoc', 'adhoc', null, terms, [
+    squareOf('470_101', [`${server.base}/b.laz`]),
+  ]);
   open.squares.want([...open.squares.list({})].map(({ key }) => key));
   open.close();
 
-  const some = await cli(['resume', '--config', sources, '--store', store, '--retries', '0']);
+  const some = await cli([...resume, ...words`--retries 0`]);
   assert.equal(some.code, 1);
   assert.match(
     some.err,
@@ -301,10 +234,7 @@ test('resume continues unfinished squares, and reports those that it cannot', as
   assert.match(some.err, /error: here not continued, 1 files: they came from a folder/);
   assert.match(some.out, /^verified 462_101 /);
   assert.deepEqual(await storedFiles(store), ['lidar/here/462_101.laz']);
-  assert.equal(
-    (await cli(['resume', '--config', sources, '--store', store, '--source', 'nothing'])).code,
-    2,
-  );
+  assert.equal((await cli([...resume, ...words`--source nothing`])).code, 2);
 });
 
 test('no secret is printed, whatever the options', async (t) => {
@@ -318,23 +248,13 @@ test('no secret is printed, whatever the options', async (t) => {
   const sources = await configFolder(t, templateAccess(server.base));
   const toml = join(sources, 'sources', 'here.toml');
   await writeFile(toml, `${await readFile(toml, 'utf8')}${kSecretTable}`);
+  process.env[kSecretVariable] = 'hush-hush';
+  t.after(() => delete process.env[kSecretVariable]);
   for (const json of [[], ['--json']]) {
     const store = await temporaryFolder(t);
-    const args = [
-      'fetch',
-      '--config',
-      sources,
-      '--source',
-      'here',
-      '--squares',
-      '462_101,463_101',
-      '--retries',
-      '0',
-      '--store',
-      store,
-      ...json,
-    ];
-    const { code, out, err } = await cli(args, undefined, { [kSecretVariable]: 'hush-hush' });
+    const args = words`fetch --config ${sources} --source here --squares 462_101,463_101
+      --retries 0 --store ${store}`;
+    const { code, out, err } = await cli([...args, ...json]);
     assert.equal(code, 1, err);
     assert.match(out, /462_101/);
     assert.match(out + err, /\*\*\*/);

@@ -3,7 +3,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
-import { cli } from '../support/cli.js';
+import { cli, program, words } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
@@ -19,21 +19,11 @@ test('fetch fills a store, and its exit code separates holes from failures', asy
   });
   const sources = await configFolder(t, templateAccess(server.base));
   const store = join(await temporaryFolder(t), 'new', 'store');
+  const line = words`fetch --config ${sources} --source here --store ${store}`;
   const fetch = (squares: string, ...more: string[]) =>
-    cli([
-      'fetch',
-      '--config',
-      sources,
-      '--source',
-      'here',
-      '--squares',
-      squares,
-      '--store',
-      store,
-      ...more,
-    ]);
+    cli([...line, '--squares', squares, ...more]);
 
-  const good = await fetch('462_101');
+  const good = await program([...line, '--squares', '462_101']);
   assert.equal(good.code, 0, good.err);
   assert.equal(good.err, '');
   assert.match(
@@ -67,15 +57,9 @@ test('fetch fills a store, and its exit code separates holes from failures', asy
     'plan',
     'summary',
   ]);
-  const summary = lines.find((line) => line['event'] === 'summary');
+  const counts = lines.find((line) => line['event'] === 'summary') ?? {};
   assert.deepEqual(
-    [
-      summary?.['verified'],
-      summary?.['kept'],
-      summary?.['missing'],
-      summary?.['known_missing'],
-      summary?.['failed'],
-    ],
+    ['verified', 'kept', 'missing', 'known_missing', 'failed'].map((name) => counts[name]),
     [0, 1, 0, 1, 1],
   );
 

@@ -1,35 +1,29 @@
 import assert from 'node:assert/strict';
-import { createHash } from 'node:crypto';
 import { existsSync } from 'node:fs';
-import { mkdir, readFile, readdir, rm, symlink, writeFile } from 'node:fs/promises';
-import { dirname, join } from 'node:path';
+import { readFile, readdir, rm, symlink, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
-import type { CatalogueSquare, RecordKey, State } from '../../../grabber/src/model/square.js';
+import type { CatalogueSquare, State } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
 import { kPlaces } from '../../../grabber/src/store/layout.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { lockStore } from '../../../grabber/src/store/lock.js';
-import { cli } from '../support/cli.js';
+import { cli, words } from '../support/cli.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { catalogueSquare, kTerms, kVerified, keyOfSquare } from '../support/record-fixture.js';
+import {
+  bringIn,
+  catalogueSquare,
+  kTerms,
+  kVerified,
+  keyOfSquare,
+  put,
+  sha256Of,
+} from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
-async function put(root: string, path: string, body: string | Buffer): Promise<void> {
-  await mkdir(dirname(join(root, path)), { recursive: true });
-  await writeFile(join(root, path), body);
-}
-
-async function bringIn(store: Store, key: RecordKey, body: Buffer): Promise<string> {
-  const path = kPlaces.finished('lidar', key, 'laz');
-  await put(store.root, path, body);
-  store.squares.want([key]);
-  store.squares.begin(key, 'http://h/a');
-  store.squares.fetched(key, {
-    path,
-    bytes: body.length,
-    sha256: createHash('sha256').update(body).digest('hex'),
-  });
-  store.squares.verified(key, kVerified);
+async function verified(store: Store, name: string, body: Buffer): Promise<string> {
+  const path = await bringIn(store, keyOfSquare(name), body);
+  store.squares.verified(keyOfSquare(name), kVerified);
   return path;
 }
 
@@ -47,8 +41,8 @@ async function filledStore(
   );
   store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', kTerms, squares);
   const paths = [
-    await bringIn(store, keyOfSquare('462_101'), makeLaz()),
-    await bringIn(store, keyOfSquare('463_101'), makeLaz({ dataBytes: 2000 })),
+    await verified(store, '462_101', makeLaz()),
+    await verified(store, '463_101', makeLaz({ dataBytes: 2000 })),
   ];
   store.squares.want([keyOfSquare('464_101'), keyOfSquare('465_101')]);
   store.squares.failed(keyOfSquare('464_101'), 'HTTP_STATUS', 'status 503');
@@ -63,10 +57,9 @@ async function filledStore(
   const path = kPlaces.finished('ortho', ortho, 'tif');
   await put(root, path, tiff);
   const image = { width_px: 4, height_px: 4, resolution_m: 250, margin_m: 0 };
-  const sha256 = createHash('sha256').update(tiff).digest('hex');
   store.orthophotos.converted(
     ortho,
-    { path, bytes: tiff.length, sha256 },
+    { path, bytes: tiff.length, sha256: sha256Of(tiff) },
     { points: null, image, crs: null, warnings: [] },
   );
   store.close();
@@ -88,7 +81,7 @@ async function filledStore(
 
 test('status shows counts, sizes, points, a map in letters, and the last errors', async (t) => {
   const { root } = await filledStore(t);
-  const status = await cli(['status', '--store', root]);
+  const status = await cli(words`status --store ${root}`);
   assert.deepEqual([status.code, status.err], [0, '']);
   assert.match(
     status.out,
@@ -106,7 +99,7 @@ test('status shows counts, sizes, points, a map in letters, and the last errors'
     status.out,
     /\nlast errors\n\S+Z {2}si-lss\/464_101 {2}failed {2}HTTP_STATUS: status 503\n$/,
   );
-  const json = await cli(['status', '--store', root, '--json']);
+  const json = await cli(words`status --store ${root} --json`);
   const parsed = JSON.parse(json.out) as {
     squares: { tally: unknown[]; errors: { name: string }[] };
   };
@@ -119,12 +112,12 @@ test('status shows counts, sizes, points, a map in letters, and the last errors'
   assert.deepEqual([empty.code, empty.out], [1, '']);
   assert.match(empty.err, /no such file; allowed: a folder that the grabber fills/);
   assert.equal(existsSync(join(root, 'none')), false, 'reading makes no store');
-  assert.equal((await cli(['status'])).code, 2);
+  assert.equal((await cli(words`status`)).code, 2);
 });
 
 test('verify finds missing, cut, changed and invalid files, and wants them again', async (t) => {
   const { root, states, paths } = await filledStore(t);
-  const good = await cli(['verify', '--store', root]);
+  const good = await cli(words`verify --store ${root}`);
   assert.deepEqual([good.code, good.out], [0, '3 files checked, 0 bad\n']);
   const [first = '', second = '', third = ''] = paths;
   const body = await readFile(join(root, first));
@@ -132,7 +125,7 @@ test('verify finds missing, cut, changed and invalid files, and wants them again
   await writeFile(join(root, first), body);
   await rm(join(root, second));
   await writeFile(join(root, third), 'x');
-  const bad = await cli(['verify', '--store', root]);
+  const bad = await cli(words`verify --store ${root}`);
   assert.equal(bad.code, 1);
   assert.match(
     bad.out,
@@ -144,11 +137,12 @@ test('verify finds missing, cut, changed and invalid files, and wants them again
     ),
   );
   assert.equal(states()['si-lss/462_101'], 'verified', 'looking changes nothing');
-  const one = JSON.parse(
-    (await cli(['verify', '--store', root, '--source', 'si-dof', '--json'])).out,
-  ) as { checked: number; bad: unknown[] };
+  const one = JSON.parse((await cli(words`verify --store ${root} --source si-dof --json`)).out) as {
+    checked: number;
+    bad: unknown[];
+  };
   assert.deepEqual([one.checked, one.bad.length], [1, 1]);
-  const repaired = await cli(['verify', '--store', root, '--repair']);
+  const repaired = await cli(words`verify --store ${root} --repair`);
   assert.equal(repaired.code, 1);
   assert.match(repaired.out, /3 bad, wanted again\n$/);
   assert.deepEqual(states(), {
@@ -160,44 +154,28 @@ test('verify finds missing, cut, changed and invalid files, and wants them again
     'si-dof/462_101': 'wanted',
   });
   assert.equal(existsSync(join(root, first)), false);
-  assert.equal((await cli(['verify', '--store', root])).out, '0 files checked, 0 bad\n');
+  assert.equal((await cli(words`verify --store ${root}`)).out, '0 files checked, 0 bad\n');
 });
 
 test('verify also reads files that await conversion or are fetched again', async (t) => {
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
-  store.squares.learn(
-    'si-lss',
-    'si-lss',
-    null,
-    kTerms,
-    [462, 463, 464].map((e) => catalogueSquare(e, 101)),
-  );
+  const squares = [462, 463, 464].map((e) => catalogueSquare(e, 101));
+  store.squares.learn('si-lss', 'si-lss', null, kTerms, squares);
   const body = Buffer.from('ZLAS of which nobody knows more');
-  const sha256 = createHash('sha256').update(body).digest('hex');
-  const [zlas, begun, again] = [
-    keyOfSquare('462_101'),
-    keyOfSquare('463_101'),
-    keyOfSquare('464_101'),
-  ];
-  for (const key of [zlas, begun]) {
-    store.squares.fetched(key, {
-      path: kPlaces.finished('lidar', key, 'zlas'),
-      bytes: body.length,
-      sha256,
-    });
-  }
-  await put(root, kPlaces.finished('lidar', zlas, 'zlas'), body);
+  const [zlas, begun] = [keyOfSquare('462_101'), keyOfSquare('463_101')];
+  for (const key of [zlas, begun]) await bringIn(store, key, body, 'zlas');
+  await rm(join(root, kPlaces.finished('lidar', begun, 'zlas')));
   await put(root, kPlaces.unfinished('lidar', begun), body);
-  await bringIn(store, again, makeLaz());
-  store.squares.want([again], true);
+  await verified(store, '464_101', makeLaz());
+  store.squares.want([keyOfSquare('464_101')], true);
   store.close();
-  assert.equal((await cli(['verify', '--store', root])).out, '3 files checked, 0 bad\n');
-  assert.match((await cli(['attribution', '--store', root])).out, /1 LiDAR squares/);
+  assert.equal((await cli(words`verify --store ${root}`)).out, '3 files checked, 0 bad\n');
+  assert.match((await cli(words`attribution --store ${root}`)).out, /1 LiDAR squares/);
   await put(root, kPlaces.finished('lidar', zlas, 'zlas'), Buffer.alloc(body.length));
   await put(root, kPlaces.unfinished('lidar', begun), 'cut');
   assert.match(
-    (await cli(['verify', '--store', root])).out,
+    (await cli(words`verify --store ${root}`)).out,
     new RegExp(
       String.raw`^bad si-lss\/462_101 .*SHA-256.*\nbad si-lss\/463_101 .*it is not there` +
         String.raw`\n3 files checked, 2 bad`,
@@ -219,31 +197,31 @@ test('resume reports which orthophotos are unfinished, and how they are continue
   ]);
   store.squares.learn('de-by', 'de-by', null, kTerms, [catalogueSquare(690, 5336)]);
   store.close();
-  const resumed = await cli(['resume', '--store', root]);
+  const resumed = await cli(words`resume --store ${root}`);
   assert.equal(resumed.code, 3, resumed.err);
   assert.match(
     resumed.err,
     /^warning: 2 orthophotos of si-dof are unfinished \(grab ortho --source si-dof --grid si-lss; /,
   );
-  assert.equal((await cli(['resume', '--store', root, '--source', 'de-by'])).code, 0);
+  assert.equal((await cli(words`resume --store ${root} --source de-by`)).code, 0);
 });
 
 test('verify reads a file whose hash is right, but which is no point cloud', async (t) => {
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
   store.squares.learn('si-lss', 'si-lss', null, kTerms, [catalogueSquare(462, 101)]);
-  await bringIn(store, keyOfSquare('462_101'), Buffer.from('<html>'));
+  await verified(store, '462_101', Buffer.from('<html>'));
   store.close();
-  assert.match((await cli(['verify', '--store', root])).out, /^bad .*starts with "<html>"/);
+  assert.match((await cli(words`verify --store ${root}`)).out, /^bad .*starts with "<html>"/);
 });
 
 test('the attribution names source, years, licence with its address, and author', async (t) => {
   const { root } = await filledStore(t);
   const file = join(root, 'LICENCES.txt');
-  const written = await cli(['attribution', '--store', root, '--output', file]);
+  const written = await cli(words`attribution --store ${root} --output ${file}`);
   assert.deepEqual(written, { code: 0, out: '', err: '' });
   const text = await readFile(file, 'utf8');
-  assert.equal((await cli(['attribution', '--store', root])).out, text);
+  assert.equal((await cli(words`attribution --store ${root}`)).out, text);
   assert.match(
     text,
     new RegExp(
@@ -284,14 +262,14 @@ test('gc removes what no record needs, keeps the rest, and never leaves the stor
   ];
   for (const path of gone) await put(root, path, 'g');
   const before = states();
-  const dry = await cli(['gc', '--store', root, '--dry-run']);
+  const dry = await cli(words`gc --store ${root} --dry-run`);
   assert.equal(dry.code, 0);
   assert.deepEqual(
     [...dry.out.matchAll(/^would remove (\S+) {2}1 B$/gm)].map((match) => match[1] ?? '').sort(),
     [...gone].sort(),
   );
   for (const path of gone) assert.ok(existsSync(join(root, path)), path);
-  const real = await cli(['gc', '--store', root]);
+  const real = await cli(words`gc --store ${root}`);
   assert.match(real.out, /\n6 files, 6 B removed\n$/);
   assert.match(
     real.err,
@@ -306,16 +284,16 @@ test('gc removes what no record needs, keeps the rest, and never leaves the stor
   }
   assert.deepEqual(await readdir(outside), ['precious.laz']);
   assert.deepEqual(states(), before);
-  assert.match((await cli(['gc', '--store', root])).out, /^0 files, 0 B removed\n$/);
+  assert.match((await cli(words`gc --store ${root}`)).out, /^0 files, 0 B removed\n$/);
 });
 
 test('gc --source drops all of one source, and nothing of another', async (t) => {
   const { root, states } = await filledStore(t);
-  const dry = await cli(['gc', '--store', root, '--source', 'si-lss', '--dry-run']);
+  const dry = await cli(words`gc --store ${root} --source si-lss --dry-run`);
   assert.match(dry.out, /4 files, .* would go, 4 records of si-lss would be dropped\n$/);
   assert.equal(states()['si-lss/462_101'], 'verified');
   assert.match(
-    (await cli(['gc', '--store', root, '--source', 'si-lss'])).out,
+    (await cli(words`gc --store ${root} --source si-lss`)).out,
     /4 files, .* removed, 4 records of si-lss dropped\n$/,
   );
   const after = states();
@@ -328,7 +306,7 @@ test('gc --source drops all of one source, and nothing of another', async (t) =>
   assert.deepEqual(await readdir(join(root, 'lidar', 'si-lss')), []);
   assert.deepEqual(await readdir(join(root, 'ortho', 'si-dof', 'si-lss')), ['462_101.tif']);
   for (const bad of ['..', '../x', 'a/b', '']) {
-    assert.equal((await cli(['gc', '--store', root, '--source', bad])).code, 2, bad);
+    assert.equal((await cli(words`gc --store ${root} --source ${bad}`)).code, 2, bad);
   }
 });
 
@@ -340,13 +318,13 @@ test('gc and repair refuse a store that is locked or whose folder leads elsewher
     assert.equal(refused.code, 1);
     assert.match(refused.err, /holds .*one grabber at a time/);
   }
-  assert.equal((await cli(['status', '--store', root])).code, 0);
+  assert.equal((await cli(words`status --store ${root}`)).code, 0);
   unlock();
   const outside = await temporaryFolder(t);
   await put(outside, 'x.laz', 'x');
   await rm(join(root, 'ortho'), { recursive: true });
   await symlink(outside, join(root, 'ortho'));
-  const away = await cli(['gc', '--store', root]);
+  const away = await cli(words`gc --store ${root}`);
   assert.match(away.err, /left alone ortho/);
   assert.deepEqual(await readdir(outside), ['x.laz']);
 });
@@ -364,7 +342,7 @@ test('reading commands leave no file next to the database, and keep a log', asyn
 
   const writer = openStore(root, {}, kNever);
   writer.squares.want([keyOfSquare('466_101')]);
-  assert.equal((await cli(['status', '--store', root])).code, 0);
+  assert.equal((await cli(words`status --store ${root}`)).code, 0);
   assert.deepEqual(await names(), ['fishnet.gpkg', 'fishnet.gpkg-shm', 'fishnet.gpkg-wal']);
   assert.equal(writer.squares.get(keyOfSquare('466_101'))?.state, 'wanted');
   writer.close();

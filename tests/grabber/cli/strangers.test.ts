@@ -4,11 +4,11 @@ import { join } from 'node:path';
 import { PassThrough } from 'node:stream';
 import { test, type TestContext } from 'node:test';
 import { outputTo } from '../../../grabber/src/cli/output.js';
-import { run } from '../../../grabber/src/cli/program.js';
 import { barReporter } from '../../../grabber/src/progress/bar-reporter.js';
 import type { Outcome } from '../../../grabber/src/progress/events.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
+import { cli, words } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { keyOf, kNever, squareOf, temporaryFolder } from '../support/store-fixture.js';
@@ -16,20 +16,6 @@ import { keyOf, kNever, squareOf, temporaryFolder } from '../support/store-fixtu
 /** Sets a colour, clears the screen, forges a line, reorders what follows. */
 const kHostile = 'x\u001b[31m\u009b2J\nerror: forged\u202egnol';
 const kShown = 'x\\u001b[31m\\u009b2J\\u000aerror: forged\\u202egnol';
-
-/** @return the exit code and both streams, as a terminal would get them */
-async function command(
-  config: string,
-  args: readonly string[],
-): Promise<{ code: number; out: string; err: string }> {
-  const state = { out: '', err: '' };
-  const streams = {
-    out: (text: string) => void (state.out += text),
-    err: (text: string) => void (state.err += text),
-  };
-  const code = await run(['--config', config, ...args], streams, kNever);
-  return { code, ...state };
-}
 
 function assertHarmless(text: string): void {
   assert.doesNotMatch(text, /(?!\n)[\p{Cc}\u202e]/u);
@@ -62,15 +48,14 @@ async function hostileStore(t: TestContext): Promise<string> {
 }
 
 test('texts of a store reach the terminal without control characters', async (t) => {
-  const config = await configFolder(t, templateAccess('http://127.0.0.1:1'));
   const store = await hostileStore(t);
   for (const args of [['status'], ['fishnet', 'list']]) {
     await t.test(args.join(' '), async () => {
-      const { code, out, err } = await command(config, [...args, '--store', store]);
+      const { code, out, err } = await cli([...args, ...words`--store ${store}`]);
       assert.equal(code, 0, err);
       assert.ok(out.includes(kShown), out);
       assertHarmless(out + err);
-      const json = await command(config, [...args, '--store', store, '--json']);
+      const json = await cli([...args, ...words`--store ${store} --json`]);
       assertHarmless(json.out);
       assert.ok(
         JSON.stringify(JSON.parse(json.out)).includes(JSON.stringify(kHostile).slice(1, -1)),
@@ -86,14 +71,15 @@ test('names of files reach the terminal without control characters', async (t) =
   const file = `${kHostile.replace('\n', '')}.laz`;
   await writeFile(join(folder, file), makeLaz());
   const store = await temporaryFolder(t);
-  const into = ['--store', store];
-  const fetched = await command(config, ['fetch', '--from', folder, '--source', 'here', ...into]);
+  const fetched = await cli(
+    words`--config ${config} fetch --from ${folder} --source here --store ${store}`,
+  );
   assert.ok(fetched.err.includes(kShown.replace('\\u000a', '')), fetched.err);
   assertHarmless(fetched.out + fetched.err);
 
   await mkdir(join(store, 'lidar', 'here'), { recursive: true });
   await writeFile(join(store, 'lidar', 'here', `${kHostile}.laz`), '');
-  const cleaned = await command(config, ['gc', ...into, '--dry-run']);
+  const cleaned = await cli(words`gc --store ${store} --dry-run`);
   assert.ok((cleaned.out + cleaned.err).includes(kShown), cleaned.out + cleaned.err);
   assertHarmless(cleaned.out + cleaned.err);
 });
@@ -103,7 +89,7 @@ test('titles of sources reach the terminal without control characters', async (t
   const text = 'title = "\\u001b[31m\\u202eereH"';
   const file = join(config, 'sources', 'here.toml');
   await writeFile(file, (await readFile(file, 'utf8')).replace('title = "Here"', text));
-  const { code, out, err } = await command(config, ['sources']);
+  const { code, out, err } = await cli(words`--config ${config} sources`);
   assert.equal(code, 0, err);
   assert.ok(out.includes('\\u001b[31m\\u202eereH'), out);
   assertHarmless(out);

@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
-import { createHash } from 'node:crypto';
-import { mkdir, readFile, writeFile } from 'node:fs/promises';
-import { dirname, join } from 'node:path';
+import { readFile, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import {
   convertRecord,
@@ -16,10 +15,17 @@ import type { StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
+import {
+  bringIn,
+  catalogueSquare,
+  kTerms,
+  keyOfSquare,
+  sha256Of,
+} from '../support/record-fixture.js';
 import { script } from '../support/scripts.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
-const kKey = { source: 'si-lss', grid: 'si-lss', name: '462_101' };
+const kKey = keyOfSquare('462_101');
 const kOptions = { index: false, keepOriginal: false };
 /** Compresses by copying the fixture it is given; the real tool has tests of its own. */
 const kFakeTool = `
@@ -35,31 +41,8 @@ async function storeWith(
   bytes: Buffer,
 ): Promise<{ store: Store; record: () => StoreRecord }> {
   const store = openStore(await temporaryFolder(t), {}, kNever);
-  const path = `lidar/si-lss/462_101.${extension}`;
-  await mkdir(dirname(join(store.root, path)), { recursive: true });
-  await writeFile(join(store.root, path), bytes);
-  const square = {
-    name: '462_101',
-    block: null,
-    bounds: [462_000, 101_000, 463_000, 102_000] as const,
-    urls: [],
-    bytes: null,
-    sha256: null,
-    member: null,
-    published: null,
-  };
-  store.squares.learn(
-    'si-lss',
-    'si-lss',
-    'EPSG:3794',
-    { crs: null, classTable: null, licence: null, attribution: null },
-    [square],
-  );
-  store.squares.fetched(kKey, {
-    path,
-    bytes: bytes.length,
-    sha256: createHash('sha256').update(bytes).digest('hex'),
-  });
+  store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', kTerms, [catalogueSquare(462, 101)]);
+  await bringIn(store, kKey, bytes, extension);
   const record = (): StoreRecord => store.squares.get(kKey) ?? assert.fail('no record');
   return { store, record };
 }
@@ -95,7 +78,7 @@ test('LAS becomes LAZ, and the original is remembered', async (t) => {
   const row = record();
   assert.equal(row.state, 'converted');
   assert.equal(row.original?.bytes, las.length);
-  assert.equal(row.file?.sha256, createHash('sha256').update(makeLaz()).digest('hex'));
+  assert.equal(row.file?.sha256, sha256Of(makeLaz()));
   assert.equal(row.points?.pointCount, 10);
 });
 
@@ -145,54 +128,21 @@ test('a converter that makes LAS has its result compressed', async (t) => {
 
 test('a converter that does wrong changes nothing in the store', async (t) => {
   const laz = makeLaz();
-  const cases: { name: string; zlas?: Buffer; body: string; message: RegExp }[] = [
-    { name: 'hangs', body: 'setInterval(() => 0, 1000)', message: /ran longer than 2 s/ },
-    {
-      name: 'fails',
-      body: 'console.error("no licence"); process.exit(3)',
-      message: /exit code 3: no licence/,
-    },
-    { name: 'writes nothing', body: '', message: /wrote nothing to \{output\}/ },
-    {
-      name: 'writes an empty file',
-      body: kCopies(Buffer.alloc(0)),
-      message: /starts with nothing/,
-    },
-    { name: 'writes no LAS', body: kCopies(Buffer.from('<html>')), message: /allowed: "LASF"/ },
-    { name: 'writes half of it', body: kCopies(laz.subarray(0, laz.length - 8)), message: /needs/ },
-    {
-      name: 'loses points',
-      zlas: makeLas({ points: 11 }),
-      body: kCopies(laz),
-      message: /made 10 points; allowed: 11, as the zLAS file says/,
-    },
-    {
-      name: 'moves points',
-      body: kCopies(makeLaz({ min: [0, 0, 0], max: [10, 10, 10] })),
-      message: /allowed: within 50 m of 462000/,
-    },
-    {
-      name: 'writes elsewhere',
-      body: `require('fs').writeFileSync('elsewhere.laz', 'x')`,
-      message: /wrote nothing to \{output\}/,
-    },
-    {
-      name: 'leaves a link',
-      body: `require('fs').symlinkSync(process.argv[2], process.argv[3])`,
-      message: /left a link or a folder/,
-    },
-    {
-      name: 'fills the disk',
-      body: `require('fs').writeFileSync(process.argv[3], Buffer.alloc(80 << 20))`,
-      message: /exit code|ended by|filled/,
-    },
-    {
-      name: 'changes its input',
-      body: `require('fs').appendFileSync(process.argv[2], 'x'); ${kCopies(laz)}`,
-      message: /changed its input/,
-    },
+  const fails = 'console.error("no licence"); process.exit(3)';
+  const links = `require('fs').symlinkSync(process.argv[2], process.argv[3])`;
+  const changes = `require('fs').appendFileSync(process.argv[2], 'x'); ${kCopies(laz)}`;
+  const moved = kCopies(makeLaz({ min: [0, 0, 0], max: [10, 10, 10] }));
+  const cases: [name: string, body: string, message: RegExp, zlas?: Buffer][] = [
+    ['fails', fails, /exit code 3: no licence/],
+    ['writes nothing', '', /wrote nothing to \{output\}/],
+    ['writes no LAS', kCopies(Buffer.from('<html>')), /allowed: "LASF"/],
+    ['writes half of it', kCopies(laz.subarray(0, laz.length - 8)), /needs/],
+    ['loses points', kCopies(laz), /10 points; allowed: 11, as the zLAS/, makeLas({ points: 11 })],
+    ['moves points', moved, /allowed: within 50 m of 462000/],
+    ['leaves a link', links, /left a link or a folder/],
+    ['changes its input', changes, /changed its input/],
   ];
-  for (const { name, zlas, body, message } of cases) {
+  for (const [name, body, message, zlas] of cases) {
     await t.test(name, async (t) => {
       const { store, record } = await storeWith(t, 'zlas', zlas ?? kZlas);
       const before = record();
@@ -232,26 +182,24 @@ test('an index is written once, and LAZ stays as it is', async (t) => {
   assert.equal(record().state, 'fetched');
 });
 
-test('the hook of the pipeline reads its configuration itself', async (t) => {
+test('the hook of the pipeline reads its configuration, and may have no converter', async (t) => {
   const folder = await temporaryFolder(t);
+  const { store, record } = await storeWith(t, 'zlas', kZlas);
+  const hook = converterFor({ configFolder: folder, packageRoot: folder });
+  await writeFile(join(folder, 'converters.toml'), 'id = "converters"\n');
+  await hook(record(), store, kNever);
+  assert.deepEqual(await storedFiles(store.root), ['lidar/si-lss/462_101.zlas']);
+
   const converter = await script(folder, 'c', kCopies(makeLaz()));
   const laz = await script(folder, 'laz', kFakeTool);
   await writeFile(
     join(folder, 'converters.toml'),
-    `id = "converters"\n[zlas]\ncommand = ["${converter}", "{input}", ` +
-      `"{output}"]\n[laz]\nprogram = "${laz}"\n`,
+    `id = "converters"\n[zlas]\ncommand = ["${converter}", "{input}", "{output}"]\n` +
+      `[laz]\nprogram = "${laz}"\n`,
   );
-  const { store, record } = await storeWith(t, 'zlas', kZlas);
-  await converterFor({ configFolder: folder, packageRoot: folder })(record(), store, kNever);
+  const configured = converterFor({ configFolder: folder, packageRoot: folder });
+  await configured(record(), store, kNever);
   assert.deepEqual(await storedFiles(store.root), ['lidar/si-lss/462_101.laz']);
-});
-
-test('without a converter the hook leaves a file as it is', async (t) => {
-  const folder = await temporaryFolder(t);
-  await writeFile(join(folder, 'converters.toml'), 'id = "converters"\n');
-  const { store, record } = await storeWith(t, 'zlas', kZlas);
-  await converterFor({ configFolder: folder, packageRoot: folder })(record(), store, kNever);
-  assert.deepEqual(await storedFiles(store.root), ['lidar/si-lss/462_101.zlas']);
 });
 
 test('a configuration that cannot work is refused', () => {

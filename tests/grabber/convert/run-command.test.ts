@@ -3,11 +3,7 @@ import { mkdir, readdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { setTimeout as delay } from 'node:timers/promises';
-import {
-  fillArguments,
-  runCommand,
-  type Command,
-} from '../../../grabber/src/convert/run-command.js';
+import { fillArguments, runCommand } from '../../../grabber/src/convert/run-command.js';
 import { removeStaleWork, withWorkFolder } from '../../../grabber/src/convert/work-folder.js';
 import { script } from '../support/scripts.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
@@ -56,59 +52,29 @@ test('a program gets its arguments unchanged, its folder and a clean environment
 });
 
 test('what a program may not do ends it with the reason', async (t) => {
-  const cases: {
-    name: string;
-    body: string;
-    limits?: Partial<Command['limits']>;
-    message: RegExp;
-  }[] = [
-    {
-      name: 'fails',
-      body: 'console.error("one\\ntwo\\nbad thing"); process.exit(7)',
-      message: /ended with exit code 7: one \| two \| bad thing/,
-    },
-    {
-      name: 'hangs',
-      body: 'setInterval(() => 0, 1000)',
-      limits: { time_limit_s: 0.5 },
-      message: /ran longer than 0\.5 s/,
-    },
-    {
-      name: 'ignores SIGTERM',
-      body: 'process.on("SIGTERM", () => 0); setInterval(() => 0, 1000)',
-      limits: { time_limit_s: 0.5 },
-      message: /ran longer/,
-    },
-    {
-      name: 'fills its folder with many files',
-      body:
-        'const fs = require("fs"); let i = 0; setInterval(() => fs.writeFileSync("f" + i++, ' +
-        'Buffer.alloc(100000)), 5)',
-      message: /filled its folder with \d+ bytes/,
-    },
-    {
-      name: 'writes one great file',
-      body: 'require("fs").writeFileSync("big", Buffer.alloc(3 << 20))',
-      message: /SIGXFSZ|EFBIG|exit code/,
-    },
-    {
-      name: 'writes without end',
-      body: 'const s = "x".repeat(65536); (function f() { process.stdout.write(s, f) })()',
-      message: /characters to standard output/,
-    },
-    {
-      name: 'kills itself',
-      body: 'process.kill(process.pid, "SIGSEGV"); setInterval(() => 0, 1000)',
-      message: /SIGSEGV/,
-    },
+  const files =
+    'const fs = require("fs"); let i = 0; ' +
+    'setInterval(() => fs.writeFileSync("f" + i++, Buffer.alloc(100000)), 5)';
+  const deaf = 'process.on("SIGTERM", () => 0); setInterval(() => 0, 1000)';
+  const endless = 'const s = "x".repeat(65536); (function f() { process.stdout.write(s, f) })()';
+  const large = 'require("fs").writeFileSync("big", Buffer.alloc(3 << 20))';
+  const falls = 'process.kill(process.pid, "SIGSEGV"); setInterval(() => 0, 1000)';
+  const fails = 'console.error("one\\ntwo\\nbad thing"); process.exit(7)';
+  const cases: [name: string, body: string, message: RegExp, time_limit_s?: number][] = [
+    ['fails', fails, /ended with exit code 7: one \| two \| bad thing/],
+    ['hangs and ignores SIGTERM', deaf, /ran longer than 0\.5 s/, 0.5],
+    ['fills its folder with many files', files, /filled its folder with \d+ bytes/],
+    ['writes one great file', large, /SIGXFSZ|EFBIG|exit code/],
+    ['writes without end', endless, /characters to standard output/],
+    ['kills itself', falls, /SIGSEGV/],
   ];
-  for (const { name, body, limits, message } of cases) {
+  for (const [name, body, message, time_limit_s = kLimits.time_limit_s] of cases) {
     await t.test(name, async (t) => {
       const folder = await temporaryFolder(t);
       const program = await script(await temporaryFolder(t), 'bad', body);
       await assert.rejects(
         runCommand(
-          { what: 'try', argv: [program], folder, limits: { ...kLimits, ...limits } },
+          { what: 'try', argv: [program], folder, limits: { ...kLimits, time_limit_s } },
           kNever,
         ),
         message,

@@ -1,16 +1,17 @@
 import assert from 'node:assert/strict';
-import { createHash } from 'node:crypto';
 import { readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
-import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
+import type { CatalogueSquare, StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Outcome } from '../../../grabber/src/progress/events.js';
 import { GrabberError } from '../../../grabber/src/util/errors.js';
 import { sendFile, sendStatus, serve, type Handler } from '../support/http-fixture.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
+import { kTerms, sha256Of } from '../support/record-fixture.js';
 import {
   fetchFixture,
+  keyOf,
   kName,
   squareOf,
   storedFiles,
@@ -18,7 +19,7 @@ import {
 } from '../support/store-fixture.js';
 
 const kLaz = makeLaz({ dataBytes: 200_000 });
-const kSha = createHash('sha256').update(kLaz).digest('hex');
+const kSha = sha256Of(kLaz);
 
 function one(base: string, more: Partial<CatalogueSquare> = {}): CatalogueSquare[] {
   return [squareOf(kName, [`${base}/TM_${kName}.laz`], more)];
@@ -77,9 +78,9 @@ test('a verified file is not fetched again, but where that is wanted', async (t)
 
 test('a failed refetch keeps the file that was verified before', async (t) => {
   const answers: { name: string; answer: Handler }[] = [
-    { name: 'refused', answer: (_request, response) => sendStatus(response, 403) },
-    { name: 'missing', answer: (_request, response) => sendStatus(response, 404) },
-    { name: 'bad', answer: (_request, response) => sendFile(response, kLaz.subarray(0, 5000)) },
+    { name: 'refused', answer: (_, response) => sendStatus(response, 403) },
+    { name: 'missing', answer: (_, response) => sendStatus(response, 404) },
+    { name: 'bad', answer: (_, response) => sendFile(response, kLaz.subarray(0, 5000)) },
   ];
   for (const { name, answer } of answers) {
     await t.test(name, async (t) => {
@@ -98,194 +99,125 @@ test('a failed refetch keeps the file that was verified before', async (t) => {
   }
 });
 
-type BadAnswer = {
-  name: string;
-  answer: Handler;
-  options?: FixtureOptions;
-  square?: Partial<CatalogueSquare>;
-  state?: 'missing';
-  code?: string;
-  message: RegExp;
-  requests?: number;
+const file =
+  (body: Buffer | string, headers: Record<string, string> = {}): Handler =>
+  (_, response) =>
+    sendFile(response, Buffer.from(body), headers);
+const status =
+  (code: number, headers: Record<string, string> = {}): Handler =>
+  (_, response) =>
+    sendStatus(response, code, headers);
+const lengthless =
+  (body: Buffer): Handler =>
+  (_, response) =>
+    void response.writeHead(200).end(body);
+const breaksOff: Handler = (_, response) => {
+  response.writeHead(200, { 'content-length': String(kLaz.length + 10) });
+  response.write(kLaz, () => response.destroy());
 };
 
-const kBadAnswers: BadAnswer[] = [
-  {
-    name: 'an HTML page with status 200',
-    answer: (_request, response) =>
-      sendFile(response, Buffer.from('<html><title>Down\nfor repairs</title></html>'), {
-        'content-type': 'text/html',
-      }),
-    code: 'HTML_BODY',
-    message:
-      /HTTP 200 but the body is an HTML page titled "Down for repairs"; allowed: a LAS or LAZ file/,
-    requests: 4,
-  },
-  {
-    name: 'an HTML page that calls itself LAZ',
-    answer: (_request, response) =>
-      sendFile(response, Buffer.from('\uFEFF <!DOCTYPE html><p>no</p>'), {
-        'content-type': 'application/octet-stream',
-      }),
-    code: 'HTML_BODY',
-    message: /an HTML or XML page/,
-    requests: 4,
-  },
-  {
-    name: 'a ZIP file',
-    answer: (_request, response) => sendFile(response, Buffer.from('PK\u0003\u0004rest')),
-    code: 'NOT_LAS',
-    message: /starts with "PK/,
-  },
-  {
-    name: 'an empty body',
-    answer: (_request, response) => sendFile(response, Buffer.alloc(0)),
-    code: 'NOT_LAS',
-    message: /0 bytes/,
-  },
-  {
-    name: '404 as configured',
-    answer: (_request, response) => sendStatus(response, 404),
-    state: 'missing',
-    message: /test has no square 462_101 \(HTTP 404\)/,
-  },
-  {
-    name: '403 as configured',
-    answer: (_request, response) => sendStatus(response, 403),
-    options: { job: { missingStatus: [403, 404] } },
-    state: 'missing',
-    message: /HTTP 403/,
-  },
-  {
-    name: '403 not configured',
-    answer: (_request, response) => sendStatus(response, 403),
-    code: 'HTTP_STATUS',
-    message: /HTTP 403; allowed: 200, or for "no such square": 404/,
-  },
-  {
-    name: '500 to the end',
-    answer: (_request, response) => sendStatus(response, 500),
-    code: 'HTTP_STATUS',
-    message: /HTTP 500/,
-    requests: 4,
-  },
-  {
-    name: 'an unknown encoding',
-    answer: (_request, response) => sendFile(response, kLaz, { 'content-encoding': 'br' }),
-    code: 'HTTP_PROTOCOL',
-    message: /Content-Encoding is br; allowed: identity/,
-  },
-  {
-    name: 'gzip that is none',
-    answer: (_request, response) => sendFile(response, kLaz, { 'content-encoding': 'gzip' }),
-    code: 'HTTP_PROTOCOL',
-    message: /unpack .*\(gzip\): incorrect header check/,
-    requests: 4,
-  },
-  {
-    name: 'gzip that ends early',
-    answer: (_request, response) =>
-      sendFile(response, gzipSync(kLaz).subarray(0, -20), { 'content-encoding': 'gzip' }),
-    code: 'HTTP_PROTOCOL',
-    message: /unexpected end of file/,
-    requests: 4,
-  },
-  {
-    name: 'a gzip bomb',
-    answer: (_request, response) =>
-      sendFile(response, gzipSync(Buffer.concat([kLaz, Buffer.alloc(80_000_000)])), {
-        'content-encoding': 'gzip',
-      }),
-    code: 'TOO_LARGE',
-    message: /have grown to \d+; allowed: 100 times/,
-  },
-  {
-    name: 'gzip beyond the size limit',
-    answer: (_request, response) =>
-      sendFile(response, gzipSync(kLaz), { 'content-encoding': 'gzip' }),
-    options: { job: { max_bytes: 100_000 } },
-    code: 'TOO_LARGE',
-    message: /allowed: 100000 \(--max-file-gib\)/,
-  },
-  {
-    name: 'an announced length beyond the size limit',
-    answer: (_request, response) => sendFile(response, kLaz),
-    options: { job: { max_bytes: 100_000 } },
-    code: 'TOO_LARGE',
-    message: /it has \d+ bytes or more; allowed: 100000/,
-  },
-  {
-    name: 'a body without length beyond the size limit',
-    answer: (_request, response) => void response.writeHead(200).end(kLaz),
-    options: { job: { max_bytes: 100_000 } },
-    code: 'TOO_LARGE',
-    message: /allowed: 100000/,
-  },
-  {
-    name: 'a header cut off',
-    answer: (_request, response) => sendFile(response, kLaz.subarray(0, 150)),
-    code: 'LAS_TRUNCATED',
-    message: /the header needs 227/,
-    requests: 4,
-  },
-  {
-    name: 'a LAS with fewer points than its header states',
-    answer: (_request, response) => sendFile(response, makeLas({ claimedPoints: 5000 })),
-    code: 'LAS_TRUNCATED',
-    message: /5000 point records/,
-    requests: 4,
-  },
-  {
-    name: 'a cut file whose server sends no length',
-    answer: (_request, response) => void response.writeHead(200).end(kLaz.subarray(0, 5000)),
-    code: 'LAS_TRUNCATED',
-    message: /the chunk table needs/,
-    requests: 4,
-  },
-  {
-    name: 'a longer body announced than sent',
-    answer: (_request, response) => {
-      response.writeHead(200, { 'content-length': String(kLaz.length + 10) });
-      response.write(kLaz, () => response.destroy());
-    },
-    code: 'NETWORK',
-    message: /fetch http/,
-    requests: 4,
-  },
-  {
-    name: 'another file than the catalogue has hashed',
-    answer: (_request, response) => sendFile(response, kLaz),
-    square: { sha256: '0'.repeat(64) },
-    code: 'CHECKSUM',
-    message: /SHA-256 is [0-9a-f]{64}; allowed: 0{64}, as its catalogue says/,
-    requests: 4,
-  },
-  {
-    name: 'redirects in a circle',
-    answer: (_request, response) => sendStatus(response, 302, { location: '/again' }),
-    code: 'REDIRECT',
-    message: /more than 5 redirects/,
-    requests: 6,
-  },
-  {
-    name: 'a redirect to nowhere',
-    answer: (_request, response) => sendStatus(response, 302),
-    code: 'REDIRECT',
-    message: /leads to nowhere/,
-  },
-  {
-    name: 'a redirect to a file',
-    answer: (_request, response) => sendStatus(response, 302, { location: 'file:///etc/passwd' }),
-    code: 'HOST_REFUSED',
-    message: /scheme file:/,
-  },
-  {
-    name: 'a redirect to another host',
-    answer: (_request, response) =>
-      sendStatus(response, 302, { location: 'http://elsewhere.example/a.laz' }),
-    code: 'HOST_REFUSED',
-    message: /host elsewhere.example is not one of its source's; allowed: 127\.0\.0\.1/,
-  },
+const kGzip = { 'content-encoding': 'gzip' };
+const kBomb = gzipSync(Buffer.concat([kLaz, Buffer.alloc(80_000_000)]));
+const kPage = '<html><title>Down\nfor repairs</title></html>';
+const kCallsItselfLaz = { 'content-type': 'application/octet-stream' };
+const kSmall = { job: { max_bytes: 100_000 } };
+
+/** A bad answer, how it is reported, and how often it is asked for. */
+const kBadAnswers: [
+  name: string,
+  answer: Handler,
+  code: string,
+  message: RegExp,
+  requests: number,
+  more?: { options?: FixtureOptions; square?: Partial<CatalogueSquare> },
+][] = [
+  [
+    'an HTML page with status 200',
+    file(kPage, { 'content-type': 'text/html' }),
+    'HTML_BODY',
+    /HTTP 200 but the body is an HTML page titled "Down for repairs"; allowed: a LAS or LAZ file/,
+    4,
+  ],
+  [
+    'an HTML page that calls itself LAZ',
+    file('\uFEFF <!DOCTYPE html><p>no</p>', kCallsItselfLaz),
+    'HTML_BODY',
+    /an HTML or XML page/,
+    4,
+  ],
+  ['an empty body', file(''), 'NOT_LAS', /0 bytes/, 1],
+  ['404 as configured', status(404), 'MISSING', /test has no square 462_101 \(HTTP 404\)/, 1],
+  [
+    '403 not configured',
+    status(403),
+    'HTTP_STATUS',
+    /403; allowed: 200, or for "no such .*: 404/,
+    1,
+  ],
+  ['500 to the end', status(500), 'HTTP_STATUS', /HTTP 500/, 4],
+  [
+    'an unknown encoding',
+    file(kLaz, { 'content-encoding': 'br' }),
+    'HTTP_PROTOCOL',
+    /Content-Encoding is br; allowed: identity/,
+    1,
+  ],
+  ['gzip that is none', file(kLaz, kGzip), 'HTTP_PROTOCOL', /incorrect header check/, 4],
+  [
+    'gzip that ends early',
+    file(gzipSync(kLaz).subarray(0, -20), kGzip),
+    'HTTP_PROTOCOL',
+    /unexpected end of file/,
+    4,
+  ],
+  ['a gzip bomb', file(kBomb, kGzip), 'TOO_LARGE', /have grown to \d+; allowed: 100 times/, 1],
+  [
+    'an announced length beyond the size limit',
+    file(kLaz),
+    'TOO_LARGE',
+    /it has \d+ bytes or more; allowed: 100000 \(--max-file-gib\)/,
+    1,
+    { options: kSmall },
+  ],
+  [
+    'a body without length beyond the size limit',
+    lengthless(kLaz),
+    'TOO_LARGE',
+    /allowed: 100000/,
+    1,
+    { options: kSmall },
+  ],
+  [
+    'a cut file whose server sends no length',
+    lengthless(kLaz.subarray(0, 5000)),
+    'LAS_TRUNCATED',
+    /the chunk table needs/,
+    4,
+  ],
+  ['a longer body announced than sent', breaksOff, 'NETWORK', /fetch http/, 4],
+  [
+    'another file than the catalogue has hashed',
+    file(kLaz),
+    'CHECKSUM',
+    /SHA-256 is [0-9a-f]{64}; allowed: 0{64}, as its catalogue says/,
+    4,
+    { square: { sha256: '0'.repeat(64) } },
+  ],
+  [
+    'redirects in a circle',
+    status(302, { location: '/again' }),
+    'REDIRECT',
+    /more than 5 redirects/,
+    6,
+  ],
+  ['a redirect to nowhere', status(302), 'REDIRECT', /leads to nowhere/, 1],
+  [
+    'a redirect to another host',
+    status(302, { location: 'http://elsewhere.example/a.laz' }),
+    'HOST_REFUSED',
+    /host elsewhere.example is not one of its source's; allowed: 127\.0\.0\.1/,
+    1,
+  ],
 ];
 
 function textOf(outcome: Outcome): string {
@@ -294,36 +226,32 @@ function textOf(outcome: Outcome): string {
 }
 
 test('a bad answer is reported for what it is, and leaves no file', async (t) => {
-  for (const { name, answer, options, square, state, code, message, requests } of kBadAnswers) {
+  for (const [name, answer, code, message, requests, more] of kBadAnswers) {
     await t.test(name, async (t) => {
       const server = await serve(t, answer);
-      const fixture = await fetchFixture(t, server.base, options);
-      const [outcome] = await fixture.fetch(one(server.base, square));
-      assert.equal(outcome?.state, state ?? 'failed');
-      assert.equal(outcome.state === 'failed' ? outcome.code : undefined, code);
+      const fixture = await fetchFixture(t, server.base, more?.options);
+      const [outcome] = await fixture.fetch(one(server.base, more?.square));
+      const state = code === 'MISSING' ? 'missing' : 'failed';
+      assert.equal(outcome?.state, state);
       const shown = textOf(outcome);
       assert.match(shown, message);
       assert.ok(!shown.includes('\n'), 'one line');
-      assert.equal(server.seen.length, requests ?? 1);
+      assert.equal(server.seen.length, requests);
       assert.deepEqual(
         (await storedFiles(fixture.root)).filter((file) => !file.includes('.part')),
         [],
       );
       const record = fixture.record();
-      assert.equal(record?.state, state ?? 'failed');
-      assert.equal(record.file, null);
-      assert.equal(record.lastError?.code, code ?? 'MISSING');
+      assert.deepEqual([record?.state, record?.file], [state, null]);
+      assert.equal(record?.lastError?.code, code);
     });
   }
 });
 
 test('a body that is compressed against the request is decompressed on the way', async (t) => {
-  for (const [coding, body] of [
-    ['gzip', gzipSync(kLaz)],
-    ['x-gzip', gzipSync(kLaz)],
-  ] as const) {
+  for (const coding of ['gzip', 'x-gzip']) {
     const server = await serve(t, (_request, response) =>
-      sendFile(response, body, { 'content-encoding': coding, etag: '"v1"' }),
+      sendFile(response, gzipSync(kLaz), { 'content-encoding': coding, etag: '"v1"' }),
     );
     const fixture = await fetchFixture(t, server.base);
     await fixture.fetch(one(server.base, { sha256: kSha }));
@@ -331,32 +259,18 @@ test('a body that is compressed against the request is decompressed on the way',
   }
 });
 
-test('a redirect is followed to the file', async (t) => {
-  const server = await serve(t, (request, response) =>
-    request.url === '/moved'
-      ? sendFile(response, kLaz)
-      : sendStatus(response, 301, { location: '/moved' }),
-  );
-  const fixture = await fetchFixture(t, server.base);
-  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
-});
-
-test('a request to a busy server is retried after its Retry-After, and no earlier', async (t) => {
-  const server = await serve(t, (_request, response, index) =>
-    index === 0 ? sendStatus(response, 503, { 'retry-after': '7' }) : sendFile(response, kLaz),
-  );
-  const fixture = await fetchFixture(t, server.base);
-  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
-  assert.deepEqual(fixture.clock.slept_ms, [7000]);
-});
-
-test('a 429 without Retry-After backs off by itself', async (t) => {
-  const server = await serve(t, (_request, response, index) =>
-    index < 2 ? sendStatus(response, 429) : sendFile(response, kLaz),
-  );
-  const fixture = await fetchFixture(t, server.base);
-  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
-  assert.deepEqual(fixture.clock.slept_ms, [500, 1000]);
+test('a busy server is tried again after its Retry-After, or a growing wait', async (t) => {
+  for (const [headers, slept_ms] of [
+    [{ 'retry-after': '7' }, [7000]],
+    [{}, [500, 1000]],
+  ] as const) {
+    const server = await serve(t, (_request, response, index) =>
+      index < slept_ms.length ? sendStatus(response, 429, headers) : sendFile(response, kLaz),
+    );
+    const fixture = await fetchFixture(t, server.base);
+    assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
+    assert.deepEqual(fixture.clock.slept_ms, slept_ms);
+  }
 });
 
 test('points in another place are kept, but said', async (t) => {
@@ -369,43 +283,17 @@ test('points in another place are kept, but said', async (t) => {
 });
 
 test('mirrors are tried in order, and a square is missing only where all lack it', async (t) => {
-  type Case = { name: string; answers: Record<string, number>; state: string; seen: string[] };
-  const cases: Case[] = [
-    {
-      name: 'the first has it',
-      answers: { '/a': 200, '/b': 200 },
-      state: 'verified',
-      seen: ['/a'],
-    },
-    {
-      name: 'the first has not',
-      answers: { '/a': 404, '/b': 200 },
-      state: 'verified',
-      seen: ['/a', '/b'],
-    },
-    {
-      name: 'the first is broken',
-      answers: { '/a': 500, '/b': 200 },
-      state: 'verified',
-      seen: ['/a', '/a', '/b'],
-    },
-    {
-      name: 'none has it',
-      answers: { '/a': 404, '/b': 404 },
-      state: 'missing',
-      seen: ['/a', '/b'],
-    },
-    {
-      name: 'one is broken and one has not',
-      answers: { '/a': 500, '/b': 404 },
-      state: 'failed',
-      seen: ['/a', '/a', '/b'],
-    },
+  const cases: [name: string, a: number, b: number, state: string, seen: string[]][] = [
+    ['the first has it', 200, 200, 'verified', ['/a']],
+    ['the first has not', 404, 200, 'verified', ['/a', '/b']],
+    ['the first is broken', 500, 200, 'verified', ['/a', '/a', '/b']],
+    ['none has it', 404, 404, 'missing', ['/a', '/b']],
+    ['one is broken and one has not', 500, 404, 'failed', ['/a', '/a', '/b']],
   ];
-  for (const { name, answers, state, seen } of cases) {
+  for (const [name, a, b, state, seen] of cases) {
     await t.test(name, async (t) => {
       const server = await serve(t, (request, response) => {
-        const status = answers[request.url ?? ''] ?? 0;
+        const status = request.url === '/a' ? a : b;
         if (status === 200) sendFile(response, kLaz);
         else sendStatus(response, status);
       });
@@ -435,18 +323,14 @@ test('zLAS is kept as it came, and waits for its conversion', async (t) => {
   assert.equal(server.seen.length, 1, 'it is not fetched again');
 });
 
-test("a conversion runs after the check, and its failure is the square's", async (t) => {
+test('a conversion runs after the check', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
   const seen: string[] = [];
-  const good = await fetchFixture(t, server.base, {
-    job: {
-      convert: (record) => {
-        seen.push(`${record.key.name} ${record.state}`);
-        return Promise.resolve();
-      },
-    },
-  });
-  await good.fetch(one(server.base));
+  const convert = (record: StoreRecord): Promise<void> => {
+    seen.push(`${record.key.name} ${record.state}`);
+    return Promise.resolve();
+  };
+  await (await fetchFixture(t, server.base, { job: { convert } })).fetch(one(server.base));
   assert.deepEqual(seen, ['462_101 verified']);
 });
 
@@ -479,39 +363,24 @@ test('a full disk stops the run before the download', async (t) => {
 });
 
 test('a finished file without its record is adopted when it is the expected one', async (t) => {
-  const cases: { name: string; more: Partial<CatalogueSquare>; body: Buffer; requests: number }[] =
-    [
-      { name: 'its hash is known', more: { sha256: kSha }, body: kLaz, requests: 0 },
-      { name: 'its length is known', more: { bytes: kLaz.length }, body: kLaz, requests: 0 },
-      { name: 'nothing is known of it', more: {}, body: kLaz, requests: 1 },
-      {
-        name: 'its hash is another',
-        more: { sha256: kSha },
-        body: makeLaz({ dataBytes: 200_000, max: [463_000, 102_000, 1000] }),
-        requests: 1,
-      },
-      {
-        name: 'it is damaged',
-        more: { bytes: kLaz.length },
-        body: Buffer.alloc(kLaz.length),
-        requests: 1,
-      },
-    ];
-  for (const { name, more, body, requests } of cases) {
+  const bytes = kLaz.length;
+  const another = makeLaz({ dataBytes: 200_000, max: [463_000, 102_000, 1000] });
+  const cases: [name: string, more: Partial<CatalogueSquare>, body: Buffer, requests: number][] = [
+    ['its hash is known', { sha256: kSha }, kLaz, 0],
+    ['its length is known', { bytes }, kLaz, 0],
+    ['nothing is known of it', {}, kLaz, 1],
+    ['its hash is another', { sha256: kSha }, another, 1],
+    ['it is damaged', { bytes }, Buffer.alloc(bytes), 1],
+  ];
+  for (const [name, more, body, requests] of cases) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => sendFile(response, kLaz));
       const failing = await serve(t, (_request, response) => sendStatus(response, 403));
       const fixture = await fetchFixture(t, server.base);
       await fixture.fetch(one(failing.base, more));
       await writeFile(join(fixture.root, 'lidar/test/462_101.laz'), body);
-      const key = { source: 'test', grid: 'test', name: kName };
-      fixture.store.squares.learn(
-        'test',
-        'test',
-        null,
-        { crs: null, classTable: null, licence: null, attribution: null },
-        one(server.base, more),
-      );
+      const key = keyOf(kName);
+      fixture.store.squares.learn('test', 'test', null, kTerms, one(server.base, more));
       fixture.store.squares.want([key]);
       fixture.store.squares.begin(key, `${server.base}/TM_462_101.laz`);
       assert.equal((await fixture.resume())[0]?.state, 'verified');
@@ -527,7 +396,7 @@ test('a run that was killed after the check fetches nothing again', async (t) =>
       const server = await serve(t, (_request, response) => sendFile(response, kLaz));
       const fixture = await fetchFixture(t, server.base);
       await fixture.fetch(one(server.base), false);
-      const key = { source: 'test', grid: 'test', name: kName };
+      const key = keyOf(kName);
       fixture.store.squares.want([key], true);
       fixture.store.squares.begin(key, 'x');
       fixture.store.squares.fetched(key, {

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
+import type { Clock } from '../../../grabber/src/util/clock.js';
 import { fakeClock } from '../support/fake-clock.js';
 import { kHere, kNoListener, sendFile, serve } from '../support/http-fixture.js';
 import { kNever } from '../support/store-fixture.js';
@@ -17,8 +18,13 @@ function trickle(
   response.on('close', () => clearInterval(timer));
 }
 
-function clientWith(t: TestContext, timeout_ms: number): HttpClient {
-  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms, access: kHere });
+function clientWith(t: TestContext, timeout_ms: number, clock?: Clock): HttpClient {
+  const http = createHttpClient({
+    userAgent: 'terravox-grabber/test',
+    timeout_ms,
+    access: kHere,
+    ...(clock === undefined ? {} : { clock }),
+  });
   t.after(() => http.close());
   return http;
 }
@@ -86,14 +92,7 @@ test('a body that trickles is given up on, in every way of reading it', async (t
     void clock.sleep(50_000, kNever);
     return clock.now();
   };
-  const hasty = { ...clock, now };
-  const http = createHttpClient({
-    userAgent: 'terravox-grabber/test',
-    timeout_ms: 20_000,
-    access: kHere,
-    clock: hasty,
-  });
-  t.after(() => http.close());
+  const http = clientWith(t, 20_000, { ...clock, now });
   const response = await http.get(server.base, {}, kNever);
   await assert.rejects(readAll(response.body), {
     code: 'TOO_SLOW',

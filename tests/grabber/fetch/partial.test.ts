@@ -8,6 +8,7 @@ import { makeLaz } from '../support/las-fixture.js';
 import {
   fetchFixture,
   kName,
+  leavePart,
   squareOf,
   storedFiles,
   temporaryFolder,
@@ -60,29 +61,20 @@ test('a file whose bytes are all here is not requested again if its length is kn
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
   const fixture = await fetchFixture(t, server.base);
   const url = `${server.base}/a.laz`;
-  await mkdir(join(fixture.root, 'lidar/test'), { recursive: true });
-  await writeFile(join(fixture.root, kPart), kLaz);
-  await writeFile(
-    join(fixture.root, `${kPart}.json`),
-    JSON.stringify({ url, if_range: null, total_bytes: kLaz.length }),
-  );
+  await leavePart(fixture.root, kLaz, { url, if_range: null, total_bytes: kLaz.length });
   assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
   assert.equal(server.seen.length, 0);
   assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
 });
 
 test('a file of unknown length is complete when the server has no rest of it', async (t) => {
-  const cases: { name: string; etag: string; range: string; requests: number }[] = [
-    { name: 'the same file', etag: kEtag, range: `bytes */${kLaz.length}`, requests: 1 },
-    {
-      name: 'another file of that length',
-      etag: '"v2"',
-      range: `bytes */${kLaz.length}`,
-      requests: 2,
-    },
-    { name: 'a shorter file', etag: kEtag, range: `bytes */${kLaz.length - 1}`, requests: 2 },
+  const length = kLaz.length;
+  const cases: [name: string, etag: string, range: string, requests: number][] = [
+    ['the same file', kEtag, `bytes */${length}`, 1],
+    ['another file of that length', '"v2"', `bytes */${length}`, 2],
+    ['a shorter file', kEtag, `bytes */${length - 1}`, 2],
   ];
-  for (const { name, etag, range, requests } of cases) {
+  for (const [name, etag, range, requests] of cases) {
     await t.test(name, async (t) => {
       const server = await serve(t, (request, response) => {
         if (request.headers.range === undefined) return sendFile(response, kLaz, { etag });
@@ -90,12 +82,7 @@ test('a file of unknown length is complete when the server has no rest of it', a
       });
       const fixture = await fetchFixture(t, server.base);
       const url = `${server.base}/a.laz`;
-      await mkdir(join(fixture.root, 'lidar/test'), { recursive: true });
-      await writeFile(join(fixture.root, kPart), kLaz);
-      await writeFile(
-        join(fixture.root, `${kPart}.json`),
-        JSON.stringify({ url, if_range: kEtag, total_bytes: null }),
-      );
+      await leavePart(fixture.root, kLaz, { url, if_range: kEtag, total_bytes: null });
       assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
       assert.equal(server.seen.length, requests);
       assert.equal(server.seen[0]?.headers.range, `bytes=${kLaz.length}-`);
@@ -139,12 +126,9 @@ test('a link in place of an unfinished file is neither continued nor kept', asyn
   const url = `${server.base}/a.laz`;
   const elsewhere = await temporaryFolder(t);
   await writeFile(join(elsewhere, 'whole'), Buffer.from(kLaz).fill(7, 400));
-  await mkdir(join(fixture.root, 'lidar/test'), { recursive: true });
+  const state = { url, if_range: kEtag, total_bytes: kLaz.length };
+  await leavePart(fixture.root, undefined, state);
   await symlink(join(elsewhere, 'whole'), join(fixture.root, kPart));
-  await writeFile(
-    join(fixture.root, `${kPart}.json`),
-    JSON.stringify({ url, if_range: kEtag, total_bytes: kLaz.length }),
-  );
   assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
   assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), kLaz);
   assert.deepEqual(await readdir(elsewhere), ['whole']);

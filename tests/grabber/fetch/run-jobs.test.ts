@@ -3,9 +3,9 @@ import type { ServerResponse } from 'node:http';
 import { rm, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { sendFile, sendPart, sendStatus, serve } from '../support/http-fixture.js';
+import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { fetchFixture, keyOf, kNever, squareOf, storedFiles } from '../support/store-fixture.js';
+import { fetchFixture, keyOf, kNever, squareOf } from '../support/store-fixture.js';
 import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
 
 const kLaz = makeLaz();
@@ -100,19 +100,6 @@ test('a store that cannot be written ends the run before more is downloaded', as
   assert.equal(server.seen.length, 0);
   await rm(join(fixture.root, 'lidar'));
   assert.equal((await fixture.resume()).length, 7);
-});
-
-test('a cut connection on every try is a failure that leaves the part for later', async (t) => {
-  const server = await serve(t, (_request, response) =>
-    sendPart(response, kLaz, 600, { etag: '"v1"' }),
-  );
-  const fixture = await fetchFixture(t, server.base, { retries: 1, onStored: () => server.cut() });
-  const [outcome] = await fixture.fetch(row(server.base).slice(0, 1));
-  assert.equal(outcome?.state, 'failed');
-  assert.deepEqual(await storedFiles(fixture.root), [
-    'lidar/test/.460_101.part',
-    'lidar/test/.460_101.part.json',
-  ]);
 });
 
 test('an unknown address is looked for, in neighbouring blocks first, and recorded', async (t) => {

@@ -53,38 +53,21 @@ test('the code of WKT is that of its horizontal system', () => {
 
 test('a file says in which CRS its points are', async (t) => {
   const wkt = makeWkt(kProjected);
-  const cases: { name: string; file: Buffer; crs: string | undefined }[] = [
-    { name: 'no records', file: makeLas(), crs: undefined },
-    { name: 'WKT', file: makeLas({ minor: 4, format: 6, vlrs: [wkt] }), crs: 'EPSG:3794' },
-    { name: 'compressed', file: makeLaz({ vlrs: [makeKeys([3072, 3912])] }), crs: 'EPSG:3912' },
-    {
-      name: 'keys of a projected system, with the geographic one and heights',
-      file: makeLas({ vlrs: [makeKeys([1024, 1], [2048, 4258], [3072, 25832], [4096, 7837])] }),
-      crs: 'EPSG:25832',
-    },
-    {
-      name: 'keys of a geographic system',
-      file: makeLas({ vlrs: [makeKeys([1024, 2], [2048, 4326])] }),
-      crs: 'EPSG:4326',
-    },
-    {
-      name: 'user-defined keys',
-      file: makeLas({ vlrs: [makeKeys([1024, 1], [2048, 4258], [3072, 32767])] }),
-      crs: undefined,
-    },
-    {
-      name: 'WKT counts before keys',
-      file: makeLas({ vlrs: [makeKeys([3072, 3912]), wkt] }),
-      crs: 'EPSG:3794',
-    },
-    {
-      name: 'keys that are cut off',
-      file: makeLas({ vlrs: [makeKeys([3072, 3912])], pointOffset: 227 + 54 + 15 }),
-      crs: undefined,
-    },
+  const keys = (...pairs: [number, number][]): Buffer => makeLas({ vlrs: [makeKeys(...pairs)] });
+  const other = makeKeys([3072, 3912]);
+  const cutOff = makeLas({ vlrs: [other], pointOffset: 227 + 54 + 15 });
+  const cases: [name: string, file: Buffer, crs: string | undefined][] = [
+    ['no records', makeLas(), undefined],
+    ['WKT', makeLas({ minor: 4, format: 6, vlrs: [wkt] }), 'EPSG:3794'],
+    ['compressed', makeLaz({ vlrs: [other] }), 'EPSG:3912'],
+    ['keys', keys([1024, 1], [2048, 4258], [3072, 25832], [4096, 7837]), 'EPSG:25832'],
+    ['keys of a geographic system', keys([1024, 2], [2048, 4326]), 'EPSG:4326'],
+    ['user-defined keys', keys([1024, 1], [2048, 4258], [3072, 32767]), undefined],
+    ['WKT counts before keys', makeLas({ vlrs: [other, wkt] }), 'EPSG:3794'],
+    ['keys that are cut off', cutOff, undefined],
   ];
   const folder = await temporaryFolder(t);
-  for (const { name, file, crs } of cases) {
+  for (const [name, file, crs] of cases) {
     const path = join(folder, 'a.las');
     await writeFile(path, file);
     assert.equal((await verifyLasFile(path, 'a.las', kNever)).crs, crs, name);

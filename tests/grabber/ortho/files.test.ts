@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
-import { truncate, writeFile } from 'node:fs/promises';
+import { readFile, truncate, writeFile } from 'node:fs/promises';
 import { statSync } from 'node:fs';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
@@ -8,7 +8,7 @@ import { promisify } from 'node:util';
 import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import { DiskSpace, kReserve_bytes } from '../../../grabber/src/fetch/disk-space.js';
 import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
-import { downloader } from '../../../grabber/src/ortho/download.js';
+import { downloader, type Downloader } from '../../../grabber/src/ortho/download.js';
 import { openGdal } from '../../../grabber/src/ortho/gdal.js';
 import { localGather } from '../../../grabber/src/ortho/local.js';
 import { probeImage } from '../../../grabber/src/ortho/piece.js';
@@ -20,10 +20,9 @@ import {
   bench,
   kCrs,
   orthoSource,
-  readPicture,
+  pictureOf,
   wrongPixels,
   type Bench,
-  type Picture,
 } from '../support/ortho-workshop.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
@@ -66,13 +65,9 @@ async function local(t: TestContext, from: string): Promise<Bench> {
   );
 }
 
-const pictureOf = (at: Bench): Promise<Picture> =>
-  readPicture(join(at.store.root, 'ortho/here/lidar/462_101.tif'), at.store.root);
-
 test('pictures of a folder are joined and cut: PNG with a world file, and GeoTIFF', async (t) => {
   const folder = await temporaryFolder(t);
   await writePng(join(folder, 'west.png'), [461_900, 100_900, 462_050, 101_200]);
-  await geoTiff(await temporaryFolder(t), 'unused', [0, 0, 10, 10]);
   const other = await temporaryFolder(t);
   await run('cp', [
     await geoTiff(other, 'east', [462_050, 100_900, 462_200, 101_200]),
@@ -141,7 +136,6 @@ test('a catalogue gives the newest file of each place, and each is fetched once'
     properties: { datetime: `${year}-06-01T00:00:00Z` },
     assets: { big: { href: `/files/${name}.tif` }, small: { href: `/files/${name}_small.tif` } },
   });
-  const { readFile } = await import('node:fs/promises');
   const server = await serve(t, (request, response) => {
     const url = new URL(request.url ?? '', 'http://x');
     const name = url.pathname.slice('/files/'.length);
@@ -182,17 +176,13 @@ test('a catalogue gives the newest file of each place, and each is fetched once'
     box.join(),
   );
   assert.match((await pictureOf(at)).info.metadata['']?.['TIFFTAG_DATETIME'] ?? '', /^2023:06:01/);
-  await assert.rejects(
-    at.make({ time: '1999' }).then((made) => Promise.reject(new Error(made.state))),
-    /missing/,
-  );
+  assert.equal((await at.make({ time: '1999' })).state, 'missing');
 });
 
 test('a malformed reply of a catalogue is an error, never a missing picture', async (t) => {
   for (const body of [
     '{}',
     'oops',
-    '{"features":[{"id":1}]}',
     '{"features":[],"links":[{"rel":"next","href":"/items","method":"POST"}]}',
   ]) {
     const server = await serve(t, (_request, response) => sendFile(response, Buffer.from(body)));
@@ -239,21 +229,30 @@ test('a picture larger than any memory is checked by its first bytes', async (t)
   }
 });
 
+function downloadOf(t: TestContext, disk: DiskSpace): Downloader {
+  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
+  t.after(() => http.close());
+  return downloader({
+    http,
+    policy: { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
+    clock: fakeClock(),
+    limiter: new HostRateLimiter(fakeClock(), 1000),
+    disk,
+    missingStatus: [],
+    onRetry: () => undefined,
+  });
+}
+
 test('a picture that would fill the disk is refused before it is fetched', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, Buffer.alloc(2000)));
   const folder = await temporaryFolder(t);
-  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
-  t.after(() => http.close());
   const fetchInto = (free_bytes: number): Promise<boolean> =>
-    downloader({
-      http,
-      policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
-      clock: fakeClock(),
-      limiter: new HostRateLimiter(fakeClock(), 1000),
-      disk: new DiskSpace(folder, () => free_bytes),
-      missingStatus: [],
-      onRetry: () => undefined,
-    }).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 10_000, kNever);
+    downloadOf(t, new DiskSpace(folder, () => free_bytes)).toFile(
+      `${server.base}/a.tif`,
+      join(folder, 'a.tif'),
+      10_000,
+      kNever,
+    );
   await assert.rejects(fetchInto(kReserve_bytes + 1999), {
     code: 'DISK_FULL',
     message: /it needs 2000 bytes/,
@@ -272,8 +271,6 @@ test('a picture of unknown length stops when it would fill the disk', async (t) 
     more();
   });
   const folder = await temporaryFolder(t);
-  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
-  t.after(() => http.close());
   const free_bytes = 60 << 20;
   const disk = new DiskSpace(
     folder,
@@ -282,18 +279,8 @@ test('a picture of unknown length stops when it would fill the disk', async (t) 
       free_bytes -
       (statSync(join(folder, 'a.tif'), { throwIfNoEntry: false })?.size ?? 0),
   );
-  const policy = { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 };
-  const download = downloader({
-    http,
-    policy,
-    clock: fakeClock(),
-    limiter: new HostRateLimiter(fakeClock(), 1000),
-    disk,
-    missingStatus: [],
-    onRetry: () => undefined,
-  });
   await assert.rejects(
-    download.toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 2 ** 40, kNever),
+    downloadOf(t, disk).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 2 ** 40, kNever),
     { code: 'DISK_FULL' },
   );
   assert.ok(statSync(join(folder, 'a.tif')).size <= free_bytes);

@@ -1,11 +1,10 @@
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { parseCapabilities } from '../../../grabber/src/ortho/wmts-capabilities.js';
 import { chooseMatrix, tilesIn } from '../../../grabber/src/ortho/wmts-matrix.js';
 import { wmtsHandler, type WmtsOptions } from '../portal/wmts.js';
 import { serve, type HttpFixture } from '../support/http-fixture.js';
-import { bench, kCrs, orthoSource, readPicture, wrongPixels } from '../support/ortho-workshop.js';
+import { bench, kCrs, orthoSource, pictureOf, wrongPixels } from '../support/ortho-workshop.js';
 
 // The corner lies off the square's grid by whole pixels, so that tiles and square share pixels but
 // no edges.
@@ -51,10 +50,7 @@ test('joined tiles equal the truth in each pixel, by address and by parameters',
         const server = await tileServer(t, { ...kServer, rest, northingFirst });
         const at = await bench(t, wmtsSource(server.base, { axis: northingFirst ? 'ne' : 'en' }));
         assert.equal((await at.make()).state, 'made');
-        const picture = await readPicture(
-          join(at.store.root, 'ortho/here/lidar/462_101.tif'),
-          at.store.root,
-        );
+        const picture = await pictureOf(at);
         assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
       },
     );
@@ -63,24 +59,12 @@ test('joined tiles equal the truth in each pixel, by address and by parameters',
 
 test('matrices that stand in the configuration need no capabilities', async (t) => {
   const server = await tileServer(t, kServer);
-  const matrices = [
-    {
-      id: 'm2',
-      resolution_m: 0.5,
-      left_m: 461_913.5,
-      top_m: 101_207,
-      tile_px: 64,
-      columns: 12,
-      rows: 12,
-    },
-  ];
+  const size = { tile_px: 64, columns: 12, rows: 12 };
+  const matrices = [{ id: 'm2', resolution_m: 0.5, left_m: 461_913.5, top_m: 101_207, ...size }];
   const url = `${server.base}/wmts/{matrix_set}/{style}/{matrix}/{row}/{column}.png`;
   const at = await bench(t, wmtsSource(server.base, { url, matrices }));
   await at.make();
-  const picture = await readPicture(
-    join(at.store.root, 'ortho/here/lidar/462_101.tif'),
-    at.store.root,
-  );
+  const picture = await pictureOf(at);
   assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
   assert.ok(server.seen.every(({ path }) => !path.includes('GetCapabilities')));
 });
@@ -90,10 +74,7 @@ test('tiles that are not square are joined all the same', async (t) => {
     const server = await tileServer(t, { ...kServer, tile_height_px, tiles: 16 });
     const at = await bench(t, wmtsSource(server.base));
     assert.equal((await at.make()).state, 'made');
-    const picture = await readPicture(
-      join(at.store.root, 'ortho/here/lidar/462_101.tif'),
-      at.store.root,
-    );
+    const picture = await pictureOf(at);
     assert.deepEqual(
       wrongPixels(picture),
       { count: 0, first: '' },
@@ -112,10 +93,7 @@ test('a missing tile is masked, with a warning, and a grey tile stays grey', asy
   const made = await at.make();
   assert.ok(made.state === 'made');
   assert.match(made.warnings.join(), /1 of \d+ tiles of here are missing/);
-  const picture = await readPicture(
-    join(at.store.root, 'ortho/here/lidar/462_101.tif'),
-    at.store.root,
-  );
+  const picture = await pictureOf(at);
   assert.deepEqual(picture.info.bands[0]?.mask?.flags, ['PER_DATASET']);
   const west = 461_913.5 + 4 * 32;
   const column = (easting: number): boolean => easting > west && easting < west + 32;
@@ -136,15 +114,21 @@ test('no tile at all is a square that the source does not have', async (t) => {
   assert.equal(at.row().state, 'missing');
 });
 
+const kMatrix = {
+  id: 'm',
+  resolution_m: 1,
+  left_m: 0,
+  top_m: 1000,
+  tile_px: 100,
+  columns: 10,
+  rows: 10,
+};
+
 test('the coarsest matrix that is fine enough is taken', () => {
   const matrices = [2, 1, 0.5].map((resolution_m, index) => ({
+    ...kMatrix,
     id: `m${index}`,
     resolution_m,
-    left_m: 0,
-    top_m: 0,
-    tile_px: 256,
-    columns: 10,
-    rows: 10,
   }));
   for (const [wanted, id] of [
     [4, 'm0'],
@@ -159,29 +143,20 @@ test('the coarsest matrix that is fine enough is taken', () => {
 });
 
 test('tiles stay within their matrix', () => {
-  const matrix = {
-    id: 'm',
-    resolution_m: 1,
-    left_m: 0,
-    top_m: 1000,
-    tile_px: 100,
-    columns: 10,
-    rows: 10,
-  };
-  assert.deepEqual(tilesIn(matrix, [150, 650, 250, 750]), {
+  assert.deepEqual(tilesIn(kMatrix, [150, 650, 250, 750]), {
     column: 1,
     row: 2,
     columns: 2,
     rows: 2,
   });
-  assert.deepEqual(tilesIn(matrix, [-500, 900, 50, 5000]), {
+  assert.deepEqual(tilesIn(kMatrix, [-500, 900, 50, 5000]), {
     column: 0,
     row: 0,
     columns: 1,
     rows: 2,
   });
-  assert.equal(tilesIn(matrix, [2000, 0, 3000, 100]), undefined);
-  assert.equal(tilesIn(matrix, [-300, 0, -200, 100]), undefined);
+  assert.equal(tilesIn(kMatrix, [2000, 0, 3000, 100]), undefined);
+  assert.equal(tilesIn(kMatrix, [-300, 0, -200, 100]), undefined);
 });
 
 test('capabilities that are not those of the layer are refused with what there is', async (t) => {

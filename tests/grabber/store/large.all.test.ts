@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
-import { cli } from '../support/cli.js';
+import { program, words } from '../support/cli.js';
 import { catalogueSquare, kTerms, keyOfSquare } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
@@ -48,7 +48,7 @@ test('a country of 20,000 squares is learnt, wanted and listed', async (t) => {
     `user time: ${times.join(', ')}; ${(process.memoryUsage.rss() / 1e6).toFixed(0)} MB resident`,
   );
   // While this process has it open for writing:
-  const status = await cli(['status', '--store', root]);
+  const status = await program(words`status --store ${root}`);
   assert.deepEqual([status.code, status.err], [0, '']);
   assert.match(
     status.out,

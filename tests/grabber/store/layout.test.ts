@@ -19,26 +19,12 @@ test('files lie by source, orthophotos also by grid, and unfinished files are hi
 
 test('no name leads out of its folder', () => {
   const conflict = { code: 'STORE_CONFLICT' };
-  for (const name of [
-    '',
-    '.',
-    '..',
-    '../a',
-    'a/b',
-    '/a',
-    'a\\b',
-    '.a',
-    'a\0b',
-    'a\nb',
-    'a\u0085b',
-    'x'.repeat(201),
-  ]) {
+  const outside = ['', '.', '..', '../a', 'a/b', '/a', 'a\\b', '.a', 'a\0b', 'a\nb', 'a\u0085b'];
+  for (const name of [...outside, 'x'.repeat(201)]) {
     const shown = JSON.stringify(name);
-    for (const key of [
-      keyOfSquare(name),
-      keyOfSquare('a', name, 'g'),
-      keyOfSquare('a', 's', name),
-    ]) {
+    const parts = [[name], ['a', name, 'g'], ['a', 's', name]] as const;
+    for (const [of, source, grid] of parts) {
+      const key = keyOfSquare(of, source, grid);
       assert.throws(() => kPlaces.finished('ortho', key, 'tif'), conflict, shown);
       assert.throws(() => kPlaces.unfinished('ortho', key), conflict, shown);
     }
@@ -51,15 +37,10 @@ test('no name leads out of its folder', () => {
   for (const extension of ['', 'exe', 'laz/..', 'tif']) {
     assert.throws(() => kPlaces.finished('lidar', keyOfSquare('a'), extension), conflict);
   }
-  for (const path of [
-    'lidar/a.laz',
-    'lidar/a/b/c.laz',
-    'ortho/a/b.laz',
-    '/lidar/a/b.laz',
-    'lidar/a/b.laz\n',
-    'lidar/../b.laz',
-    'lidar/a/b.lazx',
-  ]) {
+  const paths = 'lidar/a.laz lidar/a/b/c.laz ortho/a/b.laz /lidar/a/b.laz lidar/../b.laz'.split(
+    ' ',
+  );
+  for (const path of [...paths, 'lidar/a/b.laz\n', 'lidar/a/b.lazx']) {
     assert.doesNotMatch(path, kFilePath.lidar.pattern, path);
   }
 });

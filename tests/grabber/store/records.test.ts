@@ -342,26 +342,26 @@ test('a call on a missing record, or without the file it needs, changes nothing'
 });
 
 test('a damaged row is an error that names row and column', async (t) => {
-  const cases: { column: string; value: string }[] = [
-    { column: 'urls', value: "'no list'" },
-    { column: 'urls', value: "'[1]'" },
-    { column: 'attempts', value: '-1' },
-    { column: 'attempts', value: '1.5' },
-    { column: 'known_at', value: "'yesterday'" },
-    { column: 'north', value: '0' },
-    { column: 'north', value: 'NULL' },
-    { column: 'file_path', value: "'lidar/../../x.laz'" },
-    { column: 'file_sha256', value: "'xyz'" },
-    { column: 'point_format', value: '11' },
-    { column: 'state', value: "'lost'" },
-    { column: 'crs', value: "x'00'" },
+  const cases: [column: string, value: string][] = [
+    ['urls', "'no list'"],
+    ['urls', "'[1]'"],
+    ['attempts', '-1'],
+    ['attempts', '1.5'],
+    ['known_at', "'yesterday'"],
+    ['north', '0'],
+    ['north', 'NULL'],
+    ['file_path', "'lidar/../../x.laz'"],
+    ['file_sha256', "'xyz'"],
+    ['point_format', '11'],
+    ['state', "'lost'"],
+    ['crs', "x'00'"],
   ];
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
   t.after(() => store.close());
   learn(store);
   bringIn(store);
-  for (const { column, value } of cases) {
+  for (const [column, value] of cases) {
     const db = new DatabaseSync(`${root}/fishnet.gpkg`);
     db.exec('PRAGMA ignore_check_constraints = 1');
     db.exec(

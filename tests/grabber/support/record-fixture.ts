@@ -1,11 +1,16 @@
+import { createHash } from 'node:crypto';
+import { mkdir, writeFile } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
 import type {
-  BoundsM,
   CatalogueSquare,
   RecordKey,
   StoredFile,
   Terms,
 } from '../../../grabber/src/model/square.js';
-import type { Verified } from '../../../grabber/src/model/store.js';
+import type { Store, Verified } from '../../../grabber/src/model/store.js';
+import { kPlaces } from '../../../grabber/src/store/layout.js';
+import { seededRandom } from '../portal/random.js';
+import { squareOf } from './store-fixture.js';
 
 export const kTerms: Terms = {
   crs: 'EPSG:3794',
@@ -20,19 +25,7 @@ export function catalogueSquare(
   n: number,
   more: Partial<CatalogueSquare> = {},
 ): CatalogueSquare {
-  const bounds: BoundsM = [e * 1000, n * 1000, e * 1000 + 1000, n * 1000 + 1000];
-  const name = `${e}_${n}`;
-  return {
-    name,
-    block: null,
-    bounds,
-    urls: [`http://h/${name}.laz`],
-    bytes: null,
-    sha256: null,
-    member: null,
-    published: null,
-    ...more,
-  };
+  return squareOf(`${e}_${n}`, [`http://h/${e}_${n}.laz`], more);
 }
 
 export function keyOfSquare(name: string, source = 'si-lss', grid = source): RecordKey {
@@ -50,16 +43,32 @@ export const kVerified: Verified = {
   warnings: [],
 };
 
-/**
- * A small generator whose seed a failing test prints. Ref: Steele, Lea, Flood, "Fast Splittable
- * Pseudorandom Number Generators", 2014.
- */
+/** Whole numbers below a limit that depend on the seed only. */
 export function seeded(seed: number): (below: number) => number {
-  let state = seed >>> 0;
-  return (below) => {
-    state = (state + 0x9e3779b9) >>> 0;
-    let mixed = Math.imul(state ^ (state >>> 16), 0x21f0aaad);
-    mixed = Math.imul(mixed ^ (mixed >>> 15), 0x735a2d97);
-    return ((mixed ^ (mixed >>> 15)) >>> 0) % below;
-  };
+  const random = seededRandom(seed);
+  return (below) => Math.floor(random() * below);
+}
+
+/** Puts a file into a store as a fetch does: on the disk, and into the record of its square. */
+export async function bringIn(
+  store: Store,
+  key: RecordKey,
+  body: Buffer,
+  extension = 'laz',
+): Promise<string> {
+  const path = kPlaces.finished('lidar', key, extension);
+  await put(store.root, path, body);
+  store.squares.want([key]);
+  store.squares.begin(key, 'http://h/a');
+  store.squares.fetched(key, { path, bytes: body.length, sha256: sha256Of(body) });
+  return path;
+}
+
+export async function put(root: string, path: string, body: string | Buffer): Promise<void> {
+  await mkdir(dirname(join(root, path)), { recursive: true });
+  await writeFile(join(root, path), body);
+}
+
+export function sha256Of(body: Buffer): string {
+  return createHash('sha256').update(body).digest('hex');
 }

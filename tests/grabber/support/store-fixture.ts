@@ -1,4 +1,4 @@
-import { mkdtemp, readdir, rm } from 'node:fs/promises';
+import { mkdir, mkdtemp, readdir, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
@@ -207,6 +207,18 @@ export async function fetchFixture(
     resume: () => work(store.squares.unfinished({}), kNever),
     record: (name = kName) => store.squares.get(keyOf(name)),
   };
+}
+
+/** Leaves an unfinished file of a square, with what is known of how to continue it. */
+export async function leavePart(
+  root: string,
+  part: Buffer | undefined,
+  state: { url: string; if_range: string | null; total_bytes: number | null },
+  name = kName,
+): Promise<void> {
+  await mkdir(join(root, 'lidar/test'), { recursive: true });
+  if (part !== undefined) await writeFile(join(root, `lidar/test/.${name}.part`), part);
+  await writeFile(join(root, `lidar/test/.${name}.part.json`), JSON.stringify(state));
 }
 
 /** Names of all files in a store, relative and sorted, without the database. */

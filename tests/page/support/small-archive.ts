@@ -39,6 +39,14 @@ export const hostOf = (bytes: Uint8Array): FakeHost => new FakeHost({ 'http://ho
 export const archiveHost = (options?: ArchiveOptions, boxes = kBoxes): FakeHost =>
   hostOf(makeArchive(boxes, options));
 
+/** Boxes side by side to the east, and facts of their world. */
+export function rowOf(count: number, levels: number): { facts: Record<string, unknown>; boxes: TestBox[] } {
+  const boxes = Array.from({ length: count }, (_, bx): TestBox => {
+    return { key: [0, bx, 0, 0], voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
+  });
+  return { facts: { bounds: { min: [0, 0, 0], max: [64 * count, 256, 64] }, levels }, boxes };
+}
+
 export async function collect(
   host: FakeHost,
   source: BoxSource,

@@ -1,10 +1,16 @@
-/** Numbers from a fixed seed. */
-export function randomOf(seed: number): (below: number) => number {
+/** Numbers in [0, 1) from a fixed seed. */
+export function shareOf(seed: number): () => number {
   let state = seed;
-  return (below) => {
+  return () => {
     state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    return Math.floor((state / 2 ** 32) * below);
+    return state / 2 ** 32;
   };
+}
+
+/** Whole numbers from a fixed seed. */
+export function randomOf(seed: number): (below: number) => number {
+  const share = shareOf(seed);
+  return (below) => Math.floor(share() * below);
 }
 
 /** Bytes that occur unequally often. */

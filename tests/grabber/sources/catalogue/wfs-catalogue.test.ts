@@ -234,64 +234,48 @@ test('an index of names gives addresses: block from its path, the user, or probi
 
 test('a reply that cannot be trusted is an error, never fewer squares', async (t) => {
   const one = (base: string): Feature => ignFeature(base, 462, 101, '2025');
-  const exception = [
-    '<?xml version="1.0"?><ows:ExceptionReport><ows:Exception ' +
-      'exceptionCode="InvalidParameterValue">',
-    '<ows:ExceptionText>Feature type ' +
-      'unknown</ows:ExceptionText></ows:Exception></ows:ExceptionReport>',
-  ].join('\n');
-  const cases: {
-    name: string;
-    features: (base: string) => Feature[];
-    change?: (reply: Reply) => unknown;
-    message: RegExp;
-  }[] = [
-    {
-      name: 'fewer than announced',
-      features: (base) => [one(base)],
-      change: (reply) => ({
-        ...reply,
-        features: [one('http://127.0.0.1')].slice(0, reply.features.length),
-        numberMatched: 5,
-      }),
-      message: /got 1 of 5 features/,
-    },
-    {
-      name: 'the same page again and again',
-      features: (base) => [1, 2, 3].map((north) => ignFeature(base, 462, 100 + north, '2025')),
-      change: (reply) => ({
-        ...reply,
-        features: [one('http://127.0.0.1'), one('http://127.0.0.1')],
-      }),
-      message: /got 1 of 3 features/,
-    },
-    {
-      name: 'swapped axes',
-      features: (base) => [{ ...one(base), geometry: feature(462, 101, {}, true).geometry }],
-      message: /lies at 101000,462000.*crs or axes may be wrong/,
-    },
-    {
-      name: 'degrees',
-      features: (base) => [{ ...one(base), geometry: { type: 'Point', coordinates: [14.5, 46] } }],
-      message: /crs or axes may be wrong/,
-    },
-    {
-      name: 'no address field',
-      features: () => [feature(462, 101, { other: 1 })],
-      message: /no field url_npl/,
-    },
-    {
-      name: 'a name of another form',
-      features: () => [feature(462, 101, { url_npl: 'http://127.0.0.1/a.laz' })],
-      message: /does not give a square/,
-    },
-    {
-      name: 'an address elsewhere',
-      features: () => [ignFeature('https://evil.example.org', 462, 101, '2025')],
-      message: /leads to https:\/\/evil/,
-    },
+  const exception =
+    '<?xml version="1.0"?><ows:ExceptionReport><ows:Exception exceptionCode="Invalid">\n' +
+    '<ows:ExceptionText>Feature type unknown</ows:ExceptionText></ows:Exception>' +
+    '</ows:ExceptionReport>';
+  const here = one('http://127.0.0.1');
+  const three = (base: string): Feature[] =>
+    [1, 2, 3].map((north) => ignFeature(base, 462, 100 + north, '2025'));
+  const placed = (geometry: unknown) => (base: string) => [{ ...one(base), geometry }];
+  type Case = [
+    name: string,
+    features: (base: string) => Feature[],
+    message: RegExp,
+    change?: (reply: Reply) => unknown,
   ];
-  for (const { name, features, change, message } of cases) {
+  const cases: Case[] = [
+    [
+      'fewer than announced',
+      (base) => [one(base)],
+      /got 1 of 5 features/,
+      (reply) => ({ features: [here].slice(0, reply.features.length), numberMatched: 5 }),
+    ],
+    [
+      'the same page again and again',
+      three,
+      /got 1 of 3 features/,
+      (reply) => ({ ...reply, features: [here, here] }),
+    ],
+    [
+      'swapped axes',
+      placed(feature(462, 101, {}, true).geometry),
+      /lies at 101000,462000.*crs or axes may be wrong/,
+    ],
+    ['degrees', placed({ type: 'Point', coordinates: [14.5, 46] }), /crs or axes may be wrong/],
+    ['no address field', () => [feature(462, 101, { other: 1 })], /no field url_npl/],
+    [
+      'a name of another form',
+      () => [feature(462, 101, { url_npl: 'http://127.0.0.1/a.laz' })],
+      /does not give a square/,
+    ],
+    ['an address elsewhere', () => [one('https://evil.example.org')], /leads to https:\/\/evil/],
+  ];
+  for (const [name, features, message, change] of cases) {
     await t.test(name, async (t) => {
       const server = await service(t, features, change);
       await assert.rejects(found(catalogueOf(t, ignSource(server.base)), kRegion), {
@@ -300,21 +284,13 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
       });
     });
   }
-  const pages: { name: string; body: string; message: RegExp }[] = [
-    {
-      name: 'an exception report',
-      body: exception,
-      message: /the exception "Feature type unknown"; allowed: JSON/,
-    },
-    {
-      name: 'a page',
-      body: '<!DOCTYPE html><title>Log in</title>',
-      message: /a page titled "Log in"/,
-    },
-    { name: 'half a reply', body: '{"features": [', message: /no JSON/ },
-    { name: 'another thing', body: '[]', message: /the reply has|expected object/ },
+  const pages: [name: string, body: string, message: RegExp][] = [
+    ['an exception report', exception, /the exception "Feature type unknown"; allowed: JSON/],
+    ['a page', '<!DOCTYPE html><title>Log in</title>', /a page titled "Log in"/],
+    ['half a reply', '{"features": [', /no JSON/],
+    ['another thing', '[]', /the reply has|expected object/],
   ];
-  for (const { name, body, message } of pages) {
+  for (const [name, body, message] of pages) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => response.end(body));
       await assert.rejects(found(catalogueOf(t, ignSource(server.base)), kRegion), {
