@@ -66,6 +66,8 @@ Pixel bilinear(const View& view, PixelPlace centre) noexcept {
     const std::int64_t iv = v >> kShift;
     const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1));
     const auto fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
+    if (fu == 0 && fv == 0)
+        return view.at(iu, iv);  // where pixels are columns, each would divide by the weight
     constexpr auto kOne = static_cast<std::uint64_t>(PixelPlace::kOne);
     Sum sum;
     const auto tap = [&](std::int64_t tu, std::int64_t tv, std::uint64_t weight) {

@@ -27,15 +27,17 @@ Group group_of(Role role) noexcept {
     }
 }
 
+float height_of(std::int32_t y) noexcept {
+    return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
+}
+
 struct Seen {
     std::int32_t y;
     std::uint16_t x, z;  ///< fixed point within the patch
     std::uint8_t source_class;
     bool has_colour;
     voxel::Rgb8 colour;  ///< without has_colour: r is the brightness
-    [[nodiscard]] float height() const noexcept {
-        return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
-    }
+    [[nodiscard]] float height() const noexcept { return height_of(y); }
 };
 
 // Means of colour over the points that have one.
@@ -272,21 +274,24 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
     std::vector<CellSums> sums(patch->cells.cells.size());
     ColumnSorter sorter(classes);
     std::vector<std::size_t> next(sources.size());
+    std::int32_t lowest_y = std::numeric_limits<std::int32_t>::max();
     for (int i = 0; i < grid::kPatchColumns; ++i) {
         Column& column = patch->columns[static_cast<std::size_t>(i)];
         patch->objects_begin[static_cast<std::size_t>(i)] =
             static_cast<std::uint32_t>(patch->objects.size());
         sorter.clear();
         bool any = false;
-        for (std::size_t s = 0; s < sources.size(); ++s)
-            for (; next[s] < sources[s].points.size() && sources[s].points[next[s]].column() == i;
-                 ++next[s]) {
-                const store::VoxelPoint& p = sources[s].points[next[s]];
-                sorter.add(p, sources[s].has_colour);
-                patch->lowest =
-                    any || patch->any ? std::min(patch->lowest, p.height()) : p.height();
-                any = true;
-            }
+        for (std::size_t s = 0; s < sources.size(); ++s) {
+            const auto left = sources[s].points.subspan(next[s]);
+            std::size_t count = 0;
+            for (; count < left.size() && left[count].column() == i; ++count)
+                sorter.add(left[count], sources[s].has_colour);
+            if (count == 0)
+                continue;
+            next[s] += count;
+            lowest_y = std::min(lowest_y, left.front().y);
+            any = true;
+        }
         if (!any)
             continue;
         patch->any = true;
@@ -309,6 +314,8 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
     }
     patch->objects_begin[grid::kPatchColumns] = static_cast<std::uint32_t>(patch->objects.size());
     patch->any_objects = !patch->objects.empty();
+    if (patch->any)
+        patch->lowest = height_of(lowest_y);
     finish_cells(sums, patch->cells);
     patch->objects.shrink_to_fit();
     return patch;

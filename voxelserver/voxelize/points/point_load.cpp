@@ -20,7 +20,7 @@ struct Part {
 };
 
 // If a file has been replaced meanwhile, its points are not those of this world: what is made of
-// them would be kept under the old file's name.
+// them would be kept under the old file's name. Once after all parts: each look reads 128 KiB.
 void check_unchanged(const SquareSource& source) {
     if (source.identity != voxel::Fingerprint{} &&
         voxel::file_identity(source.info.path, "point cloud") != source.identity)
@@ -52,7 +52,6 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
         check_unchanged(source);  // a change is then the reason
         throw;
     }
-    check_unchanged(source);
     timed.hand_over("transformation", placer.transformation_s());
     timed.hand_over("quantization", placer.quantization_s());
     return part;
@@ -105,6 +104,7 @@ LoadedSquare load_square(const SquareSource& source, const LoadContext& context,
         parts[i] = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
         chunks[i] = {ranges[i], patches_of(parts[i].points)};
     });
+    check_unchanged(source);
     return {bin(std::move(parts), context, threads), store::ChunkIndex(std::move(chunks))};
 }
 
@@ -131,6 +131,7 @@ std::shared_ptr<const store::Square> load_patches(const SquareSource& source,
             source, std::span(pieces).subspan(tasks[i].first, tasks[i].second - tasks[i].first),
             wanted, context);
     });
+    check_unchanged(source);
     return bin(std::move(parts), context, threads);
 }
 
@@ -139,6 +140,7 @@ std::shared_ptr<const store::Square> load_range(const SquareSource& source,
                                                 const LoadContext& context) {
     std::vector<Part> parts;
     parts.push_back(load_part(source, std::span(&range, 1), std::nullopt, context));
+    check_unchanged(source);
     return bin(std::move(parts), context, 1);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -26,9 +27,10 @@ struct ColumnStep {
     int x;
     int z;
 };
-// Two columns away, too: where pulses are few, single columns of a roof have none.
-constexpr ColumnStep kNeighbours[] = {{1, 0},  {-1, 0},  {0, 1}, {0, -1}, {1, 1}, {1, -1},
-                                      {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}};
+// Neighbours lie up to two columns away: where pulses are few, single columns of a roof have none.
+constexpr int kFarthest = 2;
+/// Those of the rows from kFarthest before the column's own on, as bits of Search::new_around.
+constexpr unsigned kNeighbours[] = {0b00100, 0b01110, 0b11011, 0b01110, 0b00100};
 
 /// The columns of one building, found from one of them.
 class Search {
@@ -49,9 +51,13 @@ public:
     const std::vector<ColumnStep>& from(int x, int z) {
         m_columns.clear();
         add(x, z);
-        for (std::size_t i = 0; i < m_columns.size(); ++i)
-            for (const ColumnStep& step : kNeighbours)
-                visit(m_columns[i], step);
+        for (std::size_t i = 0; i < m_columns.size(); ++i) {
+            const ColumnStep at = m_columns[i];
+            for (int dz = -kFarthest; dz <= kFarthest; ++dz)
+                for (unsigned left = new_around(at.x, at.z + dz) & kNeighbours[dz + kFarthest];
+                     left != 0; left &= left - 1)
+                    visit(at, {std::countr_zero(left) - kFarthest, dz});
+        }
         return m_columns;
     }
 
@@ -63,8 +69,6 @@ private:
     void visit(const ColumnStep& at, const ColumnStep& step) {
         const int x = at.x + step.x;
         const int z = at.z + step.z;
-        if (!is_new(x, z))
-            return;
         const float rise =
             std::abs(m_window.column(x, z).roof.height - m_window.column(at.x, at.z).roof.height);
         const auto run = static_cast<float>(std::max(std::abs(step.x), std::abs(step.z)));
@@ -78,8 +82,17 @@ private:
         m_columns.push_back({x, z});
     }
 
+    // The columns from x - kFarthest to x + kFarthest that are new, from bit 0 on.
+    [[nodiscard]] unsigned new_around(int x, int z) const noexcept {
+        const std::uint64_t* words = &m_new[word_of(x - kFarthest, z)];
+        const int shift = (x - kFarthest) & 63;
+        constexpr int kCount = 2 * kFarthest + 1;
+        const std::uint64_t next = shift > 64 - kCount ? words[1] << (64 - shift) : 0;
+        return static_cast<unsigned>(words[0] >> shift | next) & ((1u << kCount) - 1);
+    }
+
     // Around the window is room for the farthest neighbours, where nothing is built.
-    static constexpr int kRoom = 2;
+    static constexpr int kRoom = kFarthest;
     static constexpr int kWords = kWindowSide / grid::kPatchSize + 2;
     static std::size_t word_of(int x, int z) noexcept {
         return static_cast<std::size_t>((z - kWindowFirst + kRoom) * kWords + 1 +

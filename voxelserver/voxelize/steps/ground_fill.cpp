@@ -151,15 +151,20 @@ private:
                 std::uint8_t* to = &steps[(dz > 0 ? kSide - 1 - row : row) * kSide];
                 const std::uint8_t* from = to + stride;
                 const std::uint8_t* between = gap.data() + (from - steps.data());
-                const auto step_to = [&](std::size_t x) {
-                    to[x] = std::min<std::uint8_t>((between[x] & from[x]) + 1, kNone);
+                const auto after = [&](std::size_t x, std::uint8_t next) {
+                    return std::min<std::uint8_t>((between[x] & next) + 1, kNone);
                 };
-                if (dz == 0 && dx > 0)
+                // Along a row each waits for the one before: not by way of memory.
+                std::uint8_t last = kNone;
+                if (dz != 0)
+                    for (std::size_t x = 1; x + 1 < kSide; ++x)
+                        to[x] = after(x, from[x]);
+                else if (dx > 0)
                     for (std::size_t x = kSide - 1; x-- > 1;)
-                        step_to(x);
+                        to[x] = last = after(x, last);
                 else
                     for (std::size_t x = 1; x + 1 < kSide; ++x)
-                        step_to(x);
+                        to[x] = last = after(x, last);
             }
         }
     }
