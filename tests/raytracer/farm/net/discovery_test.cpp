@@ -1,8 +1,6 @@
 #include "raytracer/farm/net/discovery.hpp"
 
 #include <signal.h>
-#include <spdlog/sinks/ringbuffer_sink.h>
-#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,6 +17,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/eventually.hpp"
+#include "tests/raytracer/farm/net/said.hpp"
 
 using namespace terravox;
 using namespace std::chrono_literals;
@@ -136,36 +135,6 @@ struct Running {
     ~Running() { Network::get().stop(); }
 };
 
-/// The log of a scope.
-class Log {
-public:
-    Log()
-        : m_sink(std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(1000)),
-          m_before(spdlog::default_logger()) {
-        spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", m_sink));
-        spdlog::set_pattern("%l %v");
-    }
-    ~Log() { spdlog::set_default_logger(m_before); }
-    Log(const Log&) = delete;
-    Log& operator=(const Log&) = delete;
-    [[nodiscard]] std::string text() const {
-        std::string out;
-        for (const std::string& line : m_sink->last_formatted())
-            out += line;
-        return out;
-    }
-    [[nodiscard]] std::size_t warnings() const {
-        const auto lines = m_sink->last_formatted();
-        return static_cast<std::size_t>(
-            std::count_if(lines.begin(), lines.end(),
-                          [](const std::string& line) { return line.starts_with("warning"); }));
-    }
-
-private:
-    std::shared_ptr<spdlog::sinks::ringbuffer_sink_mt> m_sink;
-    std::shared_ptr<spdlog::logger> m_before;
-};
-
 /// The events of a browser, to be read from another thread.
 class RecordedEvents {
 public:
@@ -210,14 +179,14 @@ private:
 TEST_CASE("without a bus an announcement is a warning, and a search an error",
           "[common][net][discovery]") {
     (void)Network::get();
-    Log log;
+    const test::Said log;
     {
         const net::Announcement announced("worker", 7878, {{"protocol", "1"}});
         CHECK(announced.name().empty());
     }
-    INFO(log.text());
+    INFO(log.all());
     CHECK(log.warnings() == 1);
-    CHECK_THAT(log.text(), test::contains("announce"));
+    CHECK_THAT(log.all(), test::contains("announce"));
     CHECK_THROWS_AS(net::discover("worker", 1s), net::NoDiscoveryError);
     CHECK_THROWS_WITH(
         net::discover("worker", 1s),
@@ -234,7 +203,7 @@ TEST_CASE("an announced service is found, with all its data, until it ends",
           "[common][net][discovery]") {
     NEED_A_NETWORK();
     const Running running;
-    Log log;
+    const test::Said log;
     RecordedEvents events;
     auto announced = std::make_unique<net::Announcement>(
         "worker", 7878,
@@ -257,7 +226,7 @@ TEST_CASE("an announced service is found, with all its data, until it ends",
     announced.reset();
     CHECK(eventually([&] { return events.now().empty(); }));
     CHECK(events.strays() == 0);
-    INFO(log.text() << Network::get().log());
+    INFO(log.all() << Network::get().log());
     CHECK(log.warnings() == 0);
 }
 
@@ -284,7 +253,7 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
 TEST_CASE("a bus that starts late, or is restarted, is used", "[common][net][discovery]") {
     NEED_A_NETWORK();
     Network& network = Network::get();
-    Log log;
+    const test::Said log;
     const net::Announcement announced("worker", 7878, {});
     CHECK(log.warnings() == 1);
     {
@@ -300,7 +269,7 @@ TEST_CASE("a bus that starts late, or is restarted, is used", "[common][net][dis
         network.start_avahi();
         CHECK(eventually([&] { return events.now().size() == 1 && !announced.name().empty(); }));
         CHECK(events.strays() == 0);
-        INFO(log.text());
+        INFO(log.all());
         CHECK(log.warnings() == 3);
     }
 }
@@ -309,7 +278,7 @@ TEST_CASE("a daemon that starts late, or is restarted, is used", "[common][net][
     NEED_A_NETWORK();
     Network& network = Network::get();
     network.start_bus();
-    Log log;
+    const test::Said log;
     {
         const net::Announcement announced("worker", 7878, {});
         REQUIRE(eventually([&] { return log.warnings() == 1; }));
@@ -329,6 +298,6 @@ TEST_CASE("a daemon that starts late, or is restarted, is used", "[common][net][
         network.stop();
         CHECK(eventually([&] { return events.now().empty() && announced.name().empty(); }));
     }
-    INFO(log.text());
+    INFO(log.all());
     CHECK(log.warnings() >= 3);
 }
