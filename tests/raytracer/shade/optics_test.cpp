@@ -82,20 +82,3 @@ TEST_CASE("cosine directions have the density they say", "[raytracer][shade][opt
         CHECK(near(mean, n * (2.0 / 3), 0.005));
     }
 }
-
-TEST_CASE("facets are smooth without roughness and spread with it", "[raytracer][shade][optics]") {
-    const core::Vec3 n{0, 1, 0};
-    double last = -1;
-    for (const double roughness : {0.0, 0.1, 0.3, 0.6, 1.0}) {
-        double away = 0;
-        for (std::uint32_t s = 0; s < 256; ++s) {
-            const core::Vec3 facet =
-                shade::facet_normal(n, roughness, shade::Sampler(1, 1, s).pair(0));
-            REQUIRE(core::dot(facet, n) >= 0);
-            away += 1 - core::dot(facet, n);
-        }
-        CHECK(away > last);
-        last = away;
-    }
-    CHECK(near(shade::facet_normal(n, 0, {0.7, 0.3}), n, 1e-12));
-}

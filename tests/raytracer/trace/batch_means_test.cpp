@@ -48,35 +48,6 @@ Errors errors_of(const std::function<double(int pixel, std::uint32_t sample)>& v
 
 }  // namespace
 
-TEST_CASE("the error of fewer numbers than batches is that of independent ones",
-          "[raytracer][trace]") {
-    BatchMeans sums;
-    CHECK(sums.error() == 0);
-    sums.add(1);
-    CHECK(sums.error() == 0);
-    sums.add(3);
-    CHECK(sums.error() == Approx(1));
-    sums.add(5);
-    CHECK(sums.error() == Approx(2 / std::sqrt(3.0)));
-}
-
-TEST_CASE("equal numbers have no error, however many", "[raytracer][trace]") {
-    BatchMeans sums;
-    for (int i = 0; i < 1000; ++i) {
-        sums.add(0.3f);
-        // Sums of floats are exact to their last bits only.
-        REQUIRE(sums.error() < 1e-7);
-    }
-}
-
-TEST_CASE("what a batch leaves out is not seen as an error", "[raytracer][trace]") {
-    // Neighbours cancel each other.
-    BatchMeans sums;
-    for (int i = 0; i < 64; ++i)
-        sums.add(i % 2 == 0 ? 0 : 2);
-    CHECK(sums.error() == 0);
-}
-
 TEST_CASE("independent numbers have the error of independent ones", "[raytracer][trace]") {
     const auto random = [](int pixel, std::uint32_t sample) {
         return core::unit_from(
