@@ -312,7 +312,7 @@ TEST_CASE("a worker in the middle of a tile goes on with no other than it should
         coordinator.drain();
         REQUIRE(coordinator.next([](const farm::Frame& f) { return f.has_drain(); }));
         coordinator.lease(tile, 78);
-        CHECK(coordinator.next([](const farm::Frame& f) {
+        CHECK(coordinator.settle([](const farm::Frame& f) {
             return f.drain().given_back_size() == 1 && f.drain().given_back(0) == 78;
         }));
     }

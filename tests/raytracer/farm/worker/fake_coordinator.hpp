@@ -83,12 +83,21 @@ public:
         });
     }
     /// Returns when the worker has read all that was sent before.
-    void settle() {
+    /// @return whether one of its frames until then fits
+    template <class Fits>
+    bool settle(const Fits& fits) {
         farm::Frame frame;
         frame.mutable_ping()->set_stamp(++m_stamp);
         (void)m_link->send(std::move(frame));
-        (void)next(
-            [&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
+        bool has_fitted = false;
+        (void)next([&](const farm::Frame& f) {
+            has_fitted = has_fitted || fits(f);
+            return f.has_pong() && f.pong().stamp() == m_stamp;
+        });
+        return has_fitted;
+    }
+    void settle() {
+        (void)settle([](const farm::Frame&) { return false; });
     }
     /// @param hole why; empty: it is air
     void reply(const farm::BoxKey& key, const std::string& hole) {
