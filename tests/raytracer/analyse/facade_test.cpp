@@ -84,27 +84,6 @@ Walls walls_of(const Measured& raster, double azimuth_deg = 0) {
 
 }  // namespace
 
-TEST_CASE("the outline of voxels has the normal of the wall", "[raytracer][analyse]") {
-    using analyse::WallOutline;
-    double worst_deg = 0;
-    for (int degrees = -45; degrees <= 45; ++degrees)
-        for (double offset = 0.05; offset < 0.75; offset += 0.1) {
-            // The half plane north of a line that is turned by `degrees`; its outside is the south.
-            const double east = std::sin(degrees * kRad);
-            const double south = std::cos(degrees * kRad);
-            WallOutline outline;
-            for (std::uint32_t place = 0; place < WallOutline::kCells; ++place)
-                if (WallOutline::east_of(place) * east + WallOutline::south_of(place) * south <
-                    offset)
-                    outline.add(place);
-            const core::Vec3 normal = outline.normal(WallSide::kSouth);
-            REQUIRE(core::dot(normal, normal) == Approx(1));
-            const double cosine = normal.x * east + normal.z * south;
-            worst_deg = std::max(worst_deg, std::acos(std::min(cosine, 1.0)) / kRad);
-        }
-    CHECK(worst_deg < 8);
-}
-
 TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
           "[raytracer][analyse]") {
     const auto world = house();
@@ -212,26 +191,6 @@ TEST_CASE("crowns before and above a house hide no wall, and shade it", "[raytra
     CHECK(shaded.count == open.count);
     CHECK(shaded.area_m2 == Approx(open.area_m2));
     CHECK(shaded.beam < open.beam * 0.5);
-}
-
-TEST_CASE("trunks, wires and grass before a wall do not shade it, unless they are to block",
-          "[raytracer][analyse]") {
-    const auto world = meadow_with([](int x, int y, int z) {
-        if (x >= -5 && x < 5 && z >= -4 && z < 4 && y < 12)
-            return y == 11 ? Material::kFlatRoof : Material::kWall;
-        if (z < 8 || z > 20)
-            return Material::kAir;
-        if (y == 0)
-            return Material::kLowVegetation;
-        return x % 3 == 0 ? Material::kTrunk : Material::kAir;
-    });
-    scene::Scene scene = facade_scene(WallSide::kSouth, 0);
-    const Walls open = walls_of(Measured(*house(), scene, {}), 180);
-    const Walls passed = walls_of(Measured(*world, scene, {}), 180);
-    CHECK(passed.count == open.count);
-    CHECK(passed.beam == Approx(open.beam));
-    scene.analysis.thin_blocks = true;
-    CHECK(walls_of(Measured(*world, scene, {}), 180).beam < open.beam * 0.9);
 }
 
 TEST_CASE("roofs that slope have no facades", "[raytracer][analyse]") {

@@ -200,8 +200,7 @@ TEST_CASE(
         (void)render::render_film({view, processor, true, {}}, film);
         return bytes_of(film);
     };
-    const auto plain = landscape();
-    const std::string reference = picture(*plain, kBatchMemory_bytes, 1);
+    static const std::string reference = picture(*landscape(), kBatchMemory_bytes, 1);
     struct Case {
         const char* name;
         int batch;
@@ -210,7 +209,6 @@ TEST_CASE(
         int loaders;
     };
     const auto c = GENERATE(values<Case>({
-        {"32, one loader", 32, BatchWorld::Way::kGood, kBatchMemory_bytes, 1},
         {"5, backwards", 5, BatchWorld::Way::kBackwards, kBatchMemory_bytes, 8},
         {"32, a byte of memory", 32, BatchWorld::Way::kGood, 1, 8},
         {"7, little memory, backwards", 7, BatchWorld::Way::kBackwards, 100'000, 3},

@@ -62,23 +62,3 @@ TEST_CASE("refraction obeys Snell's law and can be undone", "[raytracer][shade][
         REQUIRE(near(*back, -d, 1e-6));
     }
 }
-
-TEST_CASE("cosine directions have the density they say", "[raytracer][shade][optics]") {
-    std::mt19937 random(6);
-    for (int i = 0; i < 20; ++i) {
-        const core::Vec3 n =
-            i < 6 ? core::normal_of(static_cast<core::Face>(i)) : random_direction(random);
-        core::Vec3 mean;
-        double cos_mean = 0;
-        constexpr int kCount = 4096;
-        for (std::uint32_t s = 0; s < kCount; ++s) {
-            const core::Vec3 d = shade::cosine_direction(n, shade::Sampler(i, 3, s).pair(0));
-            REQUIRE(std::abs(core::length(d) - 1) < 1e-9);
-            REQUIRE(core::dot(d, n) > 0);
-            mean = mean + d * (1.0 / kCount);
-            cos_mean += core::dot(d, n) / kCount;
-        }
-        CHECK(cos_mean == Approx(2.0 / 3).epsilon(0.002));
-        CHECK(near(mean, n * (2.0 / 3), 0.005));
-    }
-}

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "tests/catch.hpp"
@@ -75,21 +74,5 @@ TEST_CASE("orders are what their names say", "[raytracer][tiles]") {
     }));
     DYNAMIC_SECTION(core::word_of(c.order) << ", " << c.columns << " x " << c.rows) {
         CHECK((tiles::order_cells(c.columns, c.rows, c.order) == c.cells));
-    }
-}
-
-TEST_CASE("neighbours on the Hilbert curve touch", "[raytracer][tiles]") {
-    for (int edge = 1; edge <= 256; edge *= 2) {
-        INFO("edge " << edge);
-        const auto cells = tiles::order_cells(edge, edge, core::TileOrder::kHilbert);
-        CHECK((cells.front() == tiles::TileCell{0, 0}));
-        CHECK((cells.back() == tiles::TileCell{edge - 1, 0}));
-        int apart = 0;
-        for (std::size_t i = 1; i < cells.size(); ++i)
-            if (std::abs(cells[i].column - cells[i - 1].column) +
-                    std::abs(cells[i].row - cells[i - 1].row) !=
-                1)
-                ++apart;
-        CHECK(apart == 0);
     }
 }

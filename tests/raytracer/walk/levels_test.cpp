@@ -1,10 +1,9 @@
-// Walks through boxes of several levels, and tests the answers of beams and shafts for them.
+// Walks through boxes of several levels, and tests the answers of beams for them.
 #include <random>
 
 #include "raytracer/core/random.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/beam.hpp"
-#include "raytracer/walk/shaft.hpp"
 #include "raytracer/walk/surroundings.hpp"
 #include "raytracer/walk/walker.hpp"
 #include "tests/catch.hpp"
@@ -236,56 +235,6 @@ TEST_CASE("beams from eyes among towers, above and outside the world skip only e
         CHECK(rays > 50'000);
         CHECK(planes > 500);
         CHECK(misses > 10);
-    }
-}
-
-TEST_CASE("a shaft reports only rays as free that are free", "[raytracer][levels][shaft]") {
-    Fixture f(kEyes[0]);
-    for (const core::Vec3& direction :
-         {core::Vec3{0.5, 0.7, 0.3}, core::Vec3{-0.9, 0.2, 0.1}, core::Vec3{0.05, 0.1, -0.95},
-          core::Vec3{0, 1, 0}, core::Vec3{0, 0.6, -0.8}, core::Vec3{0.7, 0.7, 0}}) {
-        INFO("direction " << direction.x << " " << direction.y << " " << direction.z);
-        const core::Vec3 sun = core::normalized(direction);
-        walk::ShaftMarch shafts(f.reader, f.cut);
-        Random random(8);
-        int free = 0;
-        int wrong = 0;
-        int asked = 0;
-        for (int group = 0; group < 400; ++group) {
-            const core::Vec3 at{real(random, -140, 160), 85, real(random, -130, 140)};
-            walk::Shaft shaft(sun);
-            std::vector<std::pair<core::Vec3, core::RayState>> rays;
-            for (int i = 0; i < 12; ++i) {
-                const core::Ray down{at + core::Vec3{real(random, 0, 3), 0, real(random, 0, 3)},
-                                     {0.001, -1, 0.002}};
-                const auto hit = f.walker.first_hit(down);
-                if (!hit || hit->face == core::Face::kNone ||
-                    core::dot(core::normal_of(hit->face), sun) <= 0)
-                    continue;
-                const core::Vec3 point = down.origin + down.direction * hit->t;
-                core::RayState state(core::Ray{point, sun});
-                state.start_in(walk::neighbour(hit->voxel, hit->face), hit->level);
-                shaft.add(point, state);
-                rays.emplace_back(point, state);
-            }
-            if (rays.empty())
-                continue;
-            const auto from = shafts.free_from(shaft);
-            for (const auto& [point, state] : rays) {
-                ++asked;
-                if (!walk::ShaftMarch::is_free(shaft, state, from))
-                    continue;
-                ++free;
-                const int level = state.level;
-                if (f.walker.first_hit_from(
-                        {point, sun}, {state.voxel[0], state.voxel[1], state.voxel[2]}, level))
-                    ++wrong;
-            }
-        }
-        CHECK(wrong == 0);
-        CHECK(asked > 1000);
-        if (direction.y > 0.65)
-            CHECK(free > asked / 10);
     }
 }
 
