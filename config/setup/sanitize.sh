@@ -22,12 +22,12 @@ SANITIZED_THREADS=(
     common_test
     disk_cache_test
     farm_test
-    green_processor_test
     net_test
     preview_test
     raytracer_test
     remote_world_test
     store_test
+    tile_processors_test
     voxelserver_http_test
     worker_parts_test
 )

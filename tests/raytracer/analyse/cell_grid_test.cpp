@@ -34,25 +34,6 @@ TEST_CASE("cells cover the area, and begin at multiples of their edge", "[raytra
     CHECK(analyse::grid_over(world, world.bounds, {}).edge_m == 0.5);
 }
 
-TEST_CASE("each pixel's ray goes straight down through the middle of its cell",
-          "[raytracer][analyse]") {
-    const voxel::WorldInfo world = world_of(1);
-    const analyse::CellGrid grid = analyse::grid_over(world, world.bounds, 3);
-    scene::Scene scene;
-    analyse::look_at_cells(grid, world, scene);
-    const scene::Camera camera = scene::make_camera(scene, world, world.bounds);
-    for (int row = 0; row < grid.rows; ++row)
-        for (int column = 0; column < grid.columns; ++column) {
-            const core::Ray ray = camera.ray(column + 0.5, row + 0.5);
-            CHECK(ray.direction == core::Vec3{0, -1, 0});
-            CHECK(std::abs(ray.origin.x - (static_cast<double>(grid.west + column) + 0.5) * 3) <
-                  1e-9);
-            CHECK(std::abs(ray.origin.z - (static_cast<double>(grid.north + row) + 0.5) * 3) <
-                  1e-9);
-            CHECK(ray.origin.y > world.bounds.max[1]);
-        }
-}
-
 TEST_CASE("in a wide world the sun is that of the square of 10 km around the raster's middle",
           "[raytracer][analyse]") {
     voxel::WorldInfo world = world_of(2);

@@ -84,63 +84,6 @@ Walls walls_of(const Measured& raster, double azimuth_deg = 0) {
 
 }  // namespace
 
-TEST_CASE("the outline of voxels has the normal of the wall", "[raytracer][analyse]") {
-    using analyse::WallOutline;
-    double worst_deg = 0;
-    for (int degrees = -45; degrees <= 45; ++degrees)
-        for (double offset = 0.05; offset < 0.75; offset += 0.1) {
-            // The half plane north of a line that is turned by `degrees`; its outside is the south.
-            const double east = std::sin(degrees * kRad);
-            const double south = std::cos(degrees * kRad);
-            WallOutline outline;
-            for (std::uint32_t place = 0; place < WallOutline::kCells; ++place)
-                if (WallOutline::east_of(place) * east + WallOutline::south_of(place) * south <
-                    offset)
-                    outline.add(place);
-            const core::Vec3 normal = outline.normal(WallSide::kSouth);
-            REQUIRE(core::dot(normal, normal) == Approx(1));
-            const double cosine = normal.x * east + normal.z * south;
-            worst_deg = std::max(worst_deg, std::acos(std::min(cosine, 1.0)) / kRad);
-        }
-    CHECK(worst_deg < 8);
-}
-
-TEST_CASE("the corner of a building has the normals of its two walls", "[raytracer][analyse]") {
-    using analyse::WallOutline;
-    for (int inside = 0; inside <= 3; ++inside) {
-        INFO(inside << " cells from the corner");
-        WallOutline outline;
-        for (std::uint32_t place = 0; place < WallOutline::kCells; ++place)
-            if (WallOutline::east_of(place) <= inside && WallOutline::south_of(place) <= 0)
-                outline.add(place);
-        CHECK(outline.normal(WallSide::kSouth).z == Approx(1));
-        if (inside == 0)
-            CHECK(outline.normal(WallSide::kEast).x == Approx(1));
-    }
-}
-
-TEST_CASE("an outline knows the building of its cell only", "[raytracer][analyse]") {
-    using analyse::WallOutline;
-    const auto place = [](int east, int south) {
-        return static_cast<std::uint32_t>((south + WallOutline::kRadius) * WallOutline::kEdge +
-                                          east + WallOutline::kRadius);
-    };
-    // A wall of one row, and another building across the street.
-    WallOutline outline;
-    for (int east = -3; east <= 3; ++east) {
-        outline.add(place(east, -1));
-        outline.add(place(east, 0));
-        outline.add(place(east, 2));
-        outline.add(place(east, 3));
-    }
-    const core::Vec3 normal = outline.normal(WallSide::kSouth);
-    CHECK(normal.z == Approx(1));
-    CHECK(WallOutline(outline.bits()).bits() == outline.bits());
-    // A lone pillar has the direction of its side.
-    for (const WallSide side : kSides)
-        CHECK(WallOutline().normal(side) == analyse::direction_of(side));
-}
-
 TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
           "[raytracer][analyse]") {
     const auto world = house();
@@ -220,33 +163,6 @@ TEST_CASE("an oblique wall has its own area and light, though its voxels are sta
     CHECK(diffuse / area_m2 == Approx(expected.diffuse).epsilon(0.03));
 }
 
-TEST_CASE("a wall across a narrow street is darker, the more so at its foot",
-          "[raytracer][analyse]") {
-    const auto world = meadow_with([](int x, int y, int z) {
-        const bool is_north = z >= -12 && z < -4;
-        const bool is_south = z >= 0 && z < 8;
-        if (x < -30 || x >= 30 || y >= 12 || (!is_north && !is_south))
-            return Material::kAir;
-        return y == 11 ? Material::kRoof : Material::kWall;
-    });
-    const Light open = in_the_open(facade_scene(WallSide::kSouth, 0), {0, 0, 1}, 11);
-    double before = 0;
-    for (int storey = 0; storey < 4; ++storey) {
-        INFO("storey " << storey);
-        const Measured raster(*world, facade_scene(WallSide::kSouth, storey), {});
-        const double diffuse = value(raster, 0, -5, FacadeBand::kDiffuse);
-        CHECK(diffuse > before);
-        CHECK(diffuse < open.diffuse);
-        CHECK(value(raster, 0, -5, FacadeBand::kBeam) < open.beam * (storey == 0 ? 0.9 : 1.002));
-        // A slit of 4 m before a wall of 12 m: the sky's part of a vertical plane opposite an
-        // endless wall, whose top stands at the angle a, is (1 - sin a) / 2.
-        const double height = 12 - (storey * 3 + 1.5);
-        const double sine = height / std::hypot(height, 3.5);
-        CHECK(value(raster, 0, -5, FacadeBand::kSkyView) == Approx((1 - sine) / 2).margin(0.03));
-        before = diffuse;
-    }
-}
-
 TEST_CASE("where a building is open below its roof there is no wall", "[raytracer][analyse]") {
     // An arcade of 6 m, two bays deep, in the south of a house of 12 m.
     const auto world = meadow_with([](int x, int y, int z) {
@@ -275,26 +191,6 @@ TEST_CASE("crowns before and above a house hide no wall, and shade it", "[raytra
     CHECK(shaded.count == open.count);
     CHECK(shaded.area_m2 == Approx(open.area_m2));
     CHECK(shaded.beam < open.beam * 0.5);
-}
-
-TEST_CASE("trunks, wires and grass before a wall do not shade it, unless they are to block",
-          "[raytracer][analyse]") {
-    const auto world = meadow_with([](int x, int y, int z) {
-        if (x >= -5 && x < 5 && z >= -4 && z < 4 && y < 12)
-            return y == 11 ? Material::kFlatRoof : Material::kWall;
-        if (z < 8 || z > 20)
-            return Material::kAir;
-        if (y == 0)
-            return Material::kLowVegetation;
-        return x % 3 == 0 ? Material::kTrunk : Material::kAir;
-    });
-    scene::Scene scene = facade_scene(WallSide::kSouth, 0);
-    const Walls open = walls_of(Measured(*house(), scene, {}), 180);
-    const Walls passed = walls_of(Measured(*world, scene, {}), 180);
-    CHECK(passed.count == open.count);
-    CHECK(passed.beam == Approx(open.beam));
-    scene.analysis.thin_blocks = true;
-    CHECK(walls_of(Measured(*world, scene, {}), 180).beam < open.beam * 0.9);
 }
 
 TEST_CASE("roofs that slope have no facades", "[raytracer][analyse]") {
@@ -328,13 +224,4 @@ TEST_CASE("walls behind a hole are counted, never dark", "[raytracer][analyse]")
                         static_cast<double>(core::kNoData));
         }
     CHECK(holes > 0);
-}
-
-TEST_CASE("facades have the same values for any threads and tiles", "[raytracer][analyse]") {
-    const auto world = house();
-    const scene::Scene scene = facade_scene(WallSide::kEast, 1);
-    Measured::Options other;
-    other.threads = 3;
-    other.tile_px = 48;
-    CHECK(Measured(*world, scene, {}).values() == Measured(*world, scene, other).values());
 }

@@ -83,12 +83,6 @@ TEST_CASE("a top hides what is below the line to it") {
     CHECK_FALSE(horizon.hides({}, {0, 1, 0}));
 }
 
-TEST_CASE("without tops nothing is hidden") {
-    CHECK(FarHorizon().empty());
-    CHECK_FALSE(FarHorizon().hides({}, towards(0, 0)));
-    CHECK_FALSE(same_all_around({}, {}).hides({}, towards(0, 0)));
-}
-
 TEST_CASE("shadow heights are interpolated between points and azimuths") {
     // The western point sees tops in the north and in the east, the eastern one sees none as high.
     FarHorizon::Lattice lattice{2, 1, 0, 0, 100, 0};

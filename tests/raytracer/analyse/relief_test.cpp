@@ -64,24 +64,6 @@ TEST_CASE("level ground has no aspect, and light at its altitude", "[raytracer][
     CHECK(analyse::hillshade({0, 1}, 180, 45) == 255);
 }
 
-TEST_CASE("the steps of voxels become an even slope", "[raytracer][analyse]") {
-    const CellPatch steps = patch_of(60, 21, [](int x, int) { return std::floor(x * 0.1); });
-    for (int x = 20; x < 40; ++x) {
-        const auto gradient = analyse::gradient_at(steps, x, 10, 10, 1);
-        REQUIRE(gradient);
-        CHECK(std::abs(gradient->east - 0.1) < 0.02);
-    }
-}
-
-TEST_CASE("a lone height has no slope", "[raytracer][analyse]") {
-    CellPatch patch = patch_of(5, 5, [](int, int) { return core::kNoData; });
-    CHECK_FALSE(analyse::gradient_at(patch, 2, 2, 2, 1));
-    patch.values[patch.index(2, 2)] = 4;
-    CHECK_FALSE(analyse::gradient_at(patch, 2, 2, 2, 1));
-    patch.values[patch.index(3, 2)] = 5;
-    CHECK_FALSE(analyse::gradient_at(patch, 2, 2, 2, 1));
-}
-
 TEST_CASE("covered ground is interpolated from around, within reach, and below the surface",
           "[raytracer][analyse]") {
     const auto slope = [](int x, int) { return 10 + x; };

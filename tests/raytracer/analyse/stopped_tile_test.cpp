@@ -83,3 +83,34 @@ TEST_CASE("a tile of an analysis that is stopped again and again has the same va
         CHECK((pieces.counts.hole_rays > 0) == has_hole);
     }
 }
+
+TEST_CASE("what is measured is the same for any tile size and number of threads",
+          "[raytracer][analyse][deterministic]") {
+    std::vector<Case> all = cases();
+    all.push_back({"terrain", test::analysis_scene(core::AnalysisKind::kTerrain)});
+    scene::Scene sight = test::analysis_scene(core::AnalysisKind::kSight);
+    sight.analysis.observers.points = {{30.5, 40, 20.5}, {60.5, 45, 45.5}};
+    all.push_back({"sight", sight});
+    scene::Scene day = test::analysis_scene(core::AnalysisKind::kSun);
+    day.sun.date = "2026-09-01";
+    day.sun.utc_offset_h = 1;
+    all.push_back({"sun of a day", day});
+    all.push_back({"sun of a period",
+                   test::energy_scene(core::AnalysisKind::kSunPeriod, "2026-01-15", "2026-02-03")});
+    scene::Scene ground =
+        test::energy_scene(core::AnalysisKind::kEnergy, "2026-09-01", "2026-09-05");
+    ground.analysis.surface = core::AnalysisSurface::kGround;
+    ground.analysis.diffuse = "perez";
+    all.push_back({"energy of the ground", ground});
+    const auto world = valley(false);
+    test::Measured::Options plain;
+    plain.area = voxel::VoxelBounds{{25, -10, 10}, {65, 60, 50}};
+    test::Measured::Options other = plain;
+    other.threads = 3;
+    other.tile_px = 7;
+    for (const Case& c : all) {
+        INFO(c.name);
+        CHECK(test::Measured(*world, c.scene, plain).values() ==
+              test::Measured(*world, c.scene, other).values());
+    }
+}

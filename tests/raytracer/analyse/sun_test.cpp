@@ -108,31 +108,6 @@ TEST_CASE("hours of sun north of a long wall are those of the sun's way", "[rayt
     }
 }
 
-TEST_CASE("what lies in shadow all day has no hours, and no first sun", "[raytracer][analyse]") {
-    ArrayWorld world({-30, -1, -30}, {30, 20, 30});
-    world.fill({-30, -1, -30}, {30, 0, 30}, Material::kGrass);
-    world.fill({-4, 0, -4}, {5, 20, 5}, Material::kWall);
-    world.fill({0, 0, 0}, {1, 20, 1}, Material::kAir);
-    world.editable_info().centre = kPlace;
-    const Measured raster(world, sun_scene("2026-12-21", 20), {});
-    CHECK(raster.at(0, 0, SunBand::kHours) == 0);
-    CHECK(raster.at(0, 0, SunBand::kFirst) == core::kNoData);
-    CHECK(raster.at(0, 0, SunBand::kLast) == core::kNoData);
-    CHECK(raster.at(2, 2, SunBand::kHours) > 8);
-}
-
-TEST_CASE("hours of sun are the same for any tile size and number of threads",
-          "[raytracer][analyse]") {
-    ArrayWorld world({-30, -1, -30}, {30, 20, 30});
-    world.fill({-30, -1, -30}, {30, 0, 30}, Material::kGrass);
-    world.fill({-4, 0, -4}, {5, 20, 5}, Material::kWall);
-    world.editable_info().centre = kPlace;
-    const scene::Scene scene = sun_scene("2026-09-01", 30);
-    const Measured plain(world, scene, {});
-    CHECK(Measured(world, scene, {3, 7}).values() == plain.values());
-    CHECK(Measured(world, scene, {2, 64}).values() == plain.values());
-}
-
 TEST_CASE("hours of a period are the sum of those of its days, and those of its months",
           "[raytracer][analyse]") {
     const auto world = wall();
@@ -199,20 +174,6 @@ TEST_CASE("hours of a year by bins are within a hundredth of those by each step"
     INFO("error " << std::sqrt(square) << " of " << mean << " hours");
     CHECK(mean > 2000);
     CHECK(std::sqrt(square) < 0.01 * mean);
-}
-
-TEST_CASE("hours of a period are the same for any tile size and number of threads",
-          "[raytracer][analyse]") {
-    ArrayWorld world({-30, -1, -30}, {30, 20, 30});
-    world.fill({-30, -1, -30}, {30, 0, 30}, Material::kGrass);
-    world.fill({-4, 0, -4}, {5, 20, 5}, Material::kWall);
-    world.editable_info().centre = kPlace;
-    for (const AnalysisKind kind : {AnalysisKind::kSunPeriod, AnalysisKind::kSunMonths}) {
-        const scene::Scene scene = period_scene(kind, "2026-01-15", "2026-06-03", 5);
-        const Measured plain(world, scene, {});
-        CHECK(Measured(world, scene, {3, 7}).values() == plain.values());
-        CHECK(Measured(world, scene, {2, 64}).values() == plain.values());
-    }
 }
 
 TEST_CASE("at an instant a wall's shadow is as long as its height says", "[raytracer][analyse]") {

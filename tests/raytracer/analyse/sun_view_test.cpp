@@ -62,32 +62,6 @@ TEST_CASE("a camera sees the hours of sun that a raster has") {
     CHECK(most - least > 4);
 }
 
-TEST_CASE("more samples bring the hours that a camera sees nearer to the truth") {
-    const auto error_of = [](int samples) {
-        scene::Scene scene = day(core::AnalysisKind::kSunView);
-        auto world = meadow_with_wall();
-        analyse::look_at_cells(analyse::grid_over(world->info(), world->info().bounds, 1),
-                               world->info(), scene);
-        scene.quality.samples = samples;
-        test::Job job(scene, std::size_t{256} << 20, std::move(world));
-        const output::Film film = test::render_scene(job, 2);
-        scene.quality.samples = 256;
-        test::Job fine(scene, std::size_t{256} << 20, meadow_with_wall());
-        const output::Film truth = test::render_scene(fine, 2);
-        double sum = 0;
-        for (int z = 0; z < 30; ++z)
-            for (int x = 0; x < 32; ++x) {
-                const auto off =
-                    static_cast<double>(film.at(x, z).colour.r - truth.at(x, z).colour.r);
-                sum += off * off;
-            }
-        return std::sqrt(sum / (30 * 32));
-    };
-    const double one = error_of(1);
-    CHECK(one > 0);
-    CHECK(error_of(16) < one / 2);
-}
-
 TEST_CASE("walls are in the sun on their own side alone") {
     scene::Scene scene = day(core::AnalysisKind::kSunView);
     auto world = meadow_with_wall();

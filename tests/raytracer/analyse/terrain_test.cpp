@@ -61,17 +61,6 @@ TEST_CASE("surface and ground of a cell are the tops of its voxels", "[raytracer
     }
 }
 
-TEST_CASE("terrain values are the same for any tile size and number of threads",
-          "[raytracer][analyse]") {
-    const auto world = meadow();
-    const Measured plain = measure_terrain(*world);
-    for (const Measured::Options& options :
-         {Measured::Options{3, 16}, Measured::Options{2, 7}, Measured::Options{1, 64}}) {
-        INFO(options.threads << " threads, tiles of " << options.tile_px);
-        CHECK(measure_terrain(*world, options).values() == plain.values());
-    }
-}
-
 TEST_CASE("cells of several voxels are measured at their middle, east and south of a border",
           "[raytracer][analyse]") {
     const auto world = meadow();

@@ -165,54 +165,32 @@ TEST_CASE("some of the frames only", "[raytracer][animate]") {
 
 TEST_CASE("frames that cannot be are refused before anything is made", "[raytracer][animate]") {
     Film film;
-    std::string said;
-    SECTION("begins after the end") {
-        film.options.first = 5;
-        said = "first = 5; allowed: 0 to 4";
-    }
-    SECTION("begins before the start") {
-        film.options.first = -1;
-        said = "first = -1";
-    }
-    SECTION("ends after the end") {
-        film.options.last = 5;
-        said = "last = 5; allowed: 0 to 4";
-    }
-    SECTION("ends before it begins") {
-        film.options.first = 3;
-        film.options.last = 2;
-        said = "last = 2; allowed: 3 to 4";
-    }
-    SECTION("every none") {
-        film.options.every = 0;
-        said = "every = 0";
-    }
-    SECTION("no number in the name") {
-        film.options.pattern = "frame.png";
-        said = "-o frame.png; allowed: one %d";
-    }
-    SECTION("a video of a part") {
-        film.options.first = 1;
-        film.options.video = "a.mp4";
-        said = "a video is made of all frames";
-    }
-    SECTION("a video of another kind") {
-        film.options.video = "a.gif";
-        said = "allowed: .mp4, .mkv, .mov";
-    }
-    SECTION("a video of float pictures") {
-        film.options.pattern = (film.folder.path() / "%d.exr").string();
-        film.options.video = "a.mp4";
-        said = "frames in .png or .jpg";
-    }
-    SECTION("a video without a program") {
-        film.options.video = (film.folder.path() / "a.mp4").string();
-        film.options.ffmpeg = "no-such-program";
-        said = "no-such-program is not installed";
-    }
-    CHECK_THROWS_AS(film.run(), util::UsageError);
-    CHECK_THROWS_WITH(film.run(), contains(said));
-    CHECK(film.made.empty());
+    const auto refused = [&](const std::string& said, auto change) {
+        INFO(said);
+        const animate::FrameOptions before = film.options;
+        change(film.options);
+        CHECK_THROWS_AS(film.run(), util::UsageError);
+        CHECK_THROWS_WITH(film.run(), contains(said));
+        CHECK(film.made.empty());
+        film.options = before;
+    };
+    using Options = animate::FrameOptions;
+    refused("first = 5; allowed: 0 to 4", [](Options& o) { o.first = 5; });
+    refused("first = -1", [](Options& o) { o.first = -1; });
+    refused("last = 5; allowed: 0 to 4", [](Options& o) { o.last = 5; });
+    refused("last = 2; allowed: 3 to 4", [](Options& o) { o.first = 3, o.last = 2; });
+    refused("every = 0", [](Options& o) { o.every = 0; });
+    refused("-o frame.png; allowed: one %d", [](Options& o) { o.pattern = "frame.png"; });
+    refused("a video is made of all frames", [](Options& o) { o.first = 1, o.video = "a.mp4"; });
+    refused("allowed: .mp4, .mkv, .mov", [](Options& o) { o.video = "a.gif"; });
+    refused("frames in .png or .jpg", [&](Options& o) {
+        o.pattern = (film.folder.path() / "%d.exr").string();
+        o.video = "a.mp4";
+    });
+    refused("no-such-program is not installed", [&](Options& o) {
+        o.video = (film.folder.path() / "a.mp4").string();
+        o.ffmpeg = "no-such-program";
+    });
 }
 
 TEST_CASE("names of frames have one number", "[raytracer][animate]") {

@@ -152,74 +152,6 @@ TEST_CASE("a box of a batch is available as soon as it has arrived", "[raytracer
     blocks.forget(ear);
 }
 
-TEST_CASE("a world without a preference for batches is asked box by box",
-          "[raytracer][world][batch]") {
-    BatchWorld world(1);
-    const Keys keys = keys_of(world);
-    blocks::BlockManager blocks(world, kBatchMemory_bytes, 3);
-    blocks.prefetch(keys);
-    until([&] { return blocks.stats().entries == keys.size(); });
-    const auto batches = world.batches();
-    CHECK(batches.size() == keys.size());
-    CHECK(std::all_of(batches.begin(), batches.end(), [](const Keys& b) { return b.size() == 1; }));
-}
-
-TEST_CASE("boxes that are only prefetched leave loaders for those with a waiter",
-          "[raytracer][world][batch]") {
-    BatchWorld world(2);
-    const Keys keys = keys_of(world);
-    world.hold();
-    Ear ear;
-    blocks::BlockManager blocks(world, kBatchMemory_bytes, 4);
-    blocks.prefetch(keys);
-    until([&] { return world.batches().size() == 3; });
-    blocks.wait_for(keys.back(), ear, 0);
-    until([&] { return world.batches().size() == 4; });
-    CHECK(world.batches().back() == Keys{keys.back()});
-    world.release();
-    until([&] { return ear.count == 1 && blocks.stats().entries == keys.size(); });
-    blocks.forget(ear);
-}
-
-TEST_CASE("what is queued is shared among the loaders that have nothing to do",
-          "[raytracer][world][batch]") {
-    BatchWorld world(32);
-    const Keys keys = keys_of(world);
-    world.hold();
-    blocks::BlockManager blocks(world, kBatchMemory_bytes, 4);
-    blocks.prefetch({keys.begin(), keys.begin() + 12});
-    until([&] {
-        return world.batches().size() == 3;
-    });  // the fourth is reserved for boxes with a waiter
-    for (const Keys& batch : world.batches())
-        CHECK(batch.size() == 3);
-    world.release();
-    until([&] { return blocks.stats().entries == 12; });
-    std::size_t asked = 0;
-    for (const Keys& batch : world.batches())
-        asked += batch.size();
-    CHECK(asked == 12);
-}
-
-TEST_CASE("a batch is no larger than the memory that is left", "[raytracer][world][batch]") {
-    const std::size_t limit_bytes =
-        GENERATE(std::size_t{1}, std::size_t{40'000}, std::size_t{400'000});
-    INFO(limit_bytes);
-    BatchWorld world(1000);
-    const Keys keys = keys_of(world);
-    blocks::BlockManager blocks(world, limit_bytes, 2);
-    blocks.prefetch(keys);
-    for (int round = 0; round < 2; ++round)
-        for (const auto& key : keys)
-            CHECK_FALSE(blocks.get(key)->hole);
-    std::size_t largest = 0;
-    for (const Keys& batch : world.batches())
-        largest = std::max(largest, batch.size());
-    CHECK(largest < keys.size());
-    constexpr std::size_t kFew = 150'000;  // what is looked at stays, even where nothing fits
-    CHECK(blocks.stats().peak_bytes <= limit_bytes + std::max(limit_bytes / 4, kFew));
-}
-
 TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no others",
           "[raytracer][world][batch]") {
     struct Case {
@@ -268,8 +200,7 @@ TEST_CASE(
         (void)render::render_film({view, processor, true, {}}, film);
         return bytes_of(film);
     };
-    const auto plain = landscape();
-    const std::string reference = picture(*plain, kBatchMemory_bytes, 1);
+    static const std::string reference = picture(*landscape(), kBatchMemory_bytes, 1);
     struct Case {
         const char* name;
         int batch;
@@ -278,7 +209,6 @@ TEST_CASE(
         int loaders;
     };
     const auto c = GENERATE(values<Case>({
-        {"32, one loader", 32, BatchWorld::Way::kGood, kBatchMemory_bytes, 1},
         {"5, backwards", 5, BatchWorld::Way::kBackwards, kBatchMemory_bytes, 8},
         {"32, a byte of memory", 32, BatchWorld::Way::kGood, 1, 8},
         {"7, little memory, backwards", 7, BatchWorld::Way::kBackwards, 100'000, 3},

@@ -72,16 +72,6 @@ TEST_CASE("a box that is needed is not evicted", "[raytracer][world][cache]") {
     CHECK(cache.stats().peak_bytes == 4 * kBlock_bytes);
 }
 
-TEST_CASE("a box is unseen until it is touched", "[raytracer][world][cache]") {
-    BlockCache cache(10 * kBlock_bytes);
-    BlockCache::Entry& entry = insert(cache, 0);
-    cache.set_unseen(entry);
-    CHECK(cache.memory_use().unseen_bytes == kBlock_bytes);
-    CHECK(cache.touch(entry));
-    CHECK(cache.memory_use().unseen_bytes == 0);
-    CHECK_FALSE(cache.touch(entry));
-}
-
 TEST_CASE("removed waits take entries along that nothing else needs", "[raytracer][world][cache]") {
     BlockCache cache(10 * kBlock_bytes);
     const Listener listener;
@@ -106,18 +96,4 @@ TEST_CASE("removed waits take entries along that nothing else needs", "[raytrace
     cache.set_unseen(insert(cache, 5));
     CHECK(cache.remove_waits(waiting, std::nullopt));
     CHECK(cache.memory_use().unseen_bytes == 0);
-}
-
-TEST_CASE("boxes that are loaded again are counted", "[raytracer][world][cache]") {
-    BlockCache cache(10 * kBlock_bytes);
-    CHECK(cache.memory_use().mean_box_bytes > kBlock_bytes);  // a guess
-    insert(cache, 0);
-    cache.remove(key(0));
-    CHECK(cache.memory_use().bytes == 0);
-    insert(cache, 0);
-    const blocks::BlockStats stats = cache.stats();
-    CHECK(stats.levels[0].loaded == 2);
-    CHECK(stats.levels[0].reloaded == 1);
-    CHECK(stats.levels[0].bytes_loaded == 2 * kBlock_bytes);
-    CHECK(cache.memory_use().mean_box_bytes == kBlock_bytes);
 }

@@ -74,25 +74,3 @@ TEST_CASE("weighing that throws leaves the cache as it was", "[common][util][cac
     CHECK(cache.stats().entries == 0);
     CHECK(*cache.get(1, value, weight) == "x");
 }
-
-TEST_CASE("values are evicted in the order of their last use", "[common][util][cache]") {
-    Texts cache(4 * 1200);
-    std::vector<int> made;
-    const auto use = [&](int key) {
-        (void)cache.get(
-            key,
-            [&] { return made.push_back(key), std::make_shared<const std::string>(1000, 'v'); },
-            weight);
-    };
-    for (const int key : {1, 2, 3, 4, 2, 1})
-        use(key);  // oldest to newest: 3 4 2 1
-    made.clear();
-    use(5);  // evicts 3
-    use(6);  // evicts 4
-    for (const int key : {2, 1, 5, 6})
-        use(key);
-    CHECK(made == std::vector<int>{5, 6});
-    use(4);
-    use(3);
-    CHECK(made == std::vector<int>{5, 6, 4, 3});
-}

@@ -61,12 +61,6 @@ void complete(LoadQueue& queue, const LoadQueue::Request& request) {
 
 }  // namespace
 
-TEST_CASE("an empty queue has nothing to load", "[raytracer][world][queue]") {
-    LoadQueue queue = queue_of(8, 2);
-    CHECK(queue.loader_count() == 2);
-    CHECK(take(queue).keys.empty());
-}
-
 TEST_CASE("boxes with a waiter are taken in their order, and before prefetched ones",
           "[raytracer][world][queue]") {
     LoadQueue queue = queue_of(2, 1);
@@ -89,84 +83,6 @@ TEST_CASE("boxes with a waiter are taken in their order, and before prefetched o
     CHECK(third.prefetched);
     complete(queue, third);
     CHECK(take(queue).keys.empty());
-}
-
-TEST_CASE("a dropped box with a waiter is not taken", "[raytracer][world][queue]") {
-    LoadQueue queue = queue_of(8, 1);
-    add_requested(queue, keys(0, 4));
-    queue.drop_requested([](const voxel::BoxKey& box) { return box.bx % 2 == 0; });
-    CHECK(take(queue).keys == Keys{key_of(1), key_of(3)});
-}
-
-TEST_CASE("prefetched boxes are replaced, and taken once unless they are known",
-          "[raytracer][world][queue]") {
-    LoadQueue queue = queue_of(8, 1);
-    queue.replace_prefetched(keys(0, 4));
-    queue.replace_prefetched({key_of(5), key_of(6), key_of(5), key_of(7), key_of(8)});
-    const LoadQueue::Request request = take(queue, 0, 0, {key_of(7)});
-    CHECK(request.keys == Keys{key_of(5), key_of(6), key_of(8)});
-    complete(queue, request);
-    CHECK(take(queue).keys.empty());
-}
-
-TEST_CASE("the queue is shared among the idle loaders, up to a batch for each",
-          "[raytracer][world][queue]") {
-    struct Case {
-        const char* name;
-        std::size_t batch;
-        std::size_t loaders;
-        std::vector<std::size_t> sizes;  ///< of the requests of ten boxes
-    };
-    const auto c = GENERATE(values<Case>({
-        {"one loader, a large batch", 32, 1, {10}},
-        {"one box for each request", 1, 3, {1, 1, 1}},
-        {"a small batch", 2, 3, {2, 2, 2}},
-        {"an equal share", 32, 5, {2, 2, 2, 2, 2}},
-        {"rounded up", 32, 4, {3, 3, 2, 2}},
-        {"more loaders than boxes", 32, 12, {1, 1, 1, 1, 1, 1, 1, 1, 1, 1}},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        LoadQueue queue = queue_of(c.batch, c.loaders);
-        add_requested(queue, keys(0, 10));
-        std::vector<std::size_t> sizes;
-        for (std::size_t i = 0; i < c.sizes.size(); ++i)
-            sizes.push_back(take(queue).keys.size());
-        CHECK(sizes == c.sizes);
-    }
-}
-
-TEST_CASE("a quarter of the loaders is reserved for boxes with a waiter, where there are batches",
-          "[raytracer][world][queue]") {
-    struct Case {
-        const char* name;
-        std::size_t batch;
-        std::size_t loaders;
-        std::size_t prefetching;  ///< loaders that may prefetch at once
-    };
-    const auto c = GENERATE(values<Case>({
-        {"batches, one loader", 2, 1, 1},
-        {"batches, three loaders", 2, 3, 3},
-        {"batches, four loaders", 2, 4, 3},
-        {"batches, eight loaders", 2, 8, 6},
-        {"box by box, eight loaders", 1, 8, 8},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        LoadQueue queue({1000 * kMemory_bytes, c.batch, c.loaders});
-        queue.replace_prefetched(keys(0, 100));
-        std::vector<LoadQueue::Request> under_way;
-        while (under_way.size() < c.prefetching) {
-            under_way.push_back(take(queue));
-            CHECK(under_way.back().prefetched);
-            REQUIRE(under_way.back().keys.size() == c.batch);
-        }
-        if (c.prefetching < c.loaders) {
-            CHECK(take(queue).keys.empty());
-            queue.add_requested(key_of(200));
-            CHECK(take(queue).keys == Keys{key_of(200)});
-        }
-        complete(queue, under_way.back());
-        CHECK(take(queue).prefetched);
-    }
 }
 
 TEST_CASE("boxes with a waiter are limited to a quarter of the memory, but the first of a request",

@@ -53,33 +53,3 @@ TEST_CASE("a box of deep water takes a fraction of the memory, with the same vox
     CHECK(block.box->top() == box->top());
     CHECK(differing_voxels(*block.box, *box) == 0);
 }
-
-TEST_CASE("bricks share attributes by what they are full of, up to sixteen kinds",
-          "[raytracer][blocks]") {
-    struct Case {
-        int wide;
-        std::uint32_t kinds;
-    };
-    for (const Case& c : {Case{64, 2}, Case{16, 8}, Case{8, 16}, Case{4, 16}, Case{3, 0}}) {
-        INFO("a colour for each " << c.wide << " columns");
-        const Block block = blocks::packed(lake(200, c.wide));
-        CHECK(block.shared_attrs == c.kinds * 64);
-        CHECK(differing_voxels(*block.box, *lake(200, c.wide)) == 0);
-    }
-}
-
-TEST_CASE("a box stays what it is where packing would not save half of it", "[raytracer][blocks]") {
-    auto shallow = lake(24, 64);
-    const Box* const before = shallow.get();
-    const Block block = blocks::packed(std::move(shallow));
-    CHECK(block.box.get() == before);
-    CHECK(block.shared_attrs == 0);
-    CHECK(blocks::packed(nullptr).box == nullptr);
-}
-
-TEST_CASE("a box that the world keeps is not packed: there would be two", "[raytracer][blocks]") {
-    const auto kept = lake(200, 64);
-    const Block block = blocks::packed(kept);
-    CHECK(block.box == kept);
-    CHECK(block.shared_attrs == 0);
-}

@@ -9,7 +9,6 @@
 
 using namespace terravox;
 using namespace terravox::cluster;
-using terravox::test::contains;
 
 namespace {
 
@@ -35,14 +34,6 @@ TEST_CASE("each frame belongs to one task", "[cluster][tasks]") {
     for (int frame = 5; frame <= 14; ++frame)
         CHECK(plan.task_of(frame) == (frame - 5) / per_task);
     CHECK(plan.task_of(14) == plan.tasks() - 1);
-}
-
-TEST_CASE("a node gets about eight tasks by default", "[cluster][tasks]") {
-    CHECK(usual_per_task(1, 1) == 1);
-    CHECK(usual_per_task(8, 1) == 1);
-    CHECK(usual_per_task(9, 1) == 2);
-    CHECK(usual_per_task(300, 4) == 10);
-    CHECK(usual_per_task(300, 100) == 1);
 }
 
 TEST_CASE("numbers of an array are written shortly and mean the same", "[cluster][tasks]") {

@@ -151,40 +151,6 @@ TEST_CASE("library: rays meet the voxel that is there, on any number of threads"
     CHECK(wrong == 0);
 }
 
-TEST_CASE("library: a ray among very many has the hit that it has among few", "[library]") {
-    const World world = hills();
-    const ManyRays some;
-    std::vector<double> origins;
-    std::vector<double> directions;
-    const std::size_t times = 35;
-    for (std::size_t i = 0; i < times; ++i) {
-        origins.insert(origins.end(), some.origins.begin(), some.origins.end());
-        directions.insert(directions.end(), some.directions.begin(), some.directions.end());
-    }
-    const RayHits all = world.cast(origins, directions);
-    const Occlusion occlusion = world.occluded(origins, directions);
-    const std::size_t few = 500;
-    for (std::size_t first = 0; first < some.origins.size() / 3; first += few) {
-        const auto part = [&](const std::vector<double>& of) {
-            return std::span(of).subspan(3 * first, 3 * few);
-        };
-        const RayHits hits = world.cast(part(some.origins), part(some.directions));
-        std::size_t wrong = 0;
-        for (std::size_t i = 0; i < times * few; ++i) {
-            const std::size_t mine = i % few;
-            const std::size_t other = i / few * (some.origins.size() / 3) + first + mine;
-            wrong += all.distance_m[other] == hits.distance_m[mine] &&
-                             all.voxel[other] == hits.voxel[mine] &&
-                             all.face[other] == hits.face[mine] &&
-                             all.material[other] == hits.material[mine] &&
-                             (occlusion.occluded[other] == 1) == (hits.material[mine] != 0)
-                         ? 0
-                         : 1;
-        }
-        CHECK(wrong == 0);
-    }
-}
-
 TEST_CASE("library: one wrong ray among many is named", "[library]") {
     const World world = hills();
     ManyRays rays;
@@ -239,20 +205,6 @@ TEST_CASE("library: a scene's text and fields are both used", "[library]") {
     scene.toml = "[output]\nsize = \"-1x16\"\n";
     scene.fields.clear();
     CHECK_THROWS_AS(world.render(scene), UsageError);
-}
-
-TEST_CASE("library: hours of sun on open ground are those of the day", "[library]") {
-    AnalysisOptions options;
-    options.kind = "sun";
-    options.resolution_m = 10;
-    options.scene.fields = {{"sun.date", "2026-03-20"}};
-    const Raster raster = hills("EPSG:3794").analyse(options);
-    REQUIRE(raster.bands.front().name == "sun_hours");
-    const auto& hours = raster.bands.front().values;
-    const float most = *std::max_element(hours.begin(), hours.end());
-    CHECK(most > 11);
-    CHECK(most <= 12.5F);
-    CHECK_THROWS_AS(hills().analyse(options), UsageError);  // nowhere on Earth
 }
 
 TEST_CASE("library: points of one's own are voxelized", "[library]") {
@@ -310,16 +262,6 @@ TEST_CASE("library: areas of worlds without end are where they are asked for", "
     CHECK(same_bits(world.analyse(options).bands.front().values, surface.bands.front().values));
     const double all = 1e9;
     CHECK_THROWS_AS(world.surface(MapBounds{-all, -all, all, all}), UsageError);
-}
-
-TEST_CASE("library: directions of any length give one distance", "[library]") {
-    const World world = hills();
-    const std::vector<double> origin{30, 30, 100};
-    const double expected = 100 - Hills::top(60, -60) * 0.5;
-    for (const double length : {1e-300, 1e-161, 1e-9, 1.0, 1e9, 1e200, 1e300}) {
-        const std::vector<double> down{0, 0, -length};
-        CHECK(world.cast(origin, down).distance_m.front() == expected);
-    }
 }
 
 TEST_CASE("library: a call that is stopped ends with Stopped", "[library]") {
@@ -432,13 +374,4 @@ TEST_CASE("library: requests that make no sense are refused", "[library]") {
     CHECK_THROWS_AS(make_survey({"", 7, 8, 1, 1, 1000, 0}), UsageError);
     CHECK_THROWS_AS(make_survey({"/tmp/never", 7, 8, 1, 1, 70, 0}), UsageError);
     CHECK_THROWS_AS(set_log_level("loud"), UsageError);
-}
-
-TEST_CASE("library: materials keep their numbers", "[library]") {
-    const std::vector<Material> all = materials();
-    for (std::size_t i = 0; i < all.size(); ++i)
-        CHECK(all[i].number == i);
-    CHECK(all[0].name == "air");
-    CHECK(all[terravox::test::kGrass].name == "grass");
-    CHECK(all[terravox::test::kRoof].name == "roof");
 }

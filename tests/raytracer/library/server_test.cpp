@@ -63,17 +63,6 @@ TEST_CASE("library: nothing is served after the end, and the port is free", "[li
     CHECK(again.port() == options.port);
 }
 
-TEST_CASE("library: servers of one world do not disturb each other", "[library]") {
-    const World world = served_hills();
-    auto first = std::make_unique<Server>(world);
-    const Server second(world);
-    CHECK(first->port() != second.port());
-    first.reset();
-    const VoxelBlock block = world.block_of(std::nullopt, 2);
-    const World there = World::open({second.url()}, without_cache());
-    CHECK(there.voxels(block).materials == world.voxels(block).materials);
-}
-
 TEST_CASE("library: a server with a token answers nobody without it", "[library]") {
     ServerOptions options;
     options.token = "0123456789abcdef0123456789abcdef";

@@ -99,29 +99,6 @@ TEST_CASE("at any point, a texel's fields are in their ranges and reproducible",
     }
 }
 
-TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one colour",
-          "[raytracer][material]") {
-    material::FacePoint at;
-    at.face = core::Face::kTop;
-    at.voxel = {40, 3, -17};
-    int colours = 0;
-    float last = -1;
-    for (int i = 0; i < 1600; ++i) {
-        at.v = (i + 0.5) / 1600;
-        at.u = 0.4;
-        const float here = table().texel(Material::kGrass, at).ratio.r;
-        colours += here != last;
-        last = here;
-    }
-    CHECK(colours > 8);
-    CHECK(colours <= 16);
-    at.footprint = 1;
-    for (const double v : {0.01, 0.3, 0.7, 0.99}) {
-        at.v = v;
-        CHECK(std::abs(table().texel(Material::kGrass, at).ratio.r - 1) < 1e-3f);
-    }
-}
-
 TEST_CASE("faces of coarser levels show the mean, and their leaves are denser",
           "[raytracer][material]") {
     material::FacePoint at;
@@ -142,120 +119,6 @@ TEST_CASE("faces of coarser levels show the mean, and their leaves are denser",
     CHECK(last == 1);
 }
 
-TEST_CASE("the side of grass is grass above and soil below", "[raytracer][material]") {
-    material::FacePoint at;
-    for (int i = 0; i < 64; ++i) {
-        at.voxel = {i, 5, 2 * i};
-        at.face = i % 2 == 0 ? core::Face::kEast : core::Face::kSouth;
-        double& up = i % 2 == 0 ? at.u : at.v;
-        up = 0.97;
-        INFO(i);
-        CHECK(table().texel(Material::kGrass, at).own_share == 0);
-        up = 0.03;
-        const material::Texel low = table().texel(Material::kGrass, at);
-        CHECK(low.own_share == 1);
-        CHECK(low.own.r > 1.5f * low.own.b);
-    }
-}
-
-TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
-    // bits of what stands around the voxel above: three on the side where the roof rises
-    struct Case {
-        const char* name;
-        std::uint8_t around;
-        bool rises_south_or_north;
-    };
-    const auto c = GENERATE(values<Case>({{"north", 0b00000111, true},
-                                          {"south", 0b11100000, true},
-                                          {"west", 0b00101001, false},
-                                          {"east", 0b10010100, false},
-                                          {"south and a corner", 0b11100100, true},
-                                          {"east alone", 0b00010000, false}}));
-    DYNAMIC_SECTION(c.name) {
-        // The brightness of lines along z and along x: the shadow under each row makes those of
-        // rows differ more.
-        std::array<double, 16> of_x{};
-        std::array<double, 16> of_z{};
-        material::FacePoint at;
-        at.face = core::Face::kTop;
-        at.around = c.around;
-        for (int i = 0; i < 4096; ++i) {
-            at.voxel = {i / 256, 9, i / 256 * 3};
-            at.v = (i % 16 + 0.5) / 16;
-            at.u = (i / 16 % 16 + 0.5) / 16;
-            const double b = static_cast<double>(table().texel(Material::kRoof, at).ratio.r);
-            of_x[static_cast<std::size_t>(i % 16)] += b;
-            of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
-        }
-        const auto spread = [](const std::array<double, 16>& v) {
-            return *std::max_element(v.begin(), v.end()) - *std::min_element(v.begin(), v.end());
-        };
-        CHECK((spread(of_z) > 1.5 * spread(of_x)) == c.rises_south_or_north);
-        CHECK((spread(of_x) > 1.5 * spread(of_z)) == !c.rises_south_or_north);
-    }
-}
-
-TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
-    // The brightness of each row of texels, over some voxels in one place and as many in another.
-    const auto row = [](int y, int step, int x0, int z0) {
-        double sum = 0;
-        material::FacePoint at;
-        at.face = core::Face::kSouth;
-        for (int i = 0; i < 256; ++i) {
-            at.voxel = {x0 + i / 16, y, z0 + i / 16 * 5};
-            at.u = (i % 16 + 0.5) / 16;
-            at.v = (step + 0.5) / 16;
-            sum += static_cast<double>(table().texel(Material::kRock, at).ratio.g);
-        }
-        return sum / 256 - 1;
-    };
-    double here2 = 0;
-    double there2 = 0;
-    double both = 0;
-    for (int y = -20; y < 20; ++y)
-        for (int step = 0; step < 16; ++step) {
-            const double here = row(y, step, 30, 8);
-            const double there = row(y, step, 7000, -41);
-            here2 += here * here;
-            there2 += there * there;
-            both += here * there;
-        }
-    CHECK(both / std::sqrt(here2 * there2) > 0.8);
-}
-
-TEST_CASE("walls have windows every three metres whatever a voxel's size",
-          "[raytracer][material]") {
-    for (const double voxel_m : {0.25, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0}) {
-        INFO("voxel_m " << voxel_m);
-        material::FacePoint at;
-        at.face = core::Face::kEast;
-        at.voxel_m = voxel_m;
-        // Along 600 m of wall, in the row of voxels of each of ten floors that has most: how often
-        // what is drawn begins.
-        const auto rows = static_cast<std::int32_t>(std::max(1.0, std::floor(3 / voxel_m + 0.5)));
-        int begins = 0;
-        for (std::int32_t floor = 0; floor < 10; ++floor) {
-            int most = 0;
-            for (std::int32_t row = 0; row < rows; ++row) {
-                int here = 0;
-                bool in = false;
-                for (double z = 0; z < 600 / voxel_m; z += 0.05 / voxel_m) {
-                    at.voxel = {12, floor * rows + row, static_cast<std::int32_t>(z)};
-                    at.v = z - std::floor(z);
-                    at.u = 0.5;
-                    const bool now = table().texel(Material::kWall, at).own_share > 0.9f;
-                    here += now && !in;
-                    in = now;
-                }
-                most = std::max(most, here);
-            }
-            begins += most;
-        }
-        CHECK(begins > 700);   // 2000 places of 3 m at most; fewer where a voxel is 2 m
-        CHECK(begins < 4200);  // frames and shutters next to each other may count as two
-    }
-}
-
 TEST_CASE("from afar a wall keeps the mean of its windows, their light and their gloss",
           "[raytracer][material]") {
     for (const double voxel_m : {0.5, 1.0, 2.0}) {
@@ -270,27 +133,6 @@ TEST_CASE("from afar a wall keeps the mean of its windows, their light and their
         CHECK(coarse.share == Approx(far.share));
         CHECK(coarse.emission == Approx(far.emission));
     }
-}
-
-TEST_CASE("windows are lit by night alone, and only some", "[raytracer][material]") {
-    int glass = 0;
-    int lit = 0;
-    material::FacePoint at;
-    at.face = core::Face::kSouth;
-    for (int i = 0; i < 20'000; ++i) {
-        at.voxel = {i % 200, i / 200, 4};
-        at.u = 0.35;
-        at.v = 0.5;
-        at.night = false;
-        CHECK(table().texel(Material::kWall, at).emission == 0);
-        at.night = true;
-        const material::Texel t = table().texel(Material::kWall, at);
-        glass += t.gloss > 0;
-        lit += t.emission > 0;
-    }
-    CHECK(glass > 800);
-    CHECK(lit > glass / 6);
-    CHECK(lit < glass / 2);
 }
 
 TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][material]") {

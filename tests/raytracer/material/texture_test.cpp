@@ -56,10 +56,6 @@ Sums sums(const TexturePool& pool, const PaintedFace& face, std::uint32_t varian
     return out;
 }
 
-float brightness(const Dot& dot) {
-    return (dot.ratio.r + dot.ratio.g + dot.ratio.b) / 3;
-}
-
 }  // namespace
 
 TEST_CASE("every texture has a name that leads back to it", "[raytracer][material]") {
@@ -106,83 +102,6 @@ TEST_CASE("mips show as much light, own colour and holes as the texels do",
     });
 }
 
-TEST_CASE("nothing is drawn darker or brighter than can be stored", "[raytracer][material]") {
-    for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
-        for (std::uint32_t v = 0; v < face.variants; ++v)
-            for (int t = 0; t < kTexels; ++t)
-                for (int s = 0; s < kTexels; ++s) {
-                    INFO(name << ", variant " << v << " at " << s << ", " << t);
-                    const Dot dot = pool.dot(face, v, 0, s, t);
-                    for (const float c : {dot.ratio.r, dot.ratio.g, dot.ratio.b})
-                        CHECK((c > 0.05f && c < 3.5f));
-                }
-    });
-}
-
-TEST_CASE("a texture goes on across its edges: no step there that is not inside, too",
-          "[raytracer][material]") {
-    // Layers and man-made rows begin anew at an edge on purpose: there it is the joint, which is
-    // inside as well.
-    for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
-        for (std::uint32_t v = 0; v < face.variants; ++v) {
-            double edge = 0;
-            double max_inside = 0;
-            for (int s = 0; s < kTexels; ++s) {
-                double step = 0;
-                for (int t = 0; t < kTexels; ++t) {
-                    const Dot a = pool.dot(face, v, 0, s, t);
-                    const Dot b = pool.dot(face, v, 0, (s + 1) % kTexels, t);
-                    step += std::abs(static_cast<double>(brightness(a) * (1 - a.share) -
-                                                         brightness(b) * (1 - b.share)));
-                }
-                if (s == kTexels - 1)
-                    edge = step;
-                else
-                    max_inside = std::max(max_inside, step);
-            }
-            INFO(name << ", variant " << v);
-            CHECK(edge <= 1.5 * max_inside + 0.1);
-        }
-    });
-}
-
-TEST_CASE("variants differ", "[raytracer][material]") {
-    for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
-        for (std::uint32_t v = 1; v < face.variants; ++v) {
-            int differ = 0;
-            for (int t = 0; t < kTexels; ++t)
-                for (int s = 0; s < kTexels; ++s)
-                    differ += brightness(pool.dot(face, v, 0, s, t)) !=
-                              brightness(pool.dot(face, v - 1, 0, s, t));
-            INFO(name << ", variant " << v);
-            CHECK(differ > 20);
-        }
-    });
-}
-
-TEST_CASE("leaves have holes, a quarter to a third of each face", "[raytracer][material]") {
-    const std::map<std::string, std::pair<double, double>> kOpen = {{"tufts top", {0.25, 0.35}},
-                                                                    {"tufts side", {0.25, 0.35}},
-                                                                    {"bush side", {0.25, 0.35}},
-                                                                    {"foliage side", {0.25, 0.35}},
-                                                                    {"hedge side", {0.20, 0.30}}};
-    std::size_t found = 0;
-    for_all([&](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
-        const auto open = kOpen.find(name);
-        if (open == kOpen.end())
-            return;
-        ++found;
-        CHECK(face.has_holes);
-        for (std::uint32_t v = 0; v < face.variants; ++v) {
-            INFO(name << ", variant " << v);
-            const double holes = 1 - sums(pool, face, v, 0).opacity;
-            CHECK(holes >= open->second.first);
-            CHECK(holes <= open->second.second);
-        }
-    });
-    CHECK(found == kOpen.size());
-}
-
 TEST_CASE("textures are drawn with the same bits every time", "[raytracer][material]") {
     std::uint64_t first = 0;
     for (int run = 0; run < 2; ++run) {
@@ -215,20 +134,4 @@ TEST_CASE("between two mips a texture is their mixture", "[raytracer][material]"
         CHECK(found.ratio.g == Approx(fine.ratio.g * (1 - kCoarse) + coarse.ratio.g * kCoarse));
         CHECK(found.opacity == Approx(fine.opacity * (1 - kCoarse) + coarse.opacity * kCoarse));
     });
-}
-
-TEST_CASE("the pair of mips follows what a pixel covers", "[raytracer][material]") {
-    struct Case {
-        float texels;
-        int fine;
-        float coarse;
-    };
-    for (const auto& c :
-         {Case{0, 0, 0}, Case{1, 0, 0}, Case{1.5f, 0, 0.5f}, Case{2, 1, 0}, Case{6, 2, 0.5f},
-          Case{16, 4, 0}, Case{1e9f, 4, 0}, Case{INFINITY, 4, 0}, Case{NAN, 0, 0}}) {
-        INFO(c.texels);
-        const MipPair found = MipPair::of(c.texels);
-        CHECK(found.fine == c.fine);
-        CHECK(found.coarse_share == c.coarse);
-    }
 }

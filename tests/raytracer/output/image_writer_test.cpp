@@ -116,20 +116,6 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     CHECK(worst <= 1.0 / 255 + 1e-6);
 }
 
-TEST_CASE("what a person should know is stored in the picture", "[raytracer][output]") {
-    const std::string ending = GENERATE(".exr", ".png", ".tif");
-    INFO(ending);
-    const TemporaryFolder folder;
-    const auto file = folder.path() / ("picture" + ending);
-    write_plain(film_of(8, 8), file, 0, core::ToneCurve::kPhotographic, kMetadata);
-    const PictureFile back = read_picture(file);
-    CHECK(back.text("Software") == "terravox test");
-    CHECK(back.text("Copyright") == "ARSO, CC BY 4.0");
-    CHECK(back.text("ImageDescription") == "Škofja Loka");
-    CHECK(back.text("terravox:holes") == "3");
-    CHECK(back.text("terravox:camera") == "1.5 2.5 3.5");
-}
-
 TEST_CASE("texts of strangers fit into every format, and hide nothing", "[raytracer][output]") {
     const std::string ending = GENERATE(".exr", ".png", ".tif", ".jpg");
     INFO(ending);

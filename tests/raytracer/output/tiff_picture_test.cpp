@@ -1,12 +1,14 @@
 #include "raytracer/output/tiff_picture.hpp"
 
-#include <cpl_conv.h>
 #include <gdal.h>
 #include <ogr_srs_api.h>
 
+#include <cstring>
+#include <fstream>
 #include <memory>
 #include <optional>
 
+#include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/image_writer.hpp"
@@ -33,23 +35,13 @@ Dataset open(const std::filesystem::path& file) {
     return out;
 }
 
-std::string wkt_of(const char* name) {
-    const auto crs = OSRNewSpatialReference(nullptr);
-    char* wkt = nullptr;
-    OSRSetFromUserInput(crs, name);
-    OSRExportToWkt(crs, &wkt);
-    const std::string out = wkt;
-    CPLFree(wkt);
-    OSRDestroySpatialReference(crs);
-    return out;
-}
-
 output::PictureInfo bled_info() {
     output::PictureInfo info;
     info.metadata = {{"Software", "terravox test"},
                      {"Copyright", "ARSO, CC BY 4.0: Geoportal, Škofja Loka"},
                      {"terravox:holes", "3"}};
-    info.geo = output::GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, wkt_of("EPSG:3794")};
+    info.geo = output::GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5},
+                                    geo::Crs::from_text("EPSG:3794").wkt()};
     return info;
 }
 
@@ -160,6 +152,32 @@ TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][ou
                 ? 0
                 : 1;
     CHECK(wrong == 0);
+}
+
+TEST_CASE("the alpha of a TIFF of floats has been multiplied into its light, that of bytes has not",
+          "[raytracer][output]") {
+    const TemporaryFolder folder;
+    output::PictureInfo info;
+    // Ref: TIFF 6.0, ExtraSamples: 1 for alpha that was multiplied into the colours, 2 for other.
+    const auto extra_samples = [&](const char* name) {
+        const auto file = folder.path() / name;
+        output::write_image(half_of(15, 9), file, info);
+        std::ifstream in(file, std::ios::binary);
+        const std::string bytes(std::istreambuf_iterator<char>(in), {});
+        const auto number = [&](std::size_t at, std::size_t size) {
+            std::uint32_t out = 0;
+            std::memcpy(&out, &bytes.at(at), size);
+            return out;
+        };
+        const std::size_t directory = number(4, 4);
+        for (std::size_t i = 0; i < number(directory, 2); ++i)
+            if (const std::size_t field = directory + 2 + 12 * i; number(field, 2) == 338)
+                return number(field + 8, 2);
+        return 0U;
+    };
+    CHECK(extra_samples("floats.tif") == 1);
+    info = bled_info();
+    CHECK(extra_samples("bytes.tif") == 2);
 }
 
 TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file stays whole",

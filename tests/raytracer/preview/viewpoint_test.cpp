@@ -137,13 +137,3 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
     CHECK(pane.holds(pane.x, pane.y));
     CHECK_FALSE(pane.holds(pane.x + pane.width, pane.y));
 }
-
-TEST_CASE("no two materials are shown in colours that look the same", "[preview]") {
-    for (int a = 1; a < voxel::kMaterialCount; ++a)
-        for (int b = 1; b < a; ++b) {
-            const voxel::Rgb8 p = preview::colour_of_material(static_cast<voxel::Material>(a));
-            const voxel::Rgb8 q = preview::colour_of_material(static_cast<voxel::Material>(b));
-            INFO(a << " and " << b);
-            CHECK(std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 24);
-        }
-}

@@ -37,15 +37,6 @@ TEST_CASE("the first band of a member is checked, others by chance", "[raytracer
     CHECK(checked < 1200);
 }
 
-TEST_CASE("a requested check is done once", "[raytracer][sched]") {
-    CheckPolicy policy(1'000'000'000, 1);
-    PoolMember member = experienced_worker();
-    CHECK_FALSE(policy.is_due(member));
-    member.request_check();
-    CHECK(policy.is_due(member));
-    CHECK_FALSE(policy.is_due(member));
-}
-
 TEST_CASE("trusted members are never checked, nor any member without checks",
           "[raytracer][sched]") {
     PoolMember trusted(trusted_spec(), false, at_s(0));

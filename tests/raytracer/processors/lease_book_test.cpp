@@ -166,25 +166,6 @@ TEST_CASE("a member whose lease was withdrawn may lease the band again, and its 
     CHECK(book.unfinished() == 0);
 }
 
-TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][sched]") {
-    for (const float lie : {0.0f, 1.0f}) {
-        processors::LeaseBook book;
-        book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
-        const auto band = book.lease(1, 100'000, Time{});
-        REQUIRE(band);
-        tiles::TileResult result = made(*band, lie);
-        CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
-        book.check(1, *band, tiles::hash_of_pixels(made(*band, lie)), {});
-        CHECK(book.open_checks() == 1);
-        const auto check = book.lease_check(2, Time{});
-        REQUIRE(check);
-        const auto taken = book.take(2, made(*check));
-        CHECK(taken.answer == (lie == 0 ? Answer::kChecked : Answer::kFalse));
-        CHECK(taken.other == 1);
-        CHECK(book.open_checks() == 0);
-    }
-}
-
 TEST_CASE("holes excuse what a check of them could not see, and nothing else",
           "[raytracer][sched]") {
     const voxel::BoxKey a{0, 0, 0, 0};

@@ -47,50 +47,6 @@ std::size_t bands_of(const std::vector<LeasePlanner::Grant>& grants, MemberId id
 
 }  // namespace
 
-TEST_CASE("a member of unknown speed gets little, a thread of this process more",
-          "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(16, 256);
-    const MemberId worker = bench.add(worker_spec());
-    const MemberId trusted = bench.add(trusted_spec());
-    CHECK(bench.wanted_by(worker) == 2 * 1024);
-    CHECK(bench.wanted_by(trusted) == 6 * 4096);
-    const auto grants = bench.plan(0);
-    CHECK(bands_of(grants, worker) == 2);
-    CHECK(bench.book.load_of(worker).pixels == 2 * 1024);
-    CHECK(bench.book.load_of(trusted).pixels >= 6 * 4096);
-    CHECK(bench.plan(0).empty());
-}
-
-TEST_CASE("a member has leased as much at once as it computes during a round trip",
-          "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(100, 256);
-    processors::MemberSpec far = worker_spec();
-    far.latency_s = [] { return 0.5; };
-    const MemberId near_by = bench.add(worker_spec(), 100'000);
-    const MemberId far_away = bench.add(far, 100'000);
-    CHECK(bench.wanted_by(near_by) == 30'000);
-    CHECK(bench.wanted_by(far_away) == 130'000);
-}
-
-TEST_CASE("near the end members get half of their share of what is left", "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(10, 160);
-    const MemberId slow = bench.add(worker_spec(), 1'000'000);
-    const MemberId fast = bench.add(worker_spec(), 3'000'000);
-    constexpr double kLeft = 64 * 160 * 10;
-    CHECK(static_cast<double>(bench.wanted_by(slow)) == Approx(kLeft / 8).margin(1));
-    CHECK(static_cast<double>(bench.wanted_by(fast)) == Approx(kLeft * 3 / 8).margin(1));
-}
-
-TEST_CASE("the capacity of a processor bounds its leases", "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(16, 256);
-    const MemberId one = bench.add(worker_spec(1), 1'000'000);
-    CHECK(bands_of(bench.plan(0), one) == 1);
-}
-
 TEST_CASE("a member that may not work gets nothing", "[raytracer][sched]") {
     PlannerBench bench;
     bench.add_tiles(16, 256);
@@ -179,24 +135,6 @@ TEST_CASE("an idle member repeats a lease, unless its owner is about to be done"
     CHECK(bench.plan(2).empty());
 }
 
-TEST_CASE("an idle member repeats the lease that would take longest", "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(2, 16);
-    const MemberId slow = bench.add(worker_spec(1), 500);
-    const MemberId slower = bench.add(worker_spec(1), 100);
-    CHECK(bench.plan(0).size() == 2);
-    const auto open = bench.book.open_leases();
-    const auto longest = std::find_if(open.begin(), open.end(),
-                                      [&](const auto& lease) { return lease.member == slower; });
-    REQUIRE(longest != open.end());
-    CHECK(bench.book.load_of(slow).leases == 1);
-    const MemberId fast = bench.add(worker_spec(1), 100'000);
-    const auto grants = bench.plan(0.01);
-    REQUIRE(grants.size() == 1);
-    CHECK(grants.front().member == fast);
-    CHECK(grants.front().band == longest->band);
-}
-
 TEST_CASE(
     "bands of a lost member are leased at once to the member that finishes first, whatever it has",
     "[raytracer][sched]") {
@@ -211,15 +149,5 @@ TEST_CASE(
     const auto grants = bench.plan(0);
     CHECK(grants.size() == 2);
     CHECK(bands_of(grants, fast) == 2);
-    CHECK(bench.plan(0).empty());
-}
-
-TEST_CASE("bands of a lost member are leased like others where no speed is known",
-          "[raytracer][sched]") {
-    PlannerBench bench;
-    bench.add_tiles(16, 256);
-    bench.add(worker_spec(1));
-    CHECK(bench.plan(0).size() == 1);
-    bench.planner.add_returned(2);
     CHECK(bench.plan(0).empty());
 }

@@ -47,22 +47,6 @@ struct ValidatorBench {
 
 }  // namespace
 
-TEST_CASE("the first answer to a lease counts, and makes the tile whole", "[raytracer][sched]") {
-    ValidatorBench bench(0);
-    const MemberId id = bench.add(worker_spec());
-    const auto upper = bench.lease(id, 1);
-    const auto lower = bench.lease(id);
-    const auto first = bench.answer(id, upper);
-    CHECK(first.answer == Answer::kFirst);
-    CHECK_FALSE(first.whole);
-    const auto second = bench.answer(id, lower);
-    REQUIRE(second.whole);
-    CHECK(second.whole->tile == tile_of_rows(0, 16));
-    CHECK(second.untrusted == 0);
-    CHECK(bench.members.find(id)->bands() == 2);
-    CHECK_FALSE(bench.book.checks_wait());
-}
-
 TEST_CASE("an answer without a lease changes nothing", "[raytracer][sched]") {
     ValidatorBench bench(0);
     const MemberId id = bench.add(worker_spec());
@@ -72,21 +56,6 @@ TEST_CASE("an answer without a lease changes nothing", "[raytracer][sched]") {
     CHECK_FALSE(verdict.whole);
     CHECK(bench.members.find(id)->bands() == 0);
     CHECK(bench.members.find(id)->is_on_probation());
-}
-
-TEST_CASE("an answer withdraws the band from other members", "[raytracer][sched]") {
-    ValidatorBench bench(0);
-    const MemberId owner = bench.add(worker_spec());
-    const MemberId other = bench.add(worker_spec());
-    const auto band = bench.lease(owner);
-    (void)bench.book.lease_again(other, band, at_s(0));
-    const auto verdict = bench.answer(other, band);
-    REQUIRE(verdict.withdraw_from.size() == 1);
-    CHECK(verdict.withdraw_from.front() == bench.members.find(owner)->spec().processor);
-    const auto late = bench.answer(owner, band);
-    CHECK(late.answer == Answer::kLate);
-    CHECK(late.untrusted == 0);
-    CHECK(bench.members.find(owner)->bands() == 0);
 }
 
 TEST_CASE("some rows of a worker's first band are checked by a trusted member",

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """The Python package: values, types, errors, Ctrl-C, and what stays behind."""
 
+import concurrent.futures
 import doctest
 import gc
 import math
 import multiprocessing
 import os
 import pathlib
-import pickle
 import signal
 import subprocess
 import sys
@@ -48,23 +48,6 @@ def village():
         world.convert(FOLDER / "village.tvx")
         _worlds["village"] = terravox.open(FOLDER / "village.tvx")
     return _worlds["village"]
-
-
-def rays(world, count, seed=1):
-    """@return origins above a world, and directions downwards"""
-    random = np.random.default_rng(seed)
-    west, south, east, north = world.bounds
-    origins = np.stack(
-        [
-            random.uniform(west, east, count),
-            random.uniform(south, north, count),
-            np.full(count, world.heights[1] + 10),
-        ],
-        axis=1,
-    )
-    directions = random.normal(size=(count, 3))
-    directions[:, 2] = -0.1 - np.abs(directions[:, 2])
-    return origins, directions
 
 
 def run_python(code, *, loses_objects=False):
@@ -147,30 +130,6 @@ class Values(unittest.TestCase):
         numbers = [float(one) for one in mapping["GeoTransform"].split()]
         self.assertEqual(numbers, [west, 1, 0, north, 0, -1])
 
-    def test_rays_meet_the_surface(self):
-        world = village()
-        surface = world.surface()
-        east, north = np.meshgrid(surface.x.values, surface.y.values)
-        origins = np.stack([east.ravel(), north.ravel(), np.full(east.size, 2000.0)], axis=1)
-        hits = world.cast(origins, (0, 0, -1))
-        self.assertEqual(hits.holes, 0)
-        heights = (2000 - hits.distance).astype(np.float32)
-        np.testing.assert_array_equal(heights, surface.values.ravel())
-        self.assertEqual(set(hits.face), {3})
-        self.assertTrue((hits.material > 0).all())
-        self.assertTrue(world.occluded(origins, (0, 0, -1)).all())
-        self.assertFalse(world.occluded(origins, (0, 0, 1)).any())
-
-    def test_threads_make_no_difference(self):
-        world = village()
-        origins, directions = rays(world, 30_000)
-        one = world.cast(origins, directions, threads=1)
-        two = world.cast(origins, directions, threads=2)
-        for first, second in zip(one, two, strict=True):
-            np.testing.assert_array_equal(first, second)
-        first = world.render(fields=SMALL, threads=1).light
-        np.testing.assert_array_equal(first, world.render(fields=SMALL, threads=2).light)
-
     def test_bounds_choose_a_part(self):
         world = village()
         # Voxels of level 1 begin at even coordinates.
@@ -232,18 +191,14 @@ class Values(unittest.TestCase):
         village().render(fields=SMALL).save(mine)
         subprocess.run([compare, "--exact", out, mine], check=True)
 
-    def test_hours_of_sun(self):
-        sun = village().analyse("sun", resolution=8, fields={"sun.date": "2026-03-20"})
-        self.assertGreater(float(sun.sun_hours.max()), 9)
-        self.assertLess(float(sun.sun_hours.max()), 12.5)
-        shadow = village().analyse("shadow", resolution=8, fields={"sun.time_h": 12})
+    def test_kinds_of_analyses(self):
+        world = village()
+        shadow = world.analyse("shadow", resolution=8, fields={"sun.time_h": 12})
         measured = shadow.sunlit.values[np.isfinite(shadow.sunlit.values)]
         self.assertEqual(set(measured.tolist()), {0.0, 1.0})
-        energy = village().analyse("energy", resolution=16, fields={"sun.date": "2026-06-21"})
-        self.assertGreater(float(energy.kwh_m2.max()), 5)
-        seen = village().analyse(
-            "sight", resolution=8, observers=[(*(sum(p) / 2 for p in bounds_pairs()), 900)]
-        )
+        west, south, east, north = world.bounds
+        middle = ((west + east) / 2, (south + north) / 2, 900)
+        seen = world.analyse("sight", resolution=8, observers=[middle])
         self.assertGreater(float(seen.seen.sum()), 10)
 
     def test_materials(self):
@@ -255,11 +210,6 @@ class Values(unittest.TestCase):
         failed, tried = doctest.testmod(terravox)
         self.assertEqual(failed, 0)
         self.assertGreater(tried, 0)
-
-
-def bounds_pairs():
-    west, south, east, north = village().bounds
-    return (west, east), (south, north)
 
 
 class Guide(unittest.TestCase):
@@ -284,7 +234,6 @@ class Errors(unittest.TestCase):
     def test_messages_are_those_of_the_programs(self):
         world = village()
         self.refused(lambda: terravox.open("/nowhere"), "/nowhere does not exist")
-        self.refused(lambda: terravox.open([]), "allowed")
         self.refused(lambda: world.surface(level=99), "level = 99", "allowed: 0 to")
         self.refused(lambda: world.surface((0, 0, 1, 1)), "nothing is within")
         self.refused(lambda: world.surface((0, 1)), "2 numbers of bounds")
@@ -292,16 +241,12 @@ class Errors(unittest.TestCase):
         self.refused(lambda: world.surface(threads=-1), "-1", "0 to 1024")
         self.refused(lambda: terravox.open("generated:7", fields={"sun.size": 2}), "sun.size")
         self.refused(lambda: world.render({"camera": {"fow": 3}}), "unknown field 'camera.fow'")
-        self.refused(lambda: world.render(fields={"camera.fov_deg": 500}), "500")
         self.refused(lambda: world.analyse("gravity"), "gravity", "terrain")
-        self.refused(lambda: world.analyse("sun", weather="a.epw"), "for energy alone")
-        self.refused(lambda: world.analyse("terrain", horizon="a.tif"), "sky, sun and energy")
         with self.assertRaisesRegex(terravox.Error, "/nowhere/a.tif: no such file"):
             world.analyse("sky", horizon="/nowhere/a.tif")
         self.refused(lambda: world.cast((0, 0, 0), (0, 0, 0)), "no direction")
         self.refused(lambda: world.cast((0, 0, math.nan), (0, 0, 1)), "endless number")
         self.refused(lambda: world.cast([[1, 2]], (0, 0, 1)), "n x 3")
-        self.refused(lambda: terravox.survey(FOLDER / "x", square_m=70), "square_m = 70")
 
     def test_kinds_of_errors(self):
         self.assertTrue(issubclass(terravox.UsageError, terravox.Error))
@@ -341,10 +286,6 @@ class Errors(unittest.TestCase):
         ):
             with self.assertRaises((TypeError, ValueError)):
                 call()
-
-    def test_worlds_cannot_be_pickled(self):
-        with self.assertRaises(TypeError):
-            pickle.dumps(village())
 
 
 class Interruptions(unittest.TestCase):
@@ -421,19 +362,13 @@ class Interruptions(unittest.TestCase):
     def test_several_threads_use_one_world(self):
         world = village()
         expected = world.surface().values
-        results = []
 
-        def work():
-            for _ in range(5):
-                results.append(np.array_equal(world.surface().values, expected))
-                world.render(fields=SMALL)
+        def work(_):
+            world.render(fields=SMALL)
+            return np.array_equal(world.surface().values, expected)
 
-        threads = [threading.Thread(target=work) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(results, [True] * 20)
+        with concurrent.futures.ThreadPoolExecutor(4) as threads:
+            self.assertEqual(list(threads.map(work, range(8))), [True] * 8)
 
 
 class Processes(unittest.TestCase):
@@ -477,7 +412,7 @@ class Processes(unittest.TestCase):
 
 
 class Leaks(unittest.TestCase):
-    def test_a_thousand_worlds_leave_nothing(self):
+    def test_hundreds_of_worlds_leave_nothing(self):
         village()
 
         def use(times):
@@ -487,28 +422,13 @@ class Leaks(unittest.TestCase):
                 world.cast((0, 0, 1e6), (0, 0, -1))
             gc.collect()
 
-        use(200)
+        use(50)
         descriptors = open_descriptors()
         before = resident_kib()
-        use(800)
+        use(200)
         self.assertEqual(open_descriptors(), descriptors)
         # A world that stayed would take megabytes.
         self.assertLess(resident_kib() - before, 64 * 1024)
-
-    def test_the_interpreter_ends_after_an_interrupted_call(self):
-        village()
-        code = (
-            "import signal, threading, terravox\n"
-            f"w = terravox.open({str(FOLDER / 'village.tvx')!r})\n"
-            "main = threading.main_thread().ident\n"
-            "threading.Timer(0.3, lambda: signal.pthread_kill(main, signal.SIGINT)).start()\n"
-            "try:\n"
-            "    w.render(fields={'output.size': '3000x3000', 'quality.samples': 64})\n"
-            "except KeyboardInterrupt:\n"
-            "    print('interrupted')\n"
-        )
-        done = run_python(code)
-        self.assertEqual((done.returncode, done.stdout), (0, "interrupted\n"), done.stderr)
 
     def test_the_interpreter_ends_while_another_thread_is_in_a_call(self):
         village()
@@ -525,7 +445,7 @@ class Leaks(unittest.TestCase):
         done = run_python(code, loses_objects=True)
         self.assertEqual(done.returncode, 0, done.stderr)
 
-    def test_a_process_that_is_forked_after_an_interruption_ends(self):
+    def test_the_interpreter_ends_after_an_interrupted_call_and_so_does_one_forked_then(self):
         village()
         code = (
             "import os, signal, sys, threading, terravox\n"
@@ -535,10 +455,10 @@ class Leaks(unittest.TestCase):
             "try:\n"
             "    w.render(fields={'output.size': '3000x3000', 'quality.samples': 64})\n"
             "except KeyboardInterrupt:\n"
-            "    pass\n" + FORK
+            "    print('interrupted')\n" + FORK
         )
         done = run_python(code)
-        self.assertEqual((done.returncode, done.stdout), (0, "0\n"), done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (0, "interrupted\n0\n"), done.stderr)
 
     def test_a_process_that_is_forked_after_the_import_ends(self):
         done = run_python("import os, sys, terravox\n" + FORK)

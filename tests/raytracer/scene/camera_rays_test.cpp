@@ -315,17 +315,6 @@ TEST_CASE("a picture of a world without end shows it as far as its height covers
     CHECK(walk::within_horizon(kEndless, parallel) == kEndless);
 }
 
-TEST_CASE("levels that no column is far enough for are not in use", "[raytracer][camera][levels]") {
-    constexpr voxel::VoxelBounds kBounds{{-1000, 3, -1000}, {1000, 60, 1000}};
-    constexpr double kPixel_rad = 0.01;
-    // The farthest columns are 2000 and 1000 voxels away, where a pixel is some 22 voxels wide.
-    const walk::LevelCut cut(kBounds, {-1000, 30, 0}, kPixel_rad, 1, 0, 19);
-    CHECK(cut.coarsest() == 4);
-    CHECK(cut.entry_bounds() == voxel::VoxelBounds{{-1008, 0, -1008}, {1008, 64, 1008}});
-    CHECK(walk::LevelCut(kBounds, {-1000, 30, 0}, kPixel_rad, 1, 6, 19).coarsest() == 6);
-    CHECK(walk::LevelCut(kBounds, {-1000, 1e6, 0}, kPixel_rad, 1, 0, 19).coarsest() == 13);
-}
-
 TEST_CASE("the space below a world is not in sight", "[raytracer][camera][levels]") {
     // The uppermost rays look 15 degrees down, and leave the world 2240 voxels away.
     const scene::Camera camera({0, 500, 0}, {0, 0, -714}, 40, 1280, 720);

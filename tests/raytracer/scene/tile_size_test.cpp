@@ -40,20 +40,3 @@ TEST_CASE("what is no size of a tile is none", "[raytracer][scene]") {
     INFO("'" << text << "'");
     CHECK_FALSE(scene::TileSize::parse(text));
 }
-
-TEST_CASE("every size of a tile survives being written, and fits its picture",
-          "[raytracer][scene]") {
-    std::mt19937 random(5);
-    for (int run = 0; run < 2000; ++run) {
-        scene::TileSize size{1 + static_cast<int>(random() % 4096), 0};
-        if (run % 2 == 0)
-            size = {64, 0.1 + 99.9 * (static_cast<double>(random()) / 4294967295.0)};
-        INFO(size.text());
-        CHECK(scene::TileSize::parse(size.text()) == size);
-        const int width = 1 + static_cast<int>(random() % 65536);
-        const int px = size.in_picture(width);
-        CHECK((px >= 1 && px <= 4096));
-        if (size.percent != 0 && px > 1 && px < 4096)
-            CHECK(std::abs(px - width * size.percent / 100) <= 0.5 + 1e-6);
-    }
-}

@@ -80,13 +80,12 @@ scene::Scene street_scene(core::Integrator integrator, int samples) {
 }
 
 /// @param sampled whether lamps are sampled, as at night, or met by chance alone
-output::Film lamp_film(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world, bool sampled,
-                       int threads = 2, std::size_t memory_bytes = std::size_t{256} << 20) {
-    test::Job job(scene, memory_bytes, std::move(world));
+output::Film lamp_film(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world, bool sampled) {
+    test::Job job(scene, std::size_t{256} << 20, std::move(world));
     job.view.materials = grey_with_lamps();
     REQUIRE(job.view.lamps);
     job.view.lamps = sampled;
-    return test::render_scene(job, threads);
+    return test::render_scene(job, 2);
 }
 
 struct Brightness {
@@ -163,20 +162,6 @@ TEST_CASE("lamps that are sampled bring the light that paths find by chance, wit
         lamp_film(street_scene(core::Integrator::kPath, 16), lamp_street(), false), &converged);
     INFO("noise of sampled lamps " << sampled.spread << ", of lamps by chance " << met.spread);
     CHECK(sampled.spread < 0.55 * met.spread);
-}
-
-TEST_CASE("the light of lamps depends on neither threads nor memory",
-          "[raytracer][shade][light][lamp]") {
-    for (const core::Integrator integrator : {core::Integrator::kDirect, core::Integrator::kPath}) {
-        scene::Scene scene = street_scene(integrator, 4);
-        scene.quality.detail = 1;
-        const auto bytes = [&](int threads, std::size_t memory_bytes) {
-            return test::bytes_of(lamp_film(scene, lamp_street(), true, threads, memory_bytes));
-        };
-        const std::string one = bytes(1, std::size_t{256} << 20);
-        CHECK(bytes(3, std::size_t{256} << 20) == one);
-        CHECK(bytes(2, std::size_t{1} << 18) == one);
-    }
 }
 
 TEST_CASE("lamps are chosen by their distance, and those behind the face never",

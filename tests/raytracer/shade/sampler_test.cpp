@@ -68,33 +68,6 @@ Numbers joint_numbers(int pixel, std::uint32_t sample) {
     return {point.u, point.v, direction.u, direction.v};
 }
 
-/// The same without across_pixel().
-Numbers padded_numbers(int pixel, std::uint32_t sample) {
-    const shade::Sampler numbers(pixel, 11, sample);
-    const auto point = numbers.in_pixel();
-    const auto direction = numbers.pair(3);
-    return {point.u, point.v, direction.u, direction.v};
-}
-
-/// Chi squared over 8 x 8 cells of 64 samples of two of the numbers: the mean of 200 pixels.
-template <class NumbersOf>
-double mean_chi2(std::size_t first, std::size_t second, const NumbersOf& numbers_of) {
-    constexpr int kPixels = 200;
-    constexpr std::uint32_t kCount = 64;
-    double sum = 0;
-    for (int pixel = 0; pixel < kPixels; ++pixel) {
-        std::array<double, 64> cells{};
-        for (std::uint32_t s = 0; s < kCount; ++s) {
-            const Numbers numbers = numbers_of(pixel, s);
-            cells[static_cast<std::size_t>(static_cast<int>(numbers[first] * 8) * 8 +
-                                           static_cast<int>(numbers[second] * 8))] += 1;
-        }
-        for (const double c : cells)
-            sum += (c - 1) * (c - 1);
-    }
-    return sum / kPixels;
-}
-
 }  // namespace
 
 TEST_CASE("each number across a pixel is evenly spread at every power of two",
@@ -111,26 +84,6 @@ TEST_CASE("each number across a pixel is evenly spread at every power of two",
             for (const auto& cells : seen)
                 REQUIRE(cells.size() == count);
         }
-}
-
-TEST_CASE("numbers across a pixel are evenly spread together with its point",
-          "[raytracer][shade][sampler]") {
-    for (std::size_t a = 0; a < 4; ++a)
-        for (std::size_t b = a + 1; b < 4; ++b) {
-            INFO("numbers " << a << " and " << b);
-            CHECK(mean_chi2(a, b, joint_numbers) == 0);
-            // Numbers that are evenly spread each, but independent of each other, have 49.
-            if (a < 2 && b >= 2)
-                CHECK(mean_chi2(a, b, padded_numbers) > 40);
-        }
-}
-
-TEST_CASE("pixels have across them numbers of their own", "[raytracer][shade][sampler]") {
-    std::set<double> seen;
-    for (int pixel = 0; pixel < 100; ++pixel)
-        for (const std::uint32_t dimension : {1u, 2u})
-            seen.insert(shade::Sampler(pixel, 11, 5).across_pixel(dimension).u);
-    CHECK(seen.size() == 200);
 }
 
 TEST_CASE("dimensions and pixels are independent of each other", "[raytracer][shade][sampler]") {
@@ -159,12 +112,4 @@ TEST_CASE("dimensions and pixels are independent of each other", "[raytracer][sh
         };
     };
     CHECK(chi2(along(1), along(2)) < 130);
-}
-
-TEST_CASE("the parts of samples are as even as samples", "[raytracer][shade][sampler]") {
-    std::set<int> seen;
-    for (std::uint32_t s = 0; s < 4; ++s)
-        for (int i = 0; i < 8; ++i)
-            seen.insert(static_cast<int>(shade::Sampler(9, 9, s).part(i, 8).number(5) * 32));
-    CHECK(seen.size() == 32);
 }

@@ -75,6 +75,7 @@ TEST_CASE("a mixed colour is not that of an object next to the voxel", "[raytrac
         core::VoxelColour colour;
         float least, most;  ///< share of the photo in what is shown
     };
+    Job job(small_scene());
     for (const Case& c :
          {Case{"a meadow", Material::kGrass, meadow, core::VoxelColour::kMix, 0.84f, 0.86f},
           Case{"a shore that shows the lake", Material::kGrass, lake, core::VoxelColour::kMix, 0,
@@ -94,16 +95,16 @@ TEST_CASE("a mixed colour is not that of an object next to the voxel", "[raytrac
         scene::Scene scene = small_scene();
         scene.quality.colour = c.colour;
         scene.quality.textures = false;
-        const Job job(scene);
-        const auto shading = shade::make_shading(job.view);
+        const shade::View view = shade::make_view(scene, job.blocks);
+        const auto shading = shade::make_shading(view);
         walk::TracedRay ray = met(*shading, c.material, core::Face::kTop);
-        const voxel::Colour plain = shade::surface_at(job.view, ray).albedo;
+        const voxel::Colour plain = shade::surface_at(view, ray).albedo;
         ray.hit.attr.colour = c.photo;
         ray.hit.attr.flags = voxel::VoxelAttr::kHasColour;
-        const voxel::Colour shown = shade::surface_at(job.view, ray).albedo;
+        const voxel::Colour shown = shade::surface_at(view, ray).albedo;
         scene.quality.colour = core::VoxelColour::kTrue;
-        const Job photo_job(scene);
-        const voxel::Colour photo = shade::surface_at(photo_job.view, ray).albedo;
+        const shade::View photo_view = shade::make_view(scene, job.blocks);
+        const voxel::Colour photo = shade::surface_at(photo_view, ray).albedo;
         const float share = (shown.g - plain.g) / (photo.g - plain.g);
         CHECK(share >= c.least);
         CHECK(share <= c.most);

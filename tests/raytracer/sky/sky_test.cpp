@@ -7,26 +7,21 @@
 using namespace terravox;
 using namespace terravox::test;
 
-TEST_CASE("the light on a voxel's face is that on its normal", "[raytracer][sky]") {
-    scene::Scene even;
-    even.sky.model = core::SkyModel::kUniform;
-    for (const sky::Sky& sky : {sky_at(30, 120), sky::Sky({30, 120}, even.sun, even.sky, 0)})
-        for (int face = 0; face < 6; ++face) {
-            const auto of = static_cast<core::Face>(face);
-            const voxel::Colour wanted = sky.ambient(core::normal_of(of));
-            const voxel::Colour found = sky.ambient(of);
-            CHECK(wanted.r > 0);
-            CHECK(found.r == wanted.r);
-            CHECK(found.g == wanted.g);
-            CHECK(found.b == wanted.b);
-        }
-}
-
 TEST_CASE("the sky is finite and never negative, whatever the sun, the air and the direction",
           "[raytracer][sky]") {
-    const double altitude =
-        GENERATE(-90.0, -18.0, -6.0, -0.833, 0.0, 0.5, 12.0, 45.0, 89.9999, 90.0);
-    const double azimuth = GENERATE(0.0, 225.0, -360.0);
+    using Sun = std::pair<double, double>;
+    const auto sun = GENERATE(values<Sun>({{-90, 0},
+                                           {-18, 225},
+                                           {-6, -360},
+                                           {-0.833, 0},
+                                           {0, 225},
+                                           {0.5, -360},
+                                           {12, 0},
+                                           {45, 225},
+                                           {89.9999, -360},
+                                           {90, 0}}));
+    const double altitude = sun.first;
+    const double azimuth = sun.second;
     std::mt19937 random(static_cast<unsigned>(altitude * 7 + azimuth + 1000));
     scene::Scene scene;
     scene.sky.turbidity = std::uniform_real_distribution<double>(1.5, 10)(random);
@@ -111,7 +106,7 @@ TEST_CASE("ambient light is what radiance sums to", "[raytracer][sky]") {
     std::vector<Sum> sums;
     for (const core::Vec3 n : directions(24, 8))
         sums.push_back({core::normalized(n), {}});
-    over_sphere(120'000, -1, [&](core::Vec3 d, double sr) {
+    over_sphere(60'000, -1, [&](core::Vec3 d, double sr) {
         const voxel::Colour light = sky.radiance(d);
         for (Sum& s : sums)
             if (const double c = core::dot(s.normal, d); c > 0)
@@ -124,25 +119,6 @@ TEST_CASE("ambient light is what radiance sums to", "[raytracer][sky]") {
         CHECK(brightness(found) == Approx(brightness(s.sum)).epsilon(0.02));
         CHECK(static_cast<double>(found.b) == Approx(static_cast<double>(s.sum.b)).epsilon(0.02));
     }
-}
-
-TEST_CASE(
-    "a clear sky gives a tenth to a quarter of the light, more when the sun is low or the air "
-    "thick",
-    "[raytracer][sky]") {
-    const auto share = [](double altitude, double turbidity) {
-        scene::Scene::Sky settings;
-        settings.turbidity = turbidity;
-        const sky::Sky sky = sky_at(altitude, 180, settings);
-        const double from_sky = brightness(sky.ambient({0, 1, 0}));
-        return from_sky / (from_sky + brightness(sky.sun_light()) * sky.to_sun().y);
-    };
-    CHECK(share(60, 2) > 0.10);
-    CHECK(share(60, 2.5) < 0.25);
-    for (double t = 1.5; t < 9; t += 1.5)
-        CHECK(share(60, t) < share(60, t + 1.5));
-    for (double a = 5; a < 80; a += 15)
-        CHECK(share(a, 2.5) > share(a + 15, 2.5));
 }
 
 TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[raytracer][sky]") {
@@ -160,13 +136,16 @@ TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[r
 }
 
 TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
-    const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0);
-    const double clouds = GENERATE(0.0, 0.7);
+    using Case = std::pair<double, double>;
+    const auto c =
+        GENERATE(values<Case>({{90, 0}, {50, 0.7}, {10, 0}, {1, 0.7}, {1, 0}, {-5, 0}, {-9, 0}}));
+    const double altitude = c.first;
+    const double clouds = c.second;
     const sky::Sky sky = sky_at(altitude, 180, with_clouds(clouds));
     // Along circles through all azimuths, zenith and horizon, a hundredth of a degree changes
     // little; stars apart, which are points.
     constexpr double kStep_deg = 0.01;
-    for (const double azimuth : {0.0, 37.0, 90.0, 171.0}) {
+    for (const double azimuth : {37.0, 171.0}) {
         double last = -1;
         for (double a = -180; a < 180; a += kStep_deg) {
             if (altitude < -4 && a > 0.5 && a < 179.5) {
@@ -188,22 +167,6 @@ TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
     }
     CHECK(brightness(sky.radiance({1, 1e-9, 0})) ==
           Approx(brightness(sky.radiance({1, -1e-9, 0}))).epsilon(1e-3));
-}
-
-TEST_CASE("colours are those of days and evenings", "[raytracer][sky]") {
-    const voxel::Colour noon = sky_at(60).radiance({0, 1, 0});
-    const voxel::Colour horizon = sky_at(60).radiance(direction(2, 0));
-    CHECK(noon.b > 1.5f * noon.r);
-    CHECK(brightness(horizon) > 1.3 * brightness(noon));
-    CHECK(horizon.b / horizon.r < 0.8f * noon.b / noon.r);
-    const voxel::Colour high = sky_at(45).sun_light();
-    const voxel::Colour low = sky_at(4).sun_light();
-    CHECK(low.r / low.b > 2 * high.r / high.b);
-    CHECK(brightness(sky_at(45).sun_light()) == Approx(2.4).epsilon(0.01));
-    const voxel::Colour sunset = sky_at(-1).radiance(direction(1, 180));
-    const voxel::Colour dusk = sky_at(-5).radiance({0, 1, 0});
-    CHECK(sunset.r > 1.5f * sunset.b);
-    CHECK(dusk.b > 2 * dusk.r);
 }
 
 TEST_CASE("strengths multiply; without them there is no light", "[raytracer][sky]") {

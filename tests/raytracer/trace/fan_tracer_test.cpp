@@ -163,39 +163,6 @@ TEST_CASE("the rays of fans end as they do one by one", "[raytracer][trace][hole
     CHECK(holes > 50);
 }
 
-TEST_CASE("a ray that starts again elsewhere is one that was made there", "[raytracer][core]") {
-    Random random(8);
-    for (int i = 0; i < 20'000; ++i) {
-        const core::Vec3 to = some_direction(random);
-        const int level = static_cast<int>(random() % 5);
-        core::RayState moved({{}, to});
-        moved.change_scale(level);
-        const core::VoxelCoord voxel{static_cast<int>(random() % 2000) - 1000,
-                                     static_cast<int>(random() % 300),
-                                     static_cast<int>(random() % 2000) - 1000};
-        const double edge = 1 << level;
-        const auto along = [&](int at) {
-            const double places[] = {at * edge, at * edge - 1e-12, (at + 1) * edge,
-                                     (at + real(random, 0, 1)) * edge};
-            return places[random() % std::size(places)];
-        };
-        const core::Vec3 from{along(voxel.x), along(voxel.y), along(voxel.z)};
-        moved.restart_in(voxel, from);
-        core::RayState made({from, to});
-        made.start_in(voxel, level);
-        REQUIRE(moved.level == made.level);
-        REQUIRE(moved.t == made.t);
-        REQUIRE(moved.face == made.face);
-        for (int a = 0; a < 3; ++a) {
-            REQUIRE(moved.origin[a] == made.origin[a]);
-            REQUIRE(moved.direction[a] == made.direction[a]);
-            REQUIRE(moved.inverse[a] == made.inverse[a]);
-            REQUIRE(moved.forward[a] == made.forward[a]);
-            REQUIRE(moved.voxel[a] == made.voxel[a]);
-        }
-    }
-}
-
 TEST_CASE("a fan tracer that is cleared takes no rays of the next wave for its own",
           "[raytracer][trace]") {
     scene::Scene scene = small_scene();

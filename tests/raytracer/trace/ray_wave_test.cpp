@@ -31,7 +31,6 @@ struct Begun {
     std::vector<std::uint32_t> active;
     trace::RayWave wave;
     tiles::TraceCounts counts;
-    trace::StageClock clock;
 };
 
 void load(Job& job, trace::RayWave& wave) {
@@ -61,36 +60,6 @@ TEST_CASE("a ray whose box is missing is parked until the box is loaded", "[rayt
         load(job, begun.wave);
     while (!begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts));
     CHECK_FALSE(begun.wave.waits());
-}
-
-TEST_CASE("a wave that is stopped resumes later where it was", "[raytracer][trace]") {
-    Job job(small_scene());
-    Begun begun(job);
-    std::stop_source stopped;
-    stopped.request_stop();
-    const thread::StopCondition at_once(stopped.get_token());
-    // Each call advances by a ray, so that it ends although each call is to stop at once.
-    int runs = 1;
-    for (; !begun.wave.walk(begun.tools, begun.samples, at_once, begun.counts); ++runs)
-        if (begun.wave.waits())
-            load(job, begun.wave);
-    CHECK(runs > 48);
-}
-
-TEST_CASE("shading a wave makes the next one, until none is left", "[raytracer][trace]") {
-    Job job(small_scene());
-    Begun begun(job);
-    int waves = 0;
-    while (!begun.wave.empty()) {
-        REQUIRE(++waves < 100);
-        while (!begun.wave.walk(begun.tools, begun.samples, kNever, begun.counts))
-            load(job, begun.wave);
-        begun.wave.shade(begun.tools, begun.samples, begun.clock, begun.counts);
-    }
-    CHECK(waves > 1);
-    CHECK(begun.counts.rays[static_cast<std::size_t>(walk::RayKind::kShadow)] > 0);
-    begun.wave.clear();
-    CHECK(begun.wave.empty());
 }
 
 TEST_CASE("a tile that is stopped again and again has the same pixels", "[raytracer][trace]") {

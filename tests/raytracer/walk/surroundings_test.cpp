@@ -8,7 +8,7 @@ using namespace terravox::test;
 
 TEST_CASE("a hole beside a face is reported each time that it is met",
           "[raytracer][levels][hole]") {
-    auto world = towers();
+    auto world = made_towers();
     world->level(0).make_hole({0, 0, 0, 0});
     const walk::LevelCut cut(world->info().bounds, 0);
     blocks::BlockManager blocks(*world, std::size_t{1} << 30);

@@ -16,7 +16,7 @@ inline double real(Random& r, double low, double high) {
     return low + core::unit_from(r()) * (high - low);
 }
 
-inline std::unique_ptr<PyramidWorld> towers() {
+inline std::unique_ptr<PyramidWorld> made_towers() {
     auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100},
                                                ArrayWorld::Coord{170, 80, 140});
     finest->fill_with([](int x, int y, int z) {
@@ -30,15 +30,19 @@ inline std::unique_ptr<PyramidWorld> towers() {
     return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
 }
 
+/// The same for all that make no holes in it: it takes long to make.
+inline PyramidWorld& towers() {
+    static const std::unique_ptr<PyramidWorld> world = made_towers();
+    return *world;
+}
+
 struct Fixture {
     explicit Fixture(double detail, std::size_t pinned_bytes = std::size_t{64} << 20)
-        : world(towers()),
-          cut(world->info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1),
-          blocks(*world, std::size_t{1} << 30),
+        : cut(towers().info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1),
+          blocks(towers(), std::size_t{1} << 30),
           reader(blocks, pinned_bytes),
           walker(reader, cut),
           single(reader, cut) {}
-    std::unique_ptr<PyramidWorld> world;
     walk::LevelCut cut;
     blocks::BlockManager blocks;
     walk::BlockReader reader;

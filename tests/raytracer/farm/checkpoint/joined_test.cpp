@@ -40,15 +40,6 @@ std::vector<tiles::TileResult> some(const std::vector<tiles::TileResult>& tiles,
     return out;
 }
 
-std::string message_of(const std::function<void()>& what) {
-    try {
-        what();
-    } catch (const util::Error& e) {
-        return e.what();
-    }
-    return "nothing";
-}
-
 /// A coordinator's run of a part.
 fs::path render_part(const fs::path& file, Job& job, const farm::Part& part) {
     const scene::Scene& scene = job.view.scene;

@@ -40,32 +40,6 @@ TEST_CASE("every tile belongs to one part, and parts have as many tiles",
     CHECK(*most - *least <= std::max(2, static_cast<int>(c.columns * c.rows / c.parts / 20)));
 }
 
-TEST_CASE("parts cost alike wherever the dear tiles are", "[raytracer][checkpoint][part]") {
-    struct Case {
-        const char* name;
-        double (*cost)(double x, double y);
-    };
-    const auto c = GENERATE(values<Case>(
-        {{"sky above", [](double, double y) { return y < 0.4 ? 1.0 : 20.0; }},
-         {"a house at the left", [](double x, double) { return x < 0.3 ? 30.0 : 2.0; }},
-         {"from corner to corner", [](double x, double y) { return 1 + 30 * (x + y); }},
-         {"from the other corner", [](double x, double y) { return 1 + 30 * (x + 1 - y); }},
-         {"a tower in the middle",
-          [](double x, double y) { return std::hypot(x - 0.5, y - 0.5) < 0.3 ? 25.0 : 1.0; }}}));
-    for (const std::uint32_t parts : {2U, 3U, 4U, 5U, 8U, 10U, 16U}) {
-        constexpr std::uint32_t kColumns = 60, kRows = 34;  // HD in tiles of 32
-        std::vector<double> costs(parts);
-        for (std::uint32_t y = 0; y < kRows; ++y)
-            for (std::uint32_t x = 0; x < kColumns; ++x)
-                for (std::uint32_t i = 1; i <= parts; ++i)
-                    if (farm::Part{i, parts}.has(x, y))
-                        costs[i - 1] += c.cost((x + 0.5) / kColumns, (y + 0.5) / kRows);
-        const auto [least, most] = std::minmax_element(costs.begin(), costs.end());
-        INFO(c.name << ", " << parts << " parts: from " << *least << " to " << *most);
-        CHECK(*most <= 1.12 * *least);
-    }
-}
-
 TEST_CASE("a part is written I/N", "[raytracer][checkpoint][part]") {
     CHECK(farm::Part::parse("2/5") == farm::Part{2, 5});
     CHECK(farm::Part::parse("1/1") == farm::Part{1, 1});

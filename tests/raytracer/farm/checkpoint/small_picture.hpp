@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+
+#include "common/util/error.hpp"
 #include "raytracer/farm/checkpoint/picture_key.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 #include "tests/raytracer/landscape.hpp"
@@ -31,6 +34,16 @@ inline std::vector<tiles::TileResult> small_tiles(bool with_layers = false, unsi
         out.back().holes.clear();
     }
     return out;
+}
+
+/// What is said of the failure; "nothing": there is none.
+inline std::string message_of(const std::function<void()>& what) {
+    try {
+        what();
+    } catch (const util::Error& e) {
+        return e.what();
+    }
+    return "nothing";
 }
 
 }  // namespace terravox::test

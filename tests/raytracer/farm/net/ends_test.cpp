@@ -81,45 +81,6 @@ TEST_CASE("a link that is closed delivers all that was sent before", "[common][n
     to->close();
 }
 
-TEST_CASE("a frame is read although its sender has closed the link and has ended",
-          "[common][net][ends]") {
-    const bool by_dialler = GENERATE(true, false);
-    INFO((by_dialler ? "by the dialler" : "by the listener's end"));
-    Farm farm;
-    auto [dialled, accepted] = farm.pair();
-    REQUIRE(accepted);
-    auto& from = by_dialler ? dialled : accepted;
-    auto& to = by_dialler ? accepted : dialled;
-    farm::Frame refusal;
-    refusal.mutable_refusal()->set_reason("another build");
-    // Frames that the other end sends meanwhile are lost, without harm.
-    for (std::uint64_t i = 0; i < 100; ++i)
-        REQUIRE(to->send(done(i, 100'000)));
-    REQUIRE(from->send(refusal));
-    from->close(kLong);
-    from.reset();
-    const auto frame = to->receive();
-    REQUIRE(frame);
-    CHECK(frame->refusal().reason() == "another build");
-    CHECK_FALSE(to->receive());
-    CHECK_FALSE(to->why_ended().empty());
-}
-
-TEST_CASE("both ends may close at once", "[common][net][ends]") {
-    for (int i = 0; i < 20; ++i) {
-        Farm farm;
-        auto [dialled, accepted] = farm.pair();
-        REQUIRE(accepted);
-        REQUIRE(dialled->send(ping(1)));
-        REQUIRE(accepted->send(ping(2)));
-        auto other = std::async(std::launch::async, [&] { accepted->close(kLong); });
-        dialled->close(kLong);
-        other.get();
-        CHECK(drain(*dialled) <= 1);
-        CHECK(drain(*accepted) <= 1);
-    }
-}
-
 TEST_CASE("a peer that takes nothing does not keep a closing link", "[common][net][ends]") {
     Farm farm;
     auto [dialled, accepted] = farm.pair();
@@ -284,24 +245,6 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
     }
 }
 
-TEST_CASE("bytes that are no frame end the link", "[common][net][ends]") {
-    Farm farm;
-    auto channel = channel_of(farm.address());
-    auto stub = farm::Farm::NewStub(channel);
-    grpc::ClientContext context;
-    auto stream = stub->Join(&context);
-    auto accepted = farm.arrivals().next();
-    REQUIRE(accepted);
-    // A text that is not UTF-8 is read by no receiver.
-    farm::Frame frame;
-    frame.mutable_bye()->set_reason("\xff\xfe");
-    CHECK(stream->Write(frame));
-    CHECK_FALSE(accepted->receive());
-    CHECK_THAT(accepted->why_ended(), contains("cannot be read"));
-    context.TryCancel();
-    CHECK_FALSE(stream->Finish().ok());
-}
-
 TEST_CASE("a connection carries one call", "[common][net][ends]") {
     const Said said;
     Farm farm;
@@ -423,36 +366,6 @@ TEST_CASE("a listener stops while links live", "[common][net][ends]") {
     }
 }
 
-TEST_CASE("a link outlives its listener, ended", "[common][net][ends]") {
-    std::unique_ptr<net::Link> accepted;
-    {
-        Farm farm;
-        auto pair = farm.pair();
-        accepted = std::move(pair.accepted);
-        REQUIRE(accepted);
-    }
-    CHECK_FALSE(accepted->receive());
-    CHECK_FALSE(accepted->send(ping(1)));
-    accepted->close();
-    accepted->abort();
-}
-
-TEST_CASE("what was sent before a close arrives though the listener stops at once",
-          "[common][net][ends]") {
-    for (int i = 0; i < 10; ++i) {
-        auto farm = std::make_unique<Farm>();
-        auto [dialled, accepted] = farm->pair();
-        REQUIRE(accepted);
-        auto count = std::async(std::launch::async, [&link = *dialled] { return drain(link); });
-        for (std::uint64_t k = 0; k < 40; ++k)
-            REQUIRE(accepted->send(done(k, 256 << 10)));
-        accepted->close(kLong);
-        accepted.reset();
-        farm.reset();
-        CHECK(count.get() == 40);
-    }
-}
-
 TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]") {
     const Said said;
     int links = 0;
@@ -482,37 +395,4 @@ TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]
     auto second = dial();
     REQUIRE(second->send(ping(1)));
     CHECK(second->receive()->ping().stamp() == 8);
-}
-
-TEST_CASE("links are opened and closed repeatedly", "[common][net][ends]") {
-    Farm farm;
-    std::vector<std::future<bool>> users;
-    for (int user = 0; user < 8; ++user)
-        users.push_back(std::async(std::launch::async, [&farm, user] {
-            int met = 0;
-            for (std::uint64_t i = 0; i < 25; ++i) {
-                // The other end may drop the link before this one has heard of it, or of the frame.
-                try {
-                    auto link = farm.dial();
-                    ++met;
-                    static_cast<void>(link->send(ping(i)));
-                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 0)
-                        link->abort();
-                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 1)
-                        link->close(0ms);
-                } catch (const net::RefusedError&) {
-                    return false;
-                } catch (const util::Error&) {
-                }
-            }
-            return met > 0;
-        }));
-    for (int i = 0; i < 200; ++i) {
-        auto link = farm.arrivals().next();
-        REQUIRE(link);
-        if (i % 2 == 0)
-            drain(*link);
-    }
-    for (auto& user : users)
-        CHECK(user.get());
 }

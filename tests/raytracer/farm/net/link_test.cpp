@@ -30,33 +30,3 @@ TEST_CASE("frames arrive in order, both ways", "[common][net][link]") {
     CHECK(dialled->peer() == farm.address().text());
     CHECK_THAT(accepted->peer(), contains("127.0.0.1:"));
 }
-
-TEST_CASE("much data goes both ways at once", "[common][net][link]") {
-    Farm farm;
-    const auto [dialled, accepted] = farm.pair();
-    REQUIRE(accepted);
-    constexpr std::size_t kFrame_bytes = 256 << 10;
-    const auto send_all = [](net::Link& link) {
-        for (std::uint64_t i = 0; i < 1000; ++i)
-            if (!link.send(done(i, kFrame_bytes)))
-                return false;
-        return true;
-    };
-    const auto receive_all = [](net::Link& link) {
-        for (std::uint64_t i = 0; i < 1000; ++i) {
-            const auto frame = link.receive();
-            if (!frame || frame->done().id() != i ||
-                frame->done().result().size() != kFrame_bytes ||
-                frame->done().result().back() != static_cast<char>('a' + i % 26))
-                return false;
-        }
-        return true;
-    };
-    auto there = std::async(std::launch::async, send_all, std::ref(*dialled)),
-         back = std::async(std::launch::async, send_all, std::ref(*accepted));
-    auto arrived = std::async(std::launch::async, receive_all, std::ref(*accepted));
-    CHECK(receive_all(*dialled));
-    CHECK(arrived.get());
-    CHECK(there.get());
-    CHECK(back.get());
-}

@@ -21,6 +21,7 @@ public:
     }
     ~Said() { spdlog::set_default_logger(m_before); }
     [[nodiscard]] std::string all() const { return m_sink->text(); }
+    [[nodiscard]] std::size_t warnings() const { return m_sink->warnings(); }
     /// Waits for a line that contains this.
     [[nodiscard]] bool hears(const std::string& part) const {
         return eventually([&] { return all().find(part) != std::string::npos; });
@@ -33,13 +34,19 @@ private:
             const std::lock_guard lock(mutex_);
             return m_text;
         }
+        std::size_t warnings() {
+            const std::lock_guard lock(mutex_);
+            return m_warnings;
+        }
 
     private:
         void sink_it_(const spdlog::details::log_msg& message) override {
             m_text.append(message.payload.data(), message.payload.size()).append("\n");
+            m_warnings += message.level == spdlog::level::warn ? 1 : 0;
         }
         void flush_() override {}
         std::string m_text;
+        std::size_t m_warnings = 0;
     };
     std::shared_ptr<spdlog::logger> m_before;
     std::shared_ptr<Sink> m_sink;

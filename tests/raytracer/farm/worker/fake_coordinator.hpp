@@ -66,19 +66,38 @@ public:
         *frame.mutable_task()->add_tiles() = farm::to_frame(tile, id);
         (void)m_link->send(std::move(frame));
     }
-    /// The picture that was begun last has ended.
-    void stop() {
+    /// The picture that was begun last has ended, or one of its tiles is not needed any more.
+    void stop(std::optional<std::uint64_t> tile = std::nullopt) {
         farm::Frame frame;
         frame.mutable_stop()->set_picture(m_picture);
+        if (tile)
+            frame.mutable_stop()->add_ids(*tile);
         (void)m_link->send(std::move(frame));
     }
+    /// The worker gives back what it has not begun, and leaves.
+    void drain() {
+        m_draining = std::thread([this] {
+            std::stop_source ending;
+            ending.request_stop();
+            m_daemon.run(ending.get_token());
+        });
+    }
     /// Returns when the worker has read all that was sent before.
-    void settle() {
+    /// @return whether one of its frames until then fits
+    template <class Fits>
+    bool settle(const Fits& fits) {
         farm::Frame frame;
         frame.mutable_ping()->set_stamp(++m_stamp);
         (void)m_link->send(std::move(frame));
-        (void)next(
-            [&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
+        bool has_fitted = false;
+        (void)next([&](const farm::Frame& f) {
+            has_fitted = has_fitted || fits(f);
+            return f.has_pong() && f.pong().stamp() == m_stamp;
+        });
+        return has_fitted;
+    }
+    void settle() {
+        (void)settle([](const farm::Frame&) { return false; });
     }
     /// @param hole why; empty: it is air
     void reply(const farm::BoxKey& key, const std::string& hole) {
@@ -106,10 +125,9 @@ public:
     farm::WorkerSession::End hang_up() {
         m_link->abort();
         m_over.release();
-        if (m_pinging.joinable())
-            m_pinging.join();
-        if (m_serving.joinable())
-            m_serving.join();
+        for (std::thread* thread : {&m_pinging, &m_serving, &m_draining})
+            if (thread->joinable())
+                thread->join();
         return m_end;
     }
 
@@ -126,7 +144,7 @@ private:
     std::vector<farm::BoxKey> m_asked;
     std::counting_semaphore<> m_over{0};
     farm::WorkerSession::End m_end = farm::WorkerSession::End::kBye;
-    std::thread m_serving, m_pinging;
+    std::thread m_serving, m_pinging, m_draining;
 };
 
 inline farm::PictureSpec spec_of(bool layers) {

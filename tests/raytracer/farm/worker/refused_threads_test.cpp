@@ -139,26 +139,3 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
         CHECK(given > c.least);
     }
 }
-
-TEST_CASE("a member without a thread is not added, and the others continue", "[raytracer][sched]") {
-    Job alone(farm_scene()), job(farm_scene());
-    processors::ProcessorPool pool(pool_settings(job));
-    const auto add_one = [&] {
-        pool.add({"here",
-                  "threads",
-                  1,
-                  true,
-                  false,
-                  std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, 1),
-                  {}});
-    };
-    {
-        const RefusedThread one(1);  // after that which traces
-        CHECK_THROWS_WITH(add_one(), contains(kNoMore));
-    }
-    CHECK(pool.status().empty());
-    add_one();
-    output::Film film = empty_film(job);
-    (void)render::render_film({job.view, pool, true, {}}, film);
-    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
-}

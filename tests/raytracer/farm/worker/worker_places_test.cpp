@@ -102,18 +102,6 @@ TEST_CASE("a session that fails before it runs gives its place back", "[raytrace
     }
 }
 
-TEST_CASE("an observer whose link fails is no unfit coordinator", "[raytracer][farm][worker]") {
-    farm::WorkerDaemon daemon({});
-    Met observer(farm::OBSERVER);
-    farm::Frame question;
-    question.mutable_status_request();
-    CHECK(observer.far->send(std::move(question)));
-    const auto failure = std::make_exception_ptr(util::Error("the reply cannot be sent"));
-    CHECK(daemon.serve(observer.near_that_fails(failure), false) == End::kLost);
-    CHECK(daemon.totals().unfit == 0);
-    CHECK(daemon.totals().sessions == 0);
-}
-
 TEST_CASE("a peer that is neither coordinator nor observer is counted as unfit",
           "[raytracer][farm][worker]") {
     farm::WorkerDaemon daemon({});
