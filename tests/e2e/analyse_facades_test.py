@@ -56,23 +56,9 @@ class Facades(Case):
                 self.assertTrue(0 <= row["sun_hours"] <= 7 * 16)
                 self.assertTrue(0 < row["area_m2"] <= 3 * row["faces"] + 1e-3)
 
-        def mean(facing):
-            rows = [row for row in facades if row["facing"] == facing and row["storey"] > 0]
-            area = sum(row["area_m2"] for row in rows)
-            return sum(row["beam_kwh_m2"] * row["area_m2"] for row in rows) / area
-
-        self.assertGreater(mean("S"), 2 * mean("N"))
         # Who computes them does not matter, nor in which tiles.
         again, _ = self.facades("--processing-threads", "2", "--quality-tile", "32")
         self.assertEqual(again, facades)
-        # Storeys as high as the walls are one each.
-        whole, _ = self.facades("--storey-m", "1000")
-        self.assertEqual({row["storey"] for row in whole}, {0})
-        self.assertAlmostEqual(
-            sum(row["area_m2"] for row in whole) / sum(row["area_m2"] for row in facades),
-            1,
-            delta=0.1,
-        )
 
     def test_a_process_that_has_fewer_cores_than_threads_says_nothing_of_it(self):
         core = str(min(os.sched_getaffinity(0)))

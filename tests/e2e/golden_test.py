@@ -15,27 +15,12 @@ SCENES = {
     "survey_above": ["--ortho", "ORTHO", "--camera-down-deg", "50", "--zoom", "1.1"],
     # Materials alone, low sun, from the other side.
     "survey_materials": [
-        "--colour",
-        "material",
-        "--camera-azimuth-deg",
-        "60",
-        "--sun-altitude-deg",
-        "25",
-        "--sun-azimuth-deg",
-        "120",
+        *("--colour", "material", "--camera-azimuth-deg", "60"),
+        *("--sun-altitude-deg", "25", "--sun-azimuth-deg", "120"),
     ],
 }
-COMMON = [
-    "--size",
-    "320x180",
-    "--samples",
-    "4",
-    "--sun-date",
-    "2026-06-21",
-    "--sun-time-h",
-    "16",
-    "--quiet",
-]
+COMMON = ["--size", "320x180", "--samples", "4", "--quiet"]
+COMMON += ["--sun-date", "2026-06-21", "--sun-time-h", "16"]
 
 
 def picture(name, folder, *more):
