@@ -2,7 +2,6 @@
 """Facades of a synthetic survey: the walls of its buildings, storey by storey."""
 
 import contextlib
-import json
 import os
 import shutil
 import sqlite3
@@ -89,12 +88,6 @@ class Facades(Case):
             self.assertAlmostEqual(found[number], area_m2, delta=0.1 * area_m2 + 20)
         self.assertAlmostEqual(sum(found.values()), sum(wanted.values()), delta=60)
         self.assertEqual([row for row in by_polygon if not row["building"]], [])
-        # One of them alone.
-        some = json.loads(footprints.read_text(encoding="utf-8"))
-        some["features"] = some["features"][2:3]
-        footprints.write_text(json.dumps(some), encoding="utf-8")
-        one, _ = self.facades("--polygons", footprints)
-        self.assertEqual({row["building"] for row in one}, {1})
 
 
 if __name__ == "__main__":

@@ -106,7 +106,7 @@ class Parts(Case):
         for words, code, said in (
             ([one, other, "-o", folder / "a.tif"], 1, "analysis.range_m"),
             ([one, kind, "-o", folder / "a.tif"], 1, "analysis.kind"),
-            ([one, added, "-o", folder / "a.tif"], 1, "input"),
+            ([one, added, "-o", folder / "a.tif"], 1, "another picture"),
             ([one, "-o", folder / "a.png"], 2, "allowed: .tif"),
             ([one, "-o", folder / "a.tif", "-o", folder / "b.tif"], 2, "2 files"),
             ([one, "--objects", "a.gpkg", "-o", "a.tif"], 2, "allowed: of energy"),
@@ -129,13 +129,6 @@ class Parts(Case):
                 run = analyse(words[0], square(), *words[1:], "-o", "a.tif", cwd=folder)
                 self.assertRefused(run, 2, said)
         self.assertEqual(entries(folder), [])
-
-    def test_of_a_picture_there_is_no_report(self):
-        folder = temporary_folder()
-        words = ["render", square(), "--size", "64x32", "--quiet", "-o", folder / "a.exr"]
-        self.assertEqual(Run([binary("RAYTRACER"), *words, "--part", "1/1"]).code, 0)
-        part = folder / "a.exr.part-1-of-1.tiles"
-        self.assertRefused(merge(part, "-o", folder / "a.png", "--map", "m.png"), 2, "--map")
 
 
 class Schedulers(Case):

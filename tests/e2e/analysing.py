@@ -4,7 +4,6 @@ from support import Run, binary, entries, square, temporary_folder
 
 TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
 TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
-SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
 SIGHT = ["seen", "distance_m", "class", "material", "hole"]
 PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
 MONTHS = "january february march april may june july august september october november december"

@@ -53,9 +53,10 @@ class Patch(Case):
         cls.change = cls.change_of(cls.changed, cls.names[11])
 
     @staticmethod
-    def fly(density, *options):
+    def fly(density, *options, square_m=64):
         folder = temporary_folder() / f"flight{density}"
-        words = ["--seed", "7", "--squares", "5x5", "--square-m", "64", "--density", density]
+        words = ["--seed", "7", "--squares", "5x5", "--square-m", square_m]
+        words += ["--density", density]
         run = Run([binary("SURVEY"), *words, *options, "-o", folder])
         assert run.code == 0, run
         return folder
@@ -101,22 +102,27 @@ class Patch(Case):
 
     @only_in_all
     def test_islands_are_compared_with_what_lies_far_from_them(self):
-        def islands_of(data):
-            for name in self.names[1:24]:
-                (data / f"{name}.laz").unlink()
-            return data
+        flights = {density: self.fly(density, square_m=128) for density in (2, 3)}
+        names = sorted(file.stem for file in flights[2].glob("*.laz"))
+
+        def islands(density):
+            folder = temporary_folder() / "data"
+            folder.mkdir()
+            for name, flight in ((names[0], 2), (names[24], density)):
+                shutil.copy(flights[flight] / f"{name}.laz", folder)
+            return folder
 
         # Small voxels: the boxes that are compared hold little more than a shore.
         fine = [*OPTIONS[2:], "--voxel", "0.5"]
         plain = [*fine, "--steps=-material_guesses"]
-        old = convert(islands_of(self.flown_again()), temporary_folder() / "old.tvx", *plain)
-        data = islands_of(self.flown_again(self.names[24]))
+        old = convert(islands(2), temporary_folder() / "old.tvx", *plain)
+        data = islands(3)
         out = temporary_folder() / "patched.tvx"
-        change = self.change_of(data, self.names[24], *plain)
+        change = self.change_of(data, names[24], *plain)
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *plain))
         other = [*fine, "--steps=-material_guesses,-vegetation"]
-        change = self.change_of(data, self.names[24], *other)
+        change = self.change_of(data, names[24], *other)
         run = archive("patch", old, change, "-o", out, "--overwrite")
         self.assertRefused(run, 2, "are not alike")
 

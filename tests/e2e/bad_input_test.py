@@ -110,6 +110,10 @@ class BadInput(Case):
                 ["--output-size", "4x4"],
                 "--output-size, --size: given 2 times; allowed: once",
             ),
+            (
+                ["--steps", "-houses"],
+                "'-houses' is no step; allowed: all, none, water_equalization",
+            ),
             (["--colour", "red"], "allowed: material, true, mix"),
             (["--classes", "nonsense"], "asprs"),
             (["--crs", "EPSG:99999999"], "EPSG:99999999"),

@@ -207,7 +207,6 @@ class Refused(Case):
         for name, (text, said) in {
             "one too many": (whole + 'marble = { colour = "#ffffff" }\n', "marble"),
             "an unknown field": (whole.replace(grass, grass.replace("colour", "color")), "color"),
-            "no TOML": ("grass = {", "line"),
             "nothing": (None, "materials.toml"),
         }.items():
             with self.subTest(name):

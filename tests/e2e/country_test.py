@@ -14,11 +14,10 @@ import time
 import unittest
 
 from small_disk import SmallDisk, why_not
-from support import ROOT, THOROUGH, Case, Run, binary, only_in_all, temporary_folder, wait_until
+from support import ROOT, Case, Run, binary, only_in_all, temporary_folder, wait_until
 
 NO_SMALL_DISK = why_not()
-# Seeds of kills.
-KILLED_RUNS = 20 if THOROUGH else 4
+KILLED_RUNS = 10
 # Of the archive. Voxels of a metre suffice: 36 columns of boxes to be divided into shards.
 VOXEL = ["--voxel", "1"]
 _made = {}

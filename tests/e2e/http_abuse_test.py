@@ -124,64 +124,6 @@ class Abuse(Case):
                     self.assertGreaterEqual(said.replies[0].status, 400, str(said))
                     self.assertTrue(said.closed, str(said))
 
-    def test_addresses(self):
-        for path, allowed in abuse_cases.ADDRESSES.items():
-            with self.subTest(path):
-                self.check(talk(self.server.port, get(path, "Connection: close")), allowed)
-
-    def test_gkot_queries(self):
-        low = self.server.json("/v2/world")["bounds"]["min"]
-        usual = abuse_cases.GKOT.format(e=low[0] + 64, n=-low[2] - 64).split("&")
-        self.check(
-            talk(self.server.port, get("/gkot/box?" + "&".join(usual), "Connection: close")), [200]
-        )
-        queries = {
-            "/gkot/box": [400],
-            "/gkot/box?": [400],
-            "/gkot/box?&&&=": [400],
-            "/gkot/box?format=raw": [400],
-            "/gkot/origin.json": [400, 200],
-            "/gkot/origin.json?": [400, 200],
-            "/gkot/origin.json?tmx=a&tmy=b": [400],
-            "/gkot/": [404],
-            "/gkot/box/": [404],
-        }
-        for change, allowed in abuse_cases.GKOT_CHANGES.items():
-            name = change.split("=")[0]
-            queries[
-                "/gkot/box?"
-                + "&".join([a for a in usual if not a.startswith(name + "=")] + [change])
-            ] = allowed
-        for name in ("tmx", "tmy", "x", "y", "z", "sx", "sy", "sz"):
-            queries["/gkot/box?" + "&".join(a for a in usual if not a.startswith(name + "="))] = [
-                400
-            ]
-            queries["/gkot/box?" + "&".join([*usual, name + "=8"])] = [200, 400]
-        for path, allowed in queries.items():
-            with self.subTest(path):
-                self.check(talk(self.server.port, get(path, "Connection: close")), allowed)
-
-    def test_batches(self):
-        def batch(*headers):
-            return get("/v2/boxes", "Content-Type: application/json", *headers, method="POST")
-
-        for name, (body, allowed) in abuse_cases.BATCHES.items():
-            with self.subTest(name):
-                data = batch(f"Content-Length: {len(body)}") + body
-                self.check(talk(self.server.port, data), allowed)
-        for name, headers in {
-            "no length": [],
-            "10^12 bytes": ["Content-Length: 1000000000000"],
-            "chunked": ["Transfer-Encoding: chunked"],
-        }.items():
-            with self.subTest(name):
-                data = batch(*headers) + b"5\r\nhello\r\n0\r\n\r\n"
-                self.check(talk(self.server.port, data), [400, 411, 413])
-        with self.subTest("less than promised"):
-            data = batch("Content-Length: 500") + b'{"boxes":'
-            allowed = [400, 408, abuse_cases.CLOSED]
-            self.check(talk(self.server.port, data, half_close=True), allowed)
-
     def test_path_tricks_give_no_byte_from_outside(self):
         for path in abuse_cases.path_tricks(500, seed=20):
             with self.subTest(path):

@@ -22,7 +22,6 @@ from support import (
     binary,
     entries,
     square,
-    survey,
     temporary_folder,
 )
 from support import wait_until as wait_for
@@ -239,14 +238,6 @@ class Strangers(Case):
         while state.get("state") not in ("done", "failed") and time.monotonic() < end:
             state = json.loads(Run([*command, address]).out)
         self.assertEqual(state["state"], "done", state)
-        self.assertEqual(server.stop(), 0)
-
-    def test_jobs_are_off_unless_asked_for(self):
-        server = Server(survey(), "--cache", "none")
-        status, _, body = server.get("/v2/jobs")
-        self.assertEqual(status, 404)
-        self.assertIn("--jobs", json.loads(body)["detail"])
-        self.assertEqual(server.post("/v2/jobs", "{}")[0], 404)
         self.assertEqual(server.stop(), 0)
 
     def test_without_the_ray_tracer_the_server_does_not_start(self):

@@ -5,24 +5,16 @@ import pathlib
 import shutil
 import unittest
 
-from support import SHARED, Run, binary, survey, temporary_folder
+from support import SHARED, Case, Run, binary, survey, temporary_folder
 
 
 def laz(*arguments, **options):
     return Run([binary("LAZ"), *arguments], **options)
 
 
-class LazTest(unittest.TestCase):
+class LazTest(Case):
     def setUp(self):
         self.folder = temporary_folder()
-
-    def assertRefused(self, run, code, *said):
-        self.assertEqual(run.code, code, str(run))
-        self.assertEqual(run.out, "", str(run))
-        self.assertEqual(run.err.count("\n"), 1, str(run))
-        self.assertTrue(run.err.startswith("terravox: "), str(run))
-        for text in said:
-            self.assertIn(text, run.err)
 
     def square(self):
         found = sorted(pathlib.Path(survey()).rglob("*.laz"))
@@ -48,17 +40,9 @@ class LazTest(unittest.TestCase):
         self.assertTrue(json.loads(laz("info", square).out)["lax"])
 
     def test_wrong_usage_ends_with_2(self):
-        for arguments in (
-            [],
-            ["compress", "a"],
-            ["squeeze", "a", "b"],
-            ["info"],
-            ["check", "a", "b"],
-        ):
+        for arguments in ([], ["compress", "a"], ["squeeze", "a", "b"]):
             with self.subTest(arguments):
                 self.assertEqual(laz(*arguments).code, 2)
-
-    def test_a_file_that_is_not_there_is_named(self):
         self.assertRefused(laz("check", self.folder / "none.laz"), 1, "none.laz")
 
     def test_no_real_file_crashes_it(self):

@@ -133,19 +133,6 @@ class Maps(Case):
                 )
 
     @only_in_all
-    def test_other_views_are_pictures_without_a_place(self):
-        out = temporary_folder()
-        file = out / "a.tif"
-        for flags in (["--projection", "isometric"], []):
-            with self.subTest(flags):
-                view = ["--size", "96x54", *flags]
-                self.assertDone(render(square(), *QUIET, *view, "-o", file))
-                tags = Tags(file)
-                self.assertIsNone(tags.transform())
-                self.assertEqual(tags.geo_keys(), {})
-                self.assertEqual(set(Picture(file).types.values()), {"float"})
-
-    @only_in_all
     @unittest.skipUnless(shutil.which("gdalinfo"), "gdalinfo is not installed")
     def test_gdal_reads_the_same(self):
         out = temporary_folder()

@@ -42,9 +42,9 @@ from support import (
     wait_until,
 )
 
-SIZE = (400, 300)
+SIZE = (320, 240)
 # The whole survey; how it is framed depends on the picture's shape.
-VIEW = ["--camera-azimuth-deg", "200", "--camera-down-deg", "30", "--size", "400x300"]
+VIEW = ["--camera-azimuth-deg", "200", "--camera-down-deg", "30", "--size", "320x240"]
 
 
 def publish(*arguments, **options):

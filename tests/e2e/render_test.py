@@ -84,13 +84,6 @@ class Render(Case):
         self.assertAlike(picture("file.png", *settings), less, exact=True)
         self.assertAlike(picture("over.png", *settings, "--steps", "all"), everything, exact=True)
 
-    def test_a_step_that_does_not_exist_is_wrong_usage(self):
-        out = temporary_folder()
-        run = render(survey(), *SMALL, "--steps", "-houses", "-o", out / "a.png")
-        self.assertEqual(run.code, 2, str(run))
-        self.assertIn("'-houses' is no step; allowed: all, none, water_equalization", run.err)
-        self.assertFalse((out / "a.png").exists())
-
     def test_the_old_name_of_a_step_is_read_with_a_warning(self):
         out = temporary_folder()
         (out / "old.toml").write_text("[steps]\nvegetation_fill = false\n")

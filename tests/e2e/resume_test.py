@@ -34,13 +34,6 @@ FLAGS = [*PICTURE, "--quiet"]
 LAYERS = [*FLAGS, "--layers", "all"]
 
 
-def flags_with(flag, value):
-    """FLAGS with another value."""
-    out = list(FLAGS)
-    out[out.index(flag) + 1] = value
-    return out
-
-
 def merge(*arguments):
     return Run([binary("RAYTRACER"), "merge", *arguments])
 
@@ -212,20 +205,6 @@ class Resume(Case):
         self.assertEqual(self.report()["tiles"], TILES)
 
     @only_in_all
-    def test_another_picture_is_refused_and_the_tiles_stay(self):
-        self.half_done()
-        before = self.journal.read_bytes()
-        for said, flags in (
-            ("camera.fov_deg = 40.0 there, 50.0 here", [*FLAGS, "--fov", "50"]),
-            ("tiles of 16 pixels there, 32 here", flags_with("--tile", "32")),
-        ):
-            with self.subTest(said):
-                run = render(square(), *flags, "--resume", "-o", self.picture)
-                self.assertRefused(run, 1, "a.exr.tiles", "another picture", said)
-        self.assertRefused(self.resume("--time", "5"), 2, "quality.time_s")
-        self.assertEqual(self.journal.read_bytes(), before)
-
-    @only_in_all
     def test_data_that_changed_are_another_picture(self):
         data = self.out / "data.laz"
         shutil.copy(square(), data)
@@ -244,16 +223,6 @@ class Resume(Case):
             file.write(b"!")
         self.assertRefused(render(data, *command), 1, "another picture", "data.laz: 1 file")
         self.assertDone(render(elsewhere, *command))
-        self.assertWhole()
-
-    @only_in_all
-    def test_a_full_disk_is_reported_and_resumed_from(self):
-        run = self.resume(file_bytes=80_000)
-        self.assertRefused(run, 1, "a.exr.tiles", "File too large", "--resume goes on with them")
-        before = len(cells(self.journal))
-        self.assertGreater(before, 0)
-        self.assertDone(self.resume())
-        self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
 
@@ -316,18 +285,6 @@ class Merge(Case):
         report = json.loads((self.out / "r.json").read_text())
         self.assertEqual((report["tiles_resumed"], report["tiles"]), (before, TILES // 2 - before))
         self.assertEqual(set(cells(part)), set(cells(self.parts[0])))
-
-    @only_in_all
-    def test_what_a_file_is_of(self):
-        run = merge("--info", *self.parts)
-        self.assertDone(run)
-        for said in (
-            "320x192 pixels, 16 samples, layers",
-            f"{TILES // 2} of {TILES} tiles of 16 pixels (50.0 %)",
-            f"missing  in rows 1 to {ROWS} of {ROWS}",
-            "1 file",
-        ):
-            self.assertEqual(run.out.count(said), 2, f"{said}: {run}")
 
     def test_what_cannot_be_joined(self):
         other = self.out / "other.exr"

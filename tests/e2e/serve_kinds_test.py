@@ -154,23 +154,6 @@ class Kinds(Case):
             boxes = {(out / f"{how}.tvx").read_bytes() for how in worlds}
             self.assertEqual(len(boxes), 1, "not the same boxes")
 
-    def test_the_world_is_described_as_it_is(self):
-        for name, inputs in self.each_kind():
-            server = self.server_of(name)
-            world = server.json("/v2/world")
-            squares = server.json("/v2/squares")
-            health = server.get("/healthz")
-            direct = Run([binary("RAYTRACER"), "world", "info", *inputs, "--json"])
-            self.assertDone(direct)
-            facts = json.loads(direct.out)
-            # Of a Minecraft world, `world info` shows the facts of its own files.
-            fields = ("title", "bounds", "levels", "crs", "voxel_m", "attribution")
-            for field in fields if "Minecraft" not in name else ():
-                self.assertEqual(world[field], facts[field], field)
-            self.assertEqual(world["map"]["zooms"], [0, world["levels"] - 1])
-            self.assertEqual(squares["features"], [])
-            self.assertEqual(health[0], 200)
-
     def test_the_second_start_serves_what_the_first_has_kept(self):
         for _, inputs in self.each_kind():
             cache = temporary_folder()

@@ -23,15 +23,8 @@ from support import ROOT, Case, binary, has_sanitizers
 
 # Of optional parts of a build: multicast DNS where Avahi is missing, the preview window
 # (TERRAVOX_PREVIEW), the comparison with Embree, of which a system has one version or none.
-OPTIONAL = {
-    "libavahi-client",
-    "libavahi-common",
-    "libembree3",
-    "libembree4",
-    "libGL",
-    "libglfw",
-    "libstb",
-}
+OPTIONAL = {"libavahi-client", "libavahi-common", "libembree3", "libembree4"}
+OPTIONAL |= {"libGL", "libglfw", "libstb"}
 
 
 def build():

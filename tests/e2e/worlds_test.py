@@ -128,11 +128,11 @@ class Worlds(Case):
         server = changing_host(whole.read_bytes(), after=1 << 30)
         words = [server.url + "place.tvx", copy, "--threads", "1"]
         self.done(convert(*words))
+        most = server.requests
         copy.unlink()
         for goes_on in (True, False):
             with self.subTest(goes_on=goes_on):
-                server.after = server.requests - 2
-                server.requests = 0
+                server.requests, server.after = 0, most - 2
                 self.assertRefused(convert(*words), 1, "has changed")
                 self.assertIn(";", (self.out / "copy.tvx.journal").read_text())
                 server.requests, server.after = 0, 1 << 30 if goes_on else 0
