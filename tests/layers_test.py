@@ -288,115 +288,77 @@ class TheCheckItself(unittest.TestCase):
         return problems(root)
 
     def test_offences_are_named(self):
-        a, b = "common/a/a.hpp", "voxelserver/b/b.hpp"
-        good = '"common/a" = []\n"voxelserver/b" = ["common/a"]\n'
-        cases = {
-            "nothing wrong": ({a: "", b: f'#include "{a}"\n'}, good, ""),
-            "an include that no row has": (
-                {a: "", b: f'#include "{a}"\n'},
-                '"common/a" = []\n"voxelserver/b" = []\n',
-                f"{b}: includes {a}",
-            ),
-            "a folder without a row": (
-                {a: "", b: ""},
-                '"common/a" = []\n',
-                "voxelserver/b: config/layers.toml does not name it",
-            ),
-            "a row without a folder": ({a: ""}, good, "voxelserver/b is no folder"),
-            "a word that nothing needs": ({a: "", b: ""}, good, "includes nothing of common/a"),
-            "upwards": (
+        a, b, c = "common/a/a.hpp", "voxelserver/b/b.hpp", "common/c/c.hpp"
+        own = '"common/a" = []\n'
+        good = own + '"voxelserver/b" = ["common/a"]\n'
+        list_a, list_b = "common/a/CMakeLists.txt", "voxelserver/b/CMakeLists.txt"
+        of_a = f'#include "{a}"\n'
+        elsewhere = "namespace terravox::c {\nint x;\n}\n"
+        libraries = {list_a: "terravox_library(a)\n"}
+        for said, files, layers in (
+            ("", {a: "", b: of_a}, good),
+            (f"{b}: includes {a}", {a: "", b: of_a}, own + '"voxelserver/b" = []\n'),
+            ("voxelserver/b: config/layers.toml does not name it", {a: "", b: ""}, own),
+            ("voxelserver/b is no folder", {a: ""}, good),
+            ("includes nothing of common/a", {a: "", b: ""}, good),
+            (
+                "may not include it",
                 {a: f'#include "{b}"\n', b: ""},
                 '"common/a" = ["voxelserver/b"]\n"voxelserver/b" = []\n',
-                "may not include it",
             ),
-            "a namespace that is no folder": (
-                {a: "namespace terravox::c {\nint x;\n}\n"},
-                '"common/a" = []\n',
-                f"{a}: namespace terravox::c; common/a may have: terravox::a",
-            ),
-            "no namespace of a folder": (
-                {a: "namespace terravox {\nint x;\n}\n"},
-                '"common/a" = []\n',
-                f"{a}: namespace terravox; common/a may have: terravox::a",
-            ),
-            "a namespace with another name that is allowed": (
-                {a: "namespace terravox::c {\nint x;\n}\n"},
-                '"common/a" = []\n[namespaces]\n"common/a" = ["c"]\n',
-                "",
-            ),
-            "a declaration of something elsewhere": (
-                {a: "namespace terravox::c {\nclass X;\nstruct Y;\n}\n"},
-                '"common/a" = []\n',
-                "",
-            ),
-            "a cycle of folders": (
-                {
-                    a: '#include "common/c/c.hpp"\n',
-                    "common/c/c.hpp": "",
-                    "common/c/d.hpp": f'#include "{a}"\n',
-                },
-                '"common/a" = ["common/c"]\n"common/c" = ["common/a"]\n',
+            (f"{a}: namespace terravox::c; common/a may have: terravox::a", {a: elsewhere}, own),
+            (f"{a}: namespace terravox; ", {a: "namespace terravox {\nint x;\n}\n"}, own),
+            ("", {a: elsewhere}, own + '[namespaces]\n"common/a" = ["c"]\n'),
+            ("", {a: "namespace terravox::c {\nclass X;\nstruct Y;\n}\n"}, own),
+            (
                 "common/a -> common/c -> common/a",
+                {a: f'#include "{c}"\n', c: "", "common/c/d.hpp": of_a},
+                '"common/a" = ["common/c"]\n"common/c" = ["common/a"]\n',
             ),
-            "a cycle of files": (
-                {a: '#include "common/a/e.hpp"\n', "common/a/e.hpp": f'#include "{a}"\n'},
-                '"common/a" = []\n',
+            (
                 "a cycle of includes",
+                {a: '#include "common/a/e.hpp"\n', "common/a/e.hpp": of_a},
+                own,
             ),
-            "a folder that is not linked": (
-                {
-                    a: "",
-                    b: f'#include "{a}"\n',
-                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
-                    "voxelserver/b/CMakeLists.txt": "terravox_library(b)  # terravox::a\n",
-                },
+            (
+                f"{list_b}: does not link common/a",
+                {a: "", b: of_a, **libraries, list_b: "terravox_library(b)  # terravox::a\n"},
                 good,
-                "voxelserver/b/CMakeLists.txt: does not link common/a",
             ),
-            "a link that nothing needs": (
-                {a: "", "common/a/CMakeLists.txt": "terravox_library(a PUBLIC terravox::b)\n"},
-                '"common/a" = []\n',
-                "common/a/CMakeLists.txt: links terravox::b, which is not included",
+            (
+                f"{list_a}: links terravox::b, which is not included",
+                {a: "", list_a: "terravox_library(a PUBLIC terravox::b)\n"},
+                own,
             ),
-            "a link that headers need": (
-                {
-                    a: "",
-                    b: f'#include "{a}"\n',
-                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
-                    "voxelserver/b/CMakeLists.txt": "terravox_library(b PRIVATE terravox::a)\n",
-                },
+            (
+                f"{list_b}: common/a is PUBLIC: a header includes it",
+                {a: "", b: of_a, **libraries, list_b: "terravox_library(b PRIVATE terravox::a)\n"},
                 good,
-                "voxelserver/b/CMakeLists.txt: common/a is PUBLIC: a header includes it",
             ),
-            "a link that only sources need": (
+            (
+                f"{list_b}: common/a is PRIVATE: no header includes it",
                 {
                     a: "",
                     b: "",
-                    "voxelserver/b/b.cpp": f'#include "{a}"\n',
-                    "common/a/CMakeLists.txt": "terravox_library(a)\n",
-                    "voxelserver/b/CMakeLists.txt": "terravox_library(b PUBLIC terravox::a)\n",
+                    "voxelserver/b/b.cpp": of_a,
+                    **libraries,
+                    list_b: "terravox_library(b PUBLIC terravox::a)\n",
                 },
                 good,
-                "voxelserver/b/CMakeLists.txt: common/a is PRIVATE: no header includes it",
             ),
-            "sources out of order": (
-                {a: "", "common/a/CMakeLists.txt": "terravox_library(a SOURCES b.cpp a.cpp)\n"},
-                '"common/a" = []\n',
-                "common/a/CMakeLists.txt: the sources of a are not sorted",
+            (
+                f"{list_a}: the sources of a are not sorted",
+                {a: "", list_a: "terravox_library(a SOURCES b.cpp a.cpp)\n"},
+                own,
             ),
-            "a test that includes what builds on its folder": (
-                {a: "", b: f'#include "{a}"\n', "tests/common/a/a_test.cpp": f'#include "{b}"\n'},
+            (
+                f"tests/common/a/a_test.cpp: includes {b}; tests of common may not",
+                {a: "", b: of_a, "tests/common/a/a_test.cpp": f'#include "{b}"\n'},
                 good,
-                "tests/common/a/a_test.cpp: includes voxelserver/b/b.hpp; tests of common may not",
             ),
-            "network in common": (
-                {a: "#include <sys/socket.h>\n"},
-                '"common/a" = []\n',
-                "knows no network",
-            ),
-        }
-        for name, (files, layers, said) in cases.items():
-            with self.subTest(name):
+            ("knows no network", {a: "#include <sys/socket.h>\n"}, own),
+        ):
+            with self.subTest(said):
                 found = "\n".join(self.tree(files, layers))
                 self.assertTrue(said in found if said else not found, found)
 

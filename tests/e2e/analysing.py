@@ -4,22 +4,13 @@ from support import Run, binary, entries, square, temporary_folder
 
 TERRAIN = ["dsm", "dtm", "ndsm", "slope", "aspect", "hillshade", "class", "material"]
 TERRAIN += ["red", "green", "blue", "dtm_source", "hole"]
-SUN = ["sun_hours", "first_sun", "last_sun", "hole"]
 SIGHT = ["seen", "distance_m", "class", "material", "hole"]
 PERIOD = ["sun_hours", "sun_hours_per_day", "sun_share", "hole"]
 MONTHS = "january february march april may june july august september october november december"
 MONTHS = ["sun_hours", *MONTHS.split(), "hole"]
-YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "8"]
+YEAR = ["--from", "2026-01-01", "--to", "2026-12-31", "--step-min", "60", "--bin-deg", "15"]
 ENERGY = ["kwh_m2", "beam", "diffuse", "reflected", "slope", "aspect"]
 ENERGY += ["sun_hours", "material", "hole"]
-# With the laws of a zone, which workers do not look up.
-ZONE = ["--zone", "Europe/Ljubljana"]
-ZONED = [
-    ["sun", "--date", "2026-03-29", *ZONE],
-    ["sun", *YEAR, "--monthly", *ZONE],
-    ["sun", "--at", "17:30", *ZONE],
-    ["energy", *YEAR, "--directions", "64", *ZONE],
-]
 CROWNS = ["energy", *YEAR, "--directions", "64", "--surface", "ground", "--crown-light"]
 SKY = ["svf", "sky_view_solid", "openness", "hole"]
 NO_DATA = -9999

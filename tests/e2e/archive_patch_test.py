@@ -9,11 +9,9 @@ import random
 import shutil
 import signal
 import subprocess
-import threading
 import time
 import unittest
 
-from static_host import StaticHost
 from support import Case, Run, binary, entries, only_in_all, prints_of, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--cache", "none", "--quiet"]
@@ -47,18 +45,21 @@ class Patch(Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.data = {}
-        for density in (2, 3):
-            cls.data[density] = temporary_folder() / f"flight{density}"
-            words = ["--seed", "7", "--squares", "5x5", "--square-m", "128", "--density", density]
-            words += ["--photo-sun", "130,35"]
-            run = Run([binary("SURVEY"), *words, "-o", cls.data[density]])
-            assert run.code == 0, run
+        cls.data = {density: cls.fly(density) for density in (2, 3)}
         cls.names = sorted(file.stem for file in cls.data[2].glob("*.laz"))
         cls.old = convert(cls.data[2], temporary_folder() / "old.tvx")
         cls.changed = cls.flown_again(cls.names[11])
         cls.new = convert(cls.changed, temporary_folder() / "new.tvx")
         cls.change = cls.change_of(cls.changed, cls.names[11])
+
+    @staticmethod
+    def fly(density, *options, square_m=64):
+        folder = temporary_folder() / f"flight{density}"
+        words = ["--seed", "7", "--squares", "5x5", "--square-m", square_m]
+        words += ["--density", density]
+        run = Run([binary("SURVEY"), *words, *options, "-o", folder])
+        assert run.code == 0, run
+        return folder
 
     @classmethod
     def flown_again(cls, *names):
@@ -78,18 +79,17 @@ class Patch(Case):
         self.assertEqual(pathlib.Path(a).read_bytes(), pathlib.Path(b).read_bytes())
 
     def test_a_patched_archive_has_the_bytes_of_a_conversion_anew(self):
-        """At a corner, in the middle, and at the shore of a lake that spans squares."""
-        for index in (2, 11, 24):
+        """At the corner, and at the shore of a lake that spans squares."""
+        for index in (2, 24):
             with self.subTest(self.names[index]):
                 data = self.flown_again(self.names[index])
                 change = self.change_of(data, self.names[index])
                 out = temporary_folder() / "patched.tvx"
                 run = archive("patch", self.old, change, "-o", out)
                 self.assertDone(run)
-                self.assertRegex(run.out, r" columns of boxes replaced, \d+ records new, \d+ kept")
-                self.assertNotIn(" 0 kept", run.out)
+                self.assertRegex(run.out, r" columns of boxes replaced, \d+ records new, [1-9]")
                 self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx"))
-                self.assertDone(archive("verify", out))
+        self.assertDone(archive("verify", out))
 
     @only_in_all
     def test_materials_that_are_guessed_change_with_squares_that_are_near(self):
@@ -101,52 +101,34 @@ class Patch(Case):
         self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *OPTIONS))
 
     @only_in_all
-    def test_a_square_that_is_new_is_added(self):
-        data = self.flown_again()
-        (data / f"{self.names[24]}.laz").unlink()
-        old = convert(data, temporary_folder() / "old.tvx")
-        change = self.change_of(self.data[2], self.names[24])
-        out = temporary_folder() / "patched.tvx"
-        self.assertDone(archive("patch", old, change, "-o", out))
-        self.assertSameBytes(out, self.old)
-
-    @only_in_all
     def test_islands_are_compared_with_what_lies_far_from_them(self):
-        def islands_of(data):
-            for name in self.names[1:24]:
-                (data / f"{name}.laz").unlink()
-            return data
+        flights = {density: self.fly(density, square_m=128) for density in (2, 3)}
+        names = sorted(file.stem for file in flights[2].glob("*.laz"))
+
+        def islands(density):
+            folder = temporary_folder() / "data"
+            folder.mkdir()
+            for name, flight in ((names[0], 2), (names[24], density)):
+                shutil.copy(flights[flight] / f"{name}.laz", folder)
+            return folder
 
         # Small voxels: the boxes that are compared hold little more than a shore.
         fine = [*OPTIONS[2:], "--voxel", "0.5"]
         plain = [*fine, "--steps=-material_guesses"]
-        old = convert(islands_of(self.flown_again()), temporary_folder() / "old.tvx", *plain)
-        data = islands_of(self.flown_again(self.names[24]))
+        old = convert(islands(2), temporary_folder() / "old.tvx", *plain)
+        data = islands(3)
         out = temporary_folder() / "patched.tvx"
-        change = self.change_of(data, self.names[24], *plain)
+        change = self.change_of(data, names[24], *plain)
         self.assertDone(archive("patch", old, change, "-o", out))
         self.assertSameBytes(out, convert(data, temporary_folder() / "new.tvx", *plain))
         other = [*fine, "--steps=-material_guesses,-vegetation"]
-        change = self.change_of(data, self.names[24], *other)
+        change = self.change_of(data, names[24], *other)
         run = archive("patch", old, change, "-o", out, "--overwrite")
         self.assertRefused(run, 2, "are not alike")
 
     @only_in_all
-    def test_several_changes_are_put_in_together(self):
-        """Far from each other, and next to each other: each is compared where the other changes."""
-        for names in ((self.names[0], self.names[24]), (self.names[11], self.names[12])):
-            data = self.flown_again(*names)
-            new = convert(data, temporary_folder() / "new.tvx")
-            for changes in ([",".join(names)], list(names), list(reversed(names))):
-                with self.subTest(changes):
-                    files = [self.change_of(data, change) for change in changes]
-                    out = temporary_folder() / "patched.tvx"
-                    self.assertDone(archive("patch", self.old, *files, "-o", out))
-                    self.assertSameBytes(out, new)
-
-    @only_in_all
     def test_photographs_whose_light_is_taken_out_change_with_their_squares(self):
-        photographs = [*PLAIN, "--ortho", self.data[2] / "ortho"]
+        photographs = [*PLAIN, "--ortho", self.fly(2, "--photo-sun", "130,35") / "ortho"]
         old = convert(self.data[2], temporary_folder() / "old.tvx", *photographs)
         data = self.flown_again(self.names[11])
         change = self.change_of(data, self.names[11], *photographs)
@@ -161,14 +143,6 @@ class Patch(Case):
             words = [binary("CONVERT"), self.changed, out, *PLAIN, "--squares", names]
             self.assertRefused(Run(words), 2, "names none", "allowed: names")
             self.assertEqual(entries(out.parent), [])
-
-    @only_in_all
-    def test_threads_do_not_matter(self):
-        out = temporary_folder() / "patched.tvx"
-        for threads in (1, 3):
-            words = ["--threads", threads, "-o", out, "--overwrite", "--quiet"]
-            self.assertDone(archive("patch", self.old, self.change, *words))
-            self.assertSameBytes(out, self.new)
 
     @only_in_all
     def test_the_archive_itself_is_replaced_and_killed_patches_leave_it_whole(self):
@@ -194,82 +168,15 @@ class Patch(Case):
         self.assertSameBytes(place, self.new)
 
     @only_in_all
-    def test_a_symbolic_link_stays_and_what_it_leads_to_is_written(self):
-        folder = temporary_folder()
-        (folder / "disk").mkdir()
-        disk = folder / "disk" / "place.tvx"
-        shutil.copy(self.old, disk)
-        link = folder / "place.tvx"
-        link.symlink_to("disk/place.tvx")
-        again = folder / "again.tvx"
-        again.symlink_to(link)
-        for words in (
-            ["patch", again, self.change],
-            ["patch", self.old, self.change, "-o", link],  # leads to nothing yet
-        ):
-            with self.subTest(words):
-                self.assertDone(archive(*words))
-                self.assertSameBytes(disk, self.new)
-                self.assertTrue(link.is_symlink() and again.is_symlink())
-                self.assertEqual(entries(disk.parent), ["place.tvx"])
-                disk.unlink()
-        link.unlink()
-        link.symlink_to(again)
-        run = archive("patch", self.old, self.change, "-o", link)
-        self.assertRefused(run, 1, "symbolic links")
-        self.assertEqual(entries(folder), ["again.tvx", "disk", "place.tvx"])
-
-    @only_in_all
-    def test_readers_see_the_old_or_the_new_one(self):
-        """Files that are open, and hosts with entity tags: whole archives, and never a mixture."""
-        back = self.change_of(self.data[2], self.names[11])
+    def test_what_a_symbolic_link_leads_to_is_written(self):
         folder = temporary_folder()
         place = pathlib.Path(shutil.copy(self.old, folder / "place.tvx"))
-        host = StaticHost(folder)
-        self.addCleanup(host.stop)
-        done = threading.Event()
-        failures = []
-
-        def read_file():
-            while not done.is_set():
-                run = archive("verify", place, "--quiet", "--threads", "1")
-                if run.code != 0 or "whole" not in run.out:
-                    failures.append(str(run))
-
-        outcomes = set()
-        states = [self.vox_of(self.old), self.vox_of(self.new)]
-
-        copies = temporary_folder()
-
-        def read_over_http(number):
-            out = copies / f"{number}.vox"
-            words = [host.url + "place.tvx", out, "--overwrite", "--quiet", "--level", "2"]
-            while not done.is_set():
-                run = Run([binary("CONVERT"), *words])
-                if run.code == 0:
-                    state = out.read_bytes()
-                    outcomes.add(states.index(state) if state in states else "mixture")
-                elif "has changed while it was read; start again" not in run.err:
-                    failures.append(str(run))
-
-        readers = [threading.Thread(target=read_file) for _ in range(3)]
-        readers += [threading.Thread(target=read_over_http, args=(n,)) for n in range(3)]
-        for reader in readers:
-            reader.start()
-        for _ in range(4):
-            for change in (self.change, back):
-                self.assertDone(archive("patch", place, change, "--quiet"))
-        done.set()
-        for reader in readers:
-            reader.join()
-        self.assertEqual(failures, [])
-        self.assertLessEqual(outcomes, {0, 1})
-        self.assertSameBytes(place, self.old)
-
-    def vox_of(self, file):
-        out = temporary_folder() / "place.vox"
-        self.assertDone(Run([binary("CONVERT"), file, out, "--level", "2", "--quiet"]))
-        return out.read_bytes()
+        link = folder / "link.tvx"
+        link.symlink_to("place.tvx")
+        self.assertDone(archive("patch", link, self.change))
+        self.assertSameBytes(place, self.new)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(entries(folder), ["link.tvx", "place.tvx"])
 
     @only_in_all
     def test_a_change_says_what_it_is(self):

@@ -38,7 +38,7 @@ class Archive(Case):
             file.write(bytes([byte ^ 0x10]))
         return copy
 
-    def test_info_tells_what_it_holds(self):
+    def test_info_tells_what_it_holds_and_verify_that_it_is_whole(self):
         run = archive("info", self.whole)
         self.assertDone(run)
         self.assertIn("EPSG:3794", run.out)
@@ -48,28 +48,18 @@ class Archive(Case):
         self.assertEqual(facts["world"]["levels"], len(facts["levels"]))
         self.assertGreater(facts["levels"][0]["boxes"], 10)
         self.assertEqual(facts["damage"], 0)
-
-    def test_a_conversion_is_whole(self):
+        boxes = sum(level["boxes"] for level in facts["levels"])
         run = archive("verify", self.whole)
         self.assertDone(run)
-        boxes = sum(
-            level["boxes"]
-            for level in json.loads(archive("info", "--json", self.whole).out)["levels"]
-        )
         self.assertEqual(run.out, f"{self.whole}: whole, {boxes} boxes, 0 holes\n")
 
     def test_damage_is_named(self):
         size = self.whole.stat().st_size
-        self.assertRefused(archive("verify", self.damaged(10)), 1, "version")
-        self.assertRefused(archive("verify", self.damaged(size // 2)), 1, "is damaged", "1 problem")
+        for flags in ([], ["--checksums"]):
+            run = archive("verify", *flags, self.damaged(size // 2))
+            self.assertRefused(run, 1, "is damaged", "1 problem")
+        self.assertDone(archive("verify", "--checksums", self.whole))
         self.assertRefused(archive("verify", self.damaged(size - 20)), 1, "index is damaged")
-
-    def test_an_archive_that_was_cut_short_is_refused(self):
-        copy = pathlib.Path(shutil.copy(self.whole, temporary_folder() / "place.tvx"))
-        with copy.open("r+b") as file:
-            file.truncate(self.whole.stat().st_size - 1)
-        self.assertRefused(archive("verify", copy), 1)
-        self.assertRefused(archive("info", copy), 1)
 
     def test_other_files_are_refused(self):
         self.assertRefused(archive("verify", square()), 1, "not a box archive")
@@ -86,17 +76,10 @@ class Archive(Case):
         return out
 
     def test_shards_in_any_order_give_the_same_bytes(self):
-        for count in (1, 2, 5):
-            shards = self.shards(count)
+        for count in (1, 3):
             merged = temporary_folder() / "merged.tvx"
-            self.assertDone(archive("merge", *reversed(shards), "-o", merged))
+            self.assertDone(archive("merge", *reversed(self.shards(count)), "-o", merged))
             self.assertEqual(merged.read_bytes(), self.whole.read_bytes(), count)
-            link = temporary_folder() / "link.tvx"
-            link.symlink_to(merged)
-            self.assertDone(archive("merge", *shards, "-o", link, "--overwrite"))
-            self.assertTrue(link.is_symlink())
-            self.assertEqual(entries(merged.parent), ["merged.tvx"])
-            self.assertDone(archive("verify", merged))
 
     def test_a_shard_says_what_it_is(self):
         shards = self.shards(2)
@@ -155,21 +138,11 @@ class Archive(Case):
         self.assertDone(archive("merge", *parts, "-o", joined))
         self.assertEqual(joined.read_bytes(), large.read_bytes())
         self.assertRefused(archive(*words), 2, "it is there already", "--overwrite")
-        self.assertDone(archive(*words[:3], "2", *words[4:], "--overwrite"))
-        self.assertLess(len(list(folder.iterdir())), len(parts))
-        joined.unlink()
-        link = folder / "link.tvx"
-        link.symlink_to(joined)
-        self.assertDone(archive("merge", *sorted(folder.glob("*.part")), "-o", link))
-        self.assertTrue(link.is_symlink())
-        self.assertEqual(joined.read_bytes(), large.read_bytes())
         joined.unlink()
         self.assertRefused(archive("merge", *parts[:1], "-o", joined), 1, "place-0001.part: bytes")
         self.assertRefused(archive("split", square(), "--max-mib", "1"), 1, "not a box archive")
-        for shard in self.shards(2):
-            run = archive("split", shard, "--max-mib", "1")
-            self.assertRefused(run, 1, "it is a shard of one", "archive merge")
-        self.assertEqual(entries(joined.parent), [])
+        run = archive("split", self.shards(2)[0], "--max-mib", "1")
+        self.assertRefused(run, 1, "it is a shard of one", "archive merge")
 
     def test_many_parts_in_any_order_need_few_open_files(self):
         """Beyond 9,999 parts the order of names is not that of numbers."""
@@ -189,14 +162,9 @@ class Archive(Case):
         self.assertDone(Run([*few, "verify", *reversed(parts)]))
         self.assertDone(Run([*few, "info", *sorted(parts)]))
 
-    def test_checksums_are_compared_without_unpacking(self):
-        self.assertDone(archive("verify", "--checksums", self.whole))
-        damaged = self.damaged(self.whole.stat().st_size // 2)
-        self.assertRefused(archive("verify", "--checksums", damaged), 1, "is damaged", "1 problem")
-
     def test_wrong_shards_are_refused(self):
         out = temporary_folder() / "part.tvx"
-        for text in ("0/2", "3/2", "1/0", "1", "1/2/3", "a/b", "1/200000", "-1/2", "1/ 2"):
+        for text in ("0/2", "1/2/3", "1/200000", "1/ 2"):
             with self.subTest(text):
                 words = [binary("CONVERT"), square(), out, f"--shard={text}"]
                 self.assertRefused(Run(words), 2, "--shard", "allowed: I/N")

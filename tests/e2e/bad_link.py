@@ -1,13 +1,10 @@
-"""A TCP link that is bad on purpose.
+"""A TCP link that is bad on purpose: it has resets and silence, or passes writes in tiny pieces.
 
-It is slow or narrow, has stalls, resets and silence, or passes writes in tiny pieces. For machines
-whose kernel has no netem, and for tests without root. TCP turns lost packets into delays: to a
-program a packet that is lost and sent again is a stall of about a second, and one that is lost for
-good is a silent connection, or a reset.
+For machines whose kernel has no netem, and for tests without root. TCP turns lost packets into
+delays: to a program a packet that is lost for good is a silent connection, or a reset.
 
-When faults happen (after how many bytes), and how long they take, depends on the seed alone, for
-each connection in the order of acceptance; how the bytes of several connections interleave in time
-is up to the machine.
+When faults happen (after how many bytes) depends on the seed alone, for each connection in the
+order of acceptance; how the bytes of several connections interleave in time is up to the machine.
 """
 
 import asyncio
@@ -23,7 +20,6 @@ RESET = "reset"
 SILENT_FORTH = "silent forth"  # from the client to the server
 SILENT_BACK = "silent back"
 SILENT_BOTH = "silent both ways"
-_QUEUED = 64  # reads on their way; beyond that the sender waits, as with a full window
 _READ_BYTES = 16 << 10
 
 
@@ -33,40 +29,18 @@ class BadLink:
     It does so for as long as the block lasts.
     """
 
-    def __init__(
-        self,
-        to_port,
-        seed,
-        *,
-        delay_s=(0, 0),
-        stall_every_bytes=0,
-        stall_s=1.0,
-        piece_bytes=None,
-        bytes_per_s=0,
-        fates=(),
-        fate_bytes=(1, 1),
-        silent_s=math.inf,
-    ):
-        """@param delay_s           from, to: of each read, each way; the order of bytes is kept
-        @param stall_every_bytes average bytes of a connection and way between two stalls; 0: none
-        @param stall_s           how long a stall lasts
-        @param piece_bytes       from, to: writes are split into pieces of so many bytes; None:
-                                 whole
-        @param bytes_per_s       of each connection, each way; 0: no limit
-        @param fates             RESET or SILENT_...: what happens to successive connections
-        @param fate_bytes        from, to: how many bytes of both ways a fate takes
-        @param silent_s          how long a silence lasts; nothing is lost by one that ends
+    def __init__(self, to_port, seed, *, piece_bytes=None, fates=(), fate_bytes=(1, 1), silent_s=0):
+        """@param piece_bytes from, to: writes are split into pieces of so many bytes; None: whole
+        @param fates       RESET or SILENT_...: what happens to successive connections
+        @param fate_bytes  from, to: how many bytes of both ways a fate takes
+        @param silent_s    how long a silence lasts, and nothing is lost by it; 0: for ever
         """
         self._to_port = to_port
         self._seed = seed
-        self._delay_s = delay_s
         self._piece_bytes = piece_bytes
-        self._bytes_per_s = bytes_per_s
-        self._stall_every_bytes = stall_every_bytes
-        self._stall_s = stall_s
         self._fates = collections.deque(fates)
         self._fate_bytes = fate_bytes
-        self._silent_s = silent_s
+        self._silent_s = silent_s or math.inf
         self._counts = collections.Counter()
         self._listening = socket.create_server(("127.0.0.1", 0), backlog=128)
         self._listening.setblocking(False)
@@ -78,7 +52,7 @@ class BadLink:
     def counts(self):
         """What has really happened so far, by name.
 
-        connections, bytes_forth, bytes_back, delayed (reads), stalls, pieces, and each fate.
+        connections, pieces, and each fate.
         """
         return collections.Counter(self._counts)
 
@@ -133,10 +107,11 @@ class _Connection:
             await loop.sock_connect(far, ("127.0.0.1", self._link._to_port))
             for end in (near, far):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            # Numbers for each way: how many reads there are depends on the machine.
+            numbers = [random.Random(self._numbers.random()) for _ in range(2)]
             ways = [
-                loop.create_task(step)
-                for name, source, to in (("forth", near, far), ("back", far, near))
-                for step in self._way(name, source, to)
+                loop.create_task(self._way("forth", near, far, numbers[0])),
+                loop.create_task(self._way("back", far, near, numbers[1])),
             ]
             await asyncio.gather(*ways)
         except OSError:  # one end has reset it, or a fate: so the other sees the same
@@ -147,18 +122,9 @@ class _Connection:
             near.close()
             far.close()
 
-    def _way(self, name, source, to):
-        """A reader and a writer with a queue between them: delayed bytes do not block reading."""
-        queue = asyncio.Queue(_QUEUED)
-        # One for each kind of fault: the number of pieces and reads depends on the machine, and
-        # must not affect the others.
-        delays, pieces, stalls = (random.Random(self._numbers.random()) for _ in range(3))
-        return self._read(name, source, queue, delays), self._write(name, to, queue, pieces, stalls)
-
-    async def _read(self, name, source, queue, delays):
+    async def _way(self, name, source, to, numbers):
         loop = asyncio.get_running_loop()
-        last = 0.0
-        low_s, high_s = self._link._delay_s
+        link = self._link
         while True:
             try:
                 data = await loop.sock_recv(source, _READ_BYTES)
@@ -166,54 +132,30 @@ class _Connection:
                 if name not in self._silent:
                     raise
                 data = b""  # a silence hides it from both ends
-            if high_s > 0:
-                last = max(last, loop.time() + delays.uniform(low_s, high_s))
-                self._counts["delayed"] += 1
-            await queue.put((last, data))
             if not data:
-                return
-
-    async def _write(self, name, to, queue, pieces, stalls):
-        loop = asyncio.get_running_loop()
-        link = self._link
-        carried = 0
-        stall_at = self._next_stall(0, stalls)
-        begun = loop.time()
-        while True:
-            due, data = await queue.get()
-            await asyncio.sleep(due - loop.time())
-            if not data:
+                await self._wait_in_silence(name)
                 to.shutdown(socket.SHUT_WR)
                 return
             while data:
-                if name in self._silent:
-                    await asyncio.sleep(link._silent_s)
-                    self._silent.discard(name)
-                most = min(len(data), stall_at - carried)
+                await self._wait_in_silence(name)
+                most = len(data)
                 if self._bytes_to_fate > 0:
                     most = min(most, self._bytes_to_fate)
                 if link._piece_bytes:
-                    most = min(most, pieces.randint(*link._piece_bytes))
+                    most = min(most, numbers.randint(*link._piece_bytes))
                     self._counts["pieces"] += 1
                 piece = data[:most]
                 data = data[most:]
                 meets_fate = most == self._bytes_to_fate
                 self._bytes_to_fate -= most  # before it is sent: the other way sends meanwhile
                 await loop.sock_sendall(to, piece)
-                carried += most
-                self._counts["bytes_" + name] += most
-                if link._bytes_per_s:
-                    await asyncio.sleep(begun + carried / link._bytes_per_s - loop.time())
                 if meets_fate:
                     self._meet_fate()
-                if carried == stall_at:
-                    self._counts["stalls"] += 1
-                    await asyncio.sleep(link._stall_s)
-                    stall_at = self._next_stall(carried, stalls)
 
-    def _next_stall(self, carried, stalls):
-        every = self._link._stall_every_bytes
-        return carried + max(1, round(stalls.expovariate(1 / every))) if every else math.inf
+    async def _wait_in_silence(self, name):
+        if name in self._silent:
+            await asyncio.sleep(self._link._silent_s)
+            self._silent.discard(name)
 
     def _meet_fate(self):
         if not self._link._fates:

@@ -14,11 +14,10 @@ import time
 import unittest
 
 from small_disk import SmallDisk, why_not
-from support import ROOT, THOROUGH, Case, Run, binary, only_in_all, temporary_folder, wait_until
+from support import ROOT, Case, Run, binary, only_in_all, temporary_folder, wait_until
 
 NO_SMALL_DISK = why_not()
-# Seeds of kills.
-KILLED_RUNS = 20 if THOROUGH else 4
+KILLED_RUNS = 10
 # Of the archive. Voxels of a metre suffice: 36 columns of boxes to be divided into shards.
 VOXEL = ["--voxel", "1"]
 _made = {}
@@ -77,25 +76,6 @@ def children_of(pid):
     return [int(word) for word in text.split()]
 
 
-# Stands for sbatch: runs the script at once, each task of an array after the other.
-SBATCH = """#!/bin/bash
-here=$(dirname "$0")
-number=$(($(cat "$here/number" 2>/dev/null || echo 0) + 1))
-echo "$number" > "$here/number"
-printf '%s\\n' "$*" >> "$here/said"
-tasks=()
-while [[ $1 == -* ]]; do
-    [[ $1 =~ ^--array=0-([0-9]+) ]] && tasks=($(seq 0 "${BASH_REMATCH[1]}"))
-    shift
-done
-((${#tasks[@]} > 0)) || tasks=(-)
-for task in "${tasks[@]}"; do
-    SLURM_ARRAY_TASK_ID=$task bash "$@" > /dev/null || exit 1
-done
-echo "$number"
-"""
-
-
 class Country(Case):
     def setUp(self):
         self.folder = temporary_folder()
@@ -133,7 +113,7 @@ class Country(Case):
         self.assertEqual(self.out.read_bytes(), whole())
 
     def test_shards_give_the_bytes_of_a_single_run(self):
-        for shards in (1, 4, 9, 16):
+        for shards in (1, 9):
             with self.subTest(shards):
                 self.setUp()
                 self.make_plan(shards)
@@ -157,16 +137,6 @@ class Country(Case):
         self.setUp()
         plan = [survey(), "-o", self.plan, "--heights", "500"]
         self.assertRefused(country("plan", *plan), 2, "--heights")
-
-    @only_in_all
-    def test_what_a_kill_leaves_of_a_finished_shard_is_removed(self):
-        self.make_plan(2)
-        self.assertDone(country("run", self.plan, "--task", "1", "--quiet"))
-        journal = self.plan / "shards" / "00001.tvx.journal"
-        journal.write_text("what a kill between rename and removal leaves", encoding="utf-8")
-        self.assertDone(country("run", self.plan, "-o", self.out, "--quiet"))
-        self.assertSame()
-        self.assertFalse(journal.exists())
 
     @only_in_all
     def test_killed_at_any_time_it_goes_on_and_makes_nothing_again(self):
@@ -212,7 +182,7 @@ class Country(Case):
 
     def test_what_has_changed_is_refused_by_name(self):
         data = pathlib.Path(shutil.copytree(survey(), self.folder / "data"))
-        self.make_plan(4, data=data)
+        self.make_plan(2, data=data)
         square = sorted(data.glob("*.laz"))[2]
         kept = square.read_bytes()
         square.write_bytes(kept)  # with another time
@@ -223,7 +193,7 @@ class Country(Case):
         run = country("run", self.plan, "-o", self.out)
         self.assertRefused(run, 1, square.name, "is gone")
         self.assertFalse(self.out.exists())
-        self.make_plan(4, "--overwrite", data=data)
+        self.make_plan(2, "--overwrite", data=data)
         square.write_bytes(kept)
         run = country("run", self.plan, "-o", self.out)
         self.assertRefused(run, 1, square.name, "is new")
@@ -261,30 +231,6 @@ class Country(Case):
         self.assertRefused(country("run", self.plan, "-o", self.out), 1, "format 2; allowed: 1")
         (self.plan / "plan.json").write_text("{", encoding="utf-8")
         self.assertRefused(country("status", self.plan), 1, "no JSON object")
-        self.edit_garbage()
-
-    def edit_garbage(self):
-        """Whatever is in a plan: a line, and no crash."""
-        self.make_plan(2, "--overwrite")
-        plan = json.loads((self.plan / "plan.json").read_text(encoding="utf-8"))
-        for name, value in (
-            ("shards", []),
-            ("shards", [{}]),
-            ("shards", 7),
-            ("bounds", {"min": [1, 2, 3]}),
-            ("bounds", {"min": [5, 5, 5], "max": [5, 5, 5]}),
-            ("area", [1]),
-            ("world", {"inputs": []}),
-            ("world", None),
-            ("squares", "all"),
-            ("estimate", {"cpu_s": "much"}),
-        ):
-            with self.subTest(name, value=value):
-                text = json.dumps({**plan, name: value})
-                (self.plan / "plan.json").write_text(text, encoding="utf-8")
-                for command in (("run", "-o", self.out), ("status",)):
-                    run = country(command[0], self.plan, *command[1:])
-                    self.assertRefused(run, 1, "read the plan")
 
     @only_in_all
     def test_two_runs_at_once_never_spoil_anything(self):
@@ -294,25 +240,9 @@ class Country(Case):
             wait_until((self.plan / "run.json").exists, "the first run has begun")
             second = country("run", self.plan, "-o", self.folder / "other.tvx")
             if second.code == 1:  # else the first was done by then
-                self.assertIn("runs it already", second.err)
-                self.assertIn(f"process {first.pid} of ", second.err)
-            words = [survey(), "-o", self.plan, "--overwrite", "--quiet"]
-            if first.poll() is None:
-                again = country("plan", *words)
-                self.assertTrue(again.code == 1 or first.poll() is not None, str(again))
+                self.assertRegex(second.err, f"process {first.pid} of .* runs it already")
         finally:
-            first.wait()
-        self.assertEqual(first.returncode, 0)
-        self.assertSame()
-
-    @only_in_all
-    def test_tasks_elsewhere_share_a_plan_with_a_run(self):
-        self.make_plan(9)
-        run = start("run", self.plan, "-o", self.out, "--jobs", "1", "--quiet")
-        tasks = [start("run", self.plan, "--task", n, "--quiet") for n in (9, 9, 5, 3)]
-        codes = [task.wait() for task in tasks]
-        self.assertLessEqual(set(codes), {0, 1}, "1: another process makes it")
-        self.assertEqual(run.wait(), 0)
+            self.assertEqual(first.wait(), 0)
         self.assertSame()
 
     @only_in_all
@@ -357,29 +287,6 @@ class Country(Case):
         status = country("status", self.plan)
         self.assertEqual(status.code, 3, str(status))
         self.assertIn(unreadable.stem, status.out)
-
-    @only_in_all
-    def test_a_square_damaged_in_its_first_points_is_missing_by_name(self):
-        data = pathlib.Path(shutil.copytree(survey(), self.folder / "data"))
-        broken = sorted(data.glob("*.laz"))[4]
-        whole_file = broken.read_bytes()
-        middle = len(whole_file) // 2
-        broken.write_bytes(whole_file[:middle] + bytes(2000) + whole_file[middle + 2000 :])
-        run = country("plan", data, "-o", self.plan, "--shards", "2", "--quiet")
-        self.assertEqual(run.code, 3, str(run))
-        run = country("run", self.plan, "-o", self.out, "--quiet")
-        self.assertEqual(run.code, 3, str(run))
-        self.assertIn(f"missing: {broken.stem}: read the point cloud", run.err)
-        self.assertEqual(Run([binary("ARCHIVE"), "verify", self.out]).code, 0)
-
-    @only_in_all
-    def test_data_of_which_nothing_can_be_opened_are_no_wrong_usage(self):
-        data = self.folder / "data"
-        data.mkdir()
-        (data / "TM_462_101.laz").write_bytes(b"no points here\n" * 50)
-        run = country("plan", data, "-o", self.plan)
-        self.assertRefused(run, 1, "no file can be opened", "TM_462_101.laz")
-        self.assertFalse(self.plan.exists())
 
     @only_in_all
     def test_an_archive_that_is_there_is_left_alone(self):
@@ -427,13 +334,10 @@ class Country(Case):
                 ("plan", here, "-o", self.plan, "--shards", "0"),
                 "--shards = '0'; allowed: 1 to 65536",
             ),
-            (("plan", here, "-o", self.plan, "--shards", "65537"), "allowed: 1 to 65536"),
             (("plan", self.folder / "none", "-o", self.plan), "none"),
             (("plan", "noise:1", "-o", self.plan), "allowed: LAS"),
             (("plan", here, "-o", self.plan, "--add", "1,2,3,4,5"), "--add"),
-            (("plan", here, "-o", self.plan, "--cache", "none"), "--cache"),
             (("run", self.plan, "-o", self.out), "no such folder"),
-            (("run", self.folder, "-o", self.out), "no plan.json"),
             (("status", self.folder), "no plan.json"),
         ):
             with self.subTest(arguments):
@@ -442,7 +346,6 @@ class Country(Case):
         for arguments, said in (
             (("run", self.plan), "allowed: -o"),
             (("run", self.plan, "--task", "3"), "allowed: 1 to 2"),
-            (("run", self.plan, "--task", "0"), ""),
             (("run", self.plan, "--task", "1", "-o", self.out), "--task with -o"),
             (("run", self.plan, "-o", self.out, "--wait"), "--wait without --join"),
             (("resume", self.plan), "no run has begun"),
@@ -452,22 +355,6 @@ class Country(Case):
                 self.assertRefused(country(*arguments), 2, said)
         run = country("run", self.plan, "-o", self.out, "--join")
         self.assertRefused(run, 1, "shard 1 of 2 is missing")
-
-    @only_in_all
-    def test_a_plan_does_not_say_where_to_write_elsewhere(self):
-        """A plan may be a stranger's, and its run.json names any file of this user."""
-        self.make_plan(2)
-        plan = json.loads((self.plan / "plan.json").read_text())
-        elsewhere = self.folder / "mine" / "country.tvx"
-        note = {"plan": plan["id"], "archive": str(elsewhere), "before": "", "after": ""}
-        (self.plan / "run.json").write_text(json.dumps(note), encoding="utf-8")
-        for command in ("resume", "patch"):
-            with self.subTest(command):
-                run = country(command, self.plan, "--quiet")
-                self.assertRefused(run, 2, "its run.json names", f"allowed: -o {elsewhere}")
-                self.assertFalse(elsewhere.parent.exists())
-        self.assertDone(country("resume", self.plan, "-o", elsewhere, "--quiet"))
-        self.assertEqual(elsewhere.read_bytes(), whole())
 
     @only_in_all
     @unittest.skipIf(NO_SMALL_DISK, NO_SMALL_DISK)
@@ -522,22 +409,6 @@ class Scripts(Case):
             [binary("RAYTRACER"), "country", "plan", *words, "--overwrite", "--quiet", *options],
             cwd=self.folder,
         )
-
-    @only_in_all
-    def test_the_script_for_slurm_makes_the_archive(self):
-        programs = self.folder / "bin"
-        programs.mkdir()
-        sbatch = programs / "sbatch"
-        sbatch.write_text(SBATCH, encoding="utf-8")
-        sbatch.chmod(0o755)
-        self.assertDone(self.write("--slurm", "go.sh", "--nodes", "2", "--archive", "my out.tvx"))
-        path = f"{programs}:{os.environ['PATH']}"
-        run = Run(["bash", "go.sh"], cwd=self.folder, environment={"PATH": path})
-        self.assertDone(run)
-        said = (programs / "said").read_text(encoding="utf-8")
-        self.assertIn("--array=0-2%2", said)
-        self.assertIn("--dependency=afterany:1", said)
-        self.assertEqual((self.folder / "my out.tvx").read_bytes(), whole())
 
     @only_in_all
     def test_the_template_for_openjd_makes_the_archive(self):

@@ -17,23 +17,10 @@ class Desktop:
     def __init__(self, width=1280, height=800):
         self.folder = temporary_folder()
         read, write = os.pipe()
+        words = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
+        words += ["-fbdir", str(self.folder), "-nolisten", "tcp", "-noreset"]
         self.server = subprocess.Popen(
-            [
-                "Xvfb",
-                "-displayfd",
-                str(write),
-                "-screen",
-                "0",
-                f"{width}x{height}x24",
-                "-fbdir",
-                str(self.folder),
-                "-nolisten",
-                "tcp",
-                "-noreset",
-            ],
-            pass_fds=[write],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            words, pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         os.close(write)
         with os.fdopen(read) as display_number:
@@ -79,25 +66,11 @@ class Desktop:
             program.process.send_signal(signal.SIGCONT)
 
     def drag(self, x0, y0, x1, y1, steps=10, button=1):
-        words = [
-            "mousemove",
-            round(x0),
-            round(y0),
-            "sleep",
-            "0.1",
-            "mousedown",
-            button,
-            "sleep",
-            "0.1",
-        ]
+        words = ["mousemove", round(x0), round(y0), "sleep", "0.1"]
+        words += ["mousedown", button, "sleep", "0.1"]
         for i in range(1, steps + 1):
-            words += [
-                "mousemove",
-                round(x0 + (x1 - x0) * i / steps),
-                round(y0 + (y1 - y0) * i / steps),
-                "sleep",
-                "0.03",
-            ]
+            x, y = x0 + (x1 - x0) * i / steps, y0 + (y1 - y0) * i / steps
+            words += ["mousemove", round(x), round(y), "sleep", "0.03"]
         self.do(*words, "mouseup", button)
 
     def see(self):

@@ -117,10 +117,6 @@ class ThisTest(Case):
         with self.assertRaisesRegex(AssertionError, "page.md:3: exit code 2, not 0"):
             run_page(self.page("Try:\n" + wrong))
         run_page(self.page("<!-- exit code: 2 -->\n" + wrong))
-        run_page(self.page("<!-- not run: it is wrong -->\n" + wrong))
-        server = "<!-- background: listening on -->\n\n    ./terravox serve nowhere\n"
-        with self.assertRaisesRegex(AssertionError, "without 'listening on'"):
-            run_page(self.page(server))
 
     def test_a_comment_that_steers_nothing_is_found(self):
         with self.assertRaisesRegex(ValueError, "page.md:1: 'not runn'"):

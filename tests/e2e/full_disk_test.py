@@ -8,14 +8,11 @@ bytes.
 
 import contextlib
 import os
-import re
 import shutil
-import threading
 import unittest
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from small_disk import PAGE_BYTES, SmallDisk, why_not
-from support import ROOT, Run, Server, binary, temporary_folder, wait_until
+from support import ROOT, Run, Server, binary, temporary_folder
 from writers import WRITERS, Ended, Writers
 
 REASON = why_not()
@@ -74,59 +71,14 @@ class FullDisk(Writers):
                     again.stop()
 
 
-class SlowServer(ThreadingHTTPServer):
-    """Serves one file, and does something when half of it is out."""
-
-    daemon_threads = True
-
-    def __init__(self, data, at_half):
-        class Handler(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-
-            def do_GET(self):
-                begin = int((re.match(r"bytes=(\d+)-", self.headers.get("Range", "")) or [0, 0])[1])
-                self.send_response(206 if begin else 200)
-                if begin:
-                    self.send_header("Content-Range", f"bytes {begin}-{len(data) - 1}/{len(data)}")
-                self.send_header("Content-Length", str(len(data) - begin))
-                self.end_headers()
-                half = (begin + len(data)) // 2
-                self.wfile.write(data[begin:half])
-                self.wfile.flush()
-                at_half()
-                self.wfile.write(data[half:])
-
-            def log_message(self, *_):
-                pass
-
-        super().__init__(("127.0.0.1", 0), Handler)
-        threading.Thread(target=self.serve_forever, daemon=True).start()
-
-    def handle_error(self, *_):
-        pass  # the client has gone
-
-
 @unittest.skipIf(REASON, REASON)
 @unittest.skipUnless(NODE and GRABBER.exists(), f"no node, or no {GRABBER.relative_to(ROOT)}")
 class FullDiskOfTheGrabber(Writers):
     @classmethod
     def setUpClass(cls):
         cls.survey = temporary_folder() / "survey"
-        run = Run(
-            [
-                binary("SURVEY"),
-                "--seed",
-                "7",
-                "--squares",
-                "1x1",
-                "--square-m",
-                "1000",
-                "--density",
-                "0.1",
-                "-o",
-                cls.survey,
-            ]
-        )
+        words = ["--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "0.1"]
+        run = Run([binary("SURVEY"), *words, "-o", cls.survey])
         assert run.code == 0, run
         cls.square = (cls.survey / "TM_462_101.laz").read_bytes()
 
@@ -151,37 +103,6 @@ class FullDiskOfTheGrabber(Writers):
                 disk.leave(GIB_PAGES)
                 self.assertDone(self.fetch(disk, "--from", self.survey))
                 self.assertEqual(self.kept(disk), {"TM_462_101.laz": self.square})
-
-    def test_a_disk_that_another_program_fills_in_the_middle_of_a_file(self):
-        with SmallDisk(GIB_PAGES) as disk:
-            filled = []
-
-            def fill():
-                if not filled:
-                    # It looks for room before it begins.
-                    wait_until(
-                        lambda: any((disk.seen / "store").rglob(".*.part")), "a file is begun"
-                    )
-                    disk.leave(4)
-                    filled.append(True)
-
-            server = SlowServer(self.square, fill)
-            self.addCleanup(server.server_close)
-            self.addCleanup(server.shutdown)
-            arguments = [
-                "--url-template",
-                f"http://127.0.0.1:{server.server_port}/TM_{{E}}_{{N}}.laz",
-                "--allow-private",
-                "--squares",
-                "462_101",
-            ]
-            full = self.fetch(disk, *arguments)
-            self.assertEqual((full.code, filled), (1, [True]), str(full))
-            self.assertIn("no space left on device", full.err.lower())
-            self.assertEqual(self.kept(disk), {})
-            disk.leave(GIB_PAGES)
-            self.assertDone(self.fetch(disk, *arguments))
-            self.assertEqual(list(self.kept(disk).values()), [self.square])
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ import io
 import json
 import os
 import pathlib
-import re
 import shutil
 import sys
 import tarfile
@@ -21,16 +20,10 @@ from support import ROOT, Case, Run, binary, only_in_all, survey, temporary_fold
 
 MOST_MB = 250
 WRITER = ROOT / "config" / "release" / "oci_image.py"
-MANIFESTS = sorted((ROOT / "config" / "cluster" / "kubernetes").glob("*.yaml"))
 PICTURE = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
 TIME = 1_700_000_000
 MAKE_S = 7200
 RUN_S = 600
-
-
-def version():
-    text = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
-    return re.search(r"project\(terravox VERSION ([0-9.]+)", text)[1]
 
 
 def entry(name, kind=tarfile.REGTYPE, **fields):
@@ -148,12 +141,6 @@ class Layout(Case):
         self.assertNotEqual(Image(first).layers[1], other.layers[1])
         # Hosts that have the system of one version have that of the next.
         self.assertEqual(Image(first).layers[0], other.layers[0])
-
-    def test_manifests_name_it(self):
-        self.assertEqual(len(MANIFESTS), 2)
-        for file in MANIFESTS:
-            names = re.findall(r"image: (\S+)", file.read_text(encoding="utf-8"))
-            self.assertEqual(set(names), {f"terravox:{version()}"}, file)
 
 
 def fields(member):

@@ -8,7 +8,6 @@ import os
 import pathlib
 import re
 import shutil
-import signal
 import subprocess
 import time
 import unittest
@@ -23,7 +22,6 @@ from support import (
     binary,
     entries,
     square,
-    survey,
     temporary_folder,
 )
 from support import wait_until as wait_for
@@ -34,8 +32,8 @@ TOKEN = "correct-horse-battery-staple-1871"
 class Jobs:
     """A server that makes analyses."""
 
-    def __init__(self, *arguments, token="", folder=None):
-        self.folder = folder or temporary_folder()
+    def __init__(self, *arguments, token=""):
+        self.folder = temporary_folder()
         before = os.environ.get("TMPDIR")
         os.environ["TMPDIR"] = str(self.folder)
         try:
@@ -125,11 +123,10 @@ class Clients(Case):
             return re.findall(r"Checksum=\d+|Description = .*|Origin = .*|Size is .*", run.stdout)
 
         for kind, job, flags in (
-            ("terrain", {"resolution_m": 2}, ["--resolution", "2"]),
             (
                 "sun",
-                {"date": "2026-06-21", "surface": "ground", "zone": "Europe/Ljubljana"},
-                ["--date", "2026-06-21", "--surface", "ground", "--zone", "Europe/Ljubljana"],
+                {"date": "2026-06-21", "zone": "Europe/Ljubljana", "resolution_m": 2},
+                ["--date", "2026-06-21", "--zone", "Europe/Ljubljana", "--resolution", "2"],
             ),
             (
                 "sight",
@@ -159,22 +156,15 @@ class Clients(Case):
                 self.assertEqual(self.jobs.ask("GET", path + "/result.tif")[0], 404)
 
     def test_what_is_wrong_is_said(self):
-        west, south, east, north = box()
         status, _, body = self.jobs.ask("POST", "/v2/jobs", '{"kind": "sun", "area": [1, 2]}')
         self.assertEqual(status, 400)
         self.assertIn("area", json.loads(body)["detail"])
-        for name, job, said in (
-            ("no such day", {"kind": "sun", "date": "2026-02-31"}, "2026-02-31"),
-            ("no such zone", {"kind": "sun", "zone": "Mars/Olympus"}, "Mars/Olympus"),
-            ("elsewhere", {"kind": "sky", "area": [west + 9e5, south, east + 9e5, north]}, "area"),
-        ):
-            with self.subTest(name):
-                path = self.jobs.submit(**{"area": box(), **job})
-                end = self.jobs.end_of(path)
-                self.assertEqual(end["state"], "failed", end)
-                self.assertIn(said, end["message"])
-                self.assertNotIn(str(self.jobs.folder), end["message"])
-                self.assertEqual(self.jobs.ask("GET", path + "/result.tif")[0], 404)
+        path = self.jobs.submit(kind="sun", area=box(), zone="Mars/Olympus")
+        end = self.jobs.end_of(path)
+        self.assertEqual(end["state"], "failed", end)
+        self.assertIn("Mars/Olympus", end["message"])
+        self.assertNotIn(str(self.jobs.folder), end["message"])
+        self.assertEqual(self.jobs.ask("GET", path + "/result.tif")[0], 404)
 
     def test_deleting_ends_the_process_and_removes_its_files(self):
         first = self.jobs.submit(**ENDLESS)
@@ -189,41 +179,25 @@ class Clients(Case):
         (root,) = self.jobs.folder.iterdir()
         wait_for(lambda: first.rsplit("/", 1)[1] not in entries(root), "the folder to go")
 
-    def test_a_full_queue_says_so(self):
-        paths = [self.jobs.submit(**ENDLESS)]
-        wait_for(lambda: self.jobs.state(paths[0])["state"] == "running", "the first")
-        paths += [self.jobs.submit(**ENDLESS) for _ in range(16)]
-        status, headers, body = self.jobs.ask("POST", "/v2/jobs", json.dumps(ENDLESS))
-        self.assertEqual((status, headers["Retry-After"]), (503, "30"), body)
-        self.assertEqual(self.jobs.state(paths[-1])["before"], 15)
-        for path in reversed(paths):
-            self.assertEqual(self.jobs.ask("DELETE", path)[0], 204)
-
 
 class Ends(Case):
-    def started(self, *arguments, token=""):
-        jobs = Jobs(*arguments, token=token)
-        path = jobs.submit(**ENDLESS)
+    def started(self):
+        jobs = Jobs()
+        jobs.submit(**ENDLESS)
         wait_for(lambda: jobs.running(), "a process")
         (child,) = jobs.running()
-        return jobs, path, child
+        return jobs, child
 
     def test_children_end_with_the_server(self):
-        jobs, _, child = self.started()
+        jobs, child = self.started()
         self.assertEqual(jobs.server.stop(), 0)
         self.assertFalse(is_there(child))
         self.assertEqual(entries(jobs.folder), [])
 
     def test_children_end_with_a_server_that_is_killed(self):
-        jobs, _, child = self.started()
+        jobs, child = self.started()
         jobs.server.kill()
         wait_for(lambda: not is_there(child), "the end of the process")
-
-    def test_a_child_that_is_killed_is_a_failed_job(self):
-        jobs, path, child = self.started()
-        os.kill(child, signal.SIGKILL)
-        self.assertIn("signal 9", jobs.end_of(path)["message"])
-        self.assertEqual(jobs.server.stop(), 0)
 
 
 class Strangers(Case):
@@ -264,14 +238,6 @@ class Strangers(Case):
         while state.get("state") not in ("done", "failed") and time.monotonic() < end:
             state = json.loads(Run([*command, address]).out)
         self.assertEqual(state["state"], "done", state)
-        self.assertEqual(server.stop(), 0)
-
-    def test_jobs_are_off_unless_asked_for(self):
-        server = Server(survey(), "--cache", "none")
-        status, _, body = server.get("/v2/jobs")
-        self.assertEqual(status, 404)
-        self.assertIn("--jobs", json.loads(body)["detail"])
-        self.assertEqual(server.post("/v2/jobs", "{}")[0], 404)
         self.assertEqual(server.stop(), 0)
 
     def test_without_the_ray_tracer_the_server_does_not_start(self):

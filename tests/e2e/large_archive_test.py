@@ -87,14 +87,6 @@ class LargeArchive(Case):
         self.assertEqual(server.stop(), 0, server.err)
         self.assertCheap()
 
-    def test_the_server_of_the_file_shares_it(self):
-        """Another server's archive, as a file that is served with ranges."""
-        server = Server(self.file, "--cache", "none", "--no-ahead")
-        run = Run([binary("RAYTRACER"), "world", "info", server.url + "/v2/archive.tvx"])
-        self.assertDone(run)
-        self.assertIn("made up", run.out)
-        self.assertEqual(server.stop(), 0, server.err)
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -7,7 +7,7 @@ import shutil
 import sqlite3
 import unittest
 
-from luanti_world import map_block, write_world
+from luanti_world import write_world
 from support import Case, Run, binary, render, temporary_folder
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
@@ -89,14 +89,6 @@ class Luanti(Case):
             2,
             "--ortho with a Luanti world",
         )
-
-    def test_a_node_of_no_table_is_named(self):
-        block = map_block(0, 0, 0).replace(b"default:sand", b"qqqqqqq:qqqq")
-        spoil(self.world, 0, block)
-        run = info(self.world)
-        self.assertEqual(run.code, 0, str(run))
-        self.assertIn("qqqqqqq:qqqq", run.err)
-        self.assertIn("unknown nodes: 1 in no table", run.out)
 
 
 if __name__ == "__main__":

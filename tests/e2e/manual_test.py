@@ -104,16 +104,6 @@ class Manual(Case):
                     self.assertDone(run)
                     self.assertEqual(run.err, "")
 
-    def test_a_page_says_what_the_program_says(self):
-        text = plain(self.pages["terravox-render"].read_text(encoding="utf-8"))
-        for words in (
-            "--camera-projection, --projection",
-            "camera projection (perspective, orthographic",
-            "trace, debug, info, warn, error or off [info]",
-            "picture to write: .png .jpg (8-bit), .exr .tif (float)",
-        ):
-            self.assertIn(words, text)
-
 
 class Completion(Case):
     @classmethod

@@ -85,10 +85,6 @@ class MergeInfo(Case):
         part = self.part(self.archive("a.tvx", title=HOSTILE))
         self.assertIn(f"of       {SHOWN}, 32x32 pixels", self.info(part))
 
-    def test_the_names_of_the_inputs(self):
-        part = self.part(self.archive(HOSTILE + ".tvx"))
-        self.assertIn(f"from     {SHOWN}.tvx: 1 file", self.info(part))
-
     def test_notes_on_damage(self):
         part = self.part(self.archive("a.tvx"))
         with part.open("ab") as file:
@@ -106,20 +102,6 @@ class MergeInfo(Case):
         self.assertEqual(run.code, 3, str(run))
         self.assertIn("a rotten box", run.err)
         self.assertTrue(joined.exists())
-
-    def test_the_name_of_the_checkpoint(self):
-        part = self.part(self.archive("a.tvx"))
-        renamed = part.rename(self.folder / (HOSTILE + ".tiles"))
-        self.assertIn(f"{SHOWN}.tiles: ", self.info(renamed))
-
-    def test_errors(self):
-        one = self.part(self.archive("a.tvx", title=HOSTILE))
-        one = one.rename(self.folder / "one.tiles")
-        other = self.part(self.archive("b.tvx", title="another"))
-        run = merge(one, other, "-o", self.folder / "joined.exr")
-        self.assertRefused(run, 1, "one.tiles")
-        self.assertNotRegex(run.err, HARMFUL)
-        self.assertIn("202e", run.err)
 
 
 if __name__ == "__main__":

@@ -98,9 +98,8 @@ class Module(Case):
 
         def start(voxel):
             server = Server(survey(), "--cache", cache, "--no-ahead", "--voxel", voxel)
-            status = server.get(server.box_paths()[0])[
-                0
-            ]  # after this the world is open, or is known not to open
+            # After this the world is open, or is known not to open.
+            status = server.get(server.box_paths()[0])[0]
             health = server.get("/healthz")[0]
             self.assertEqual(server.stop(), 0, server.err)
             return status, health, "start it again" in server.err
@@ -117,27 +116,6 @@ class Module(Case):
         self.assertFalse(first.exists())
         self.assertEqual(start("1"), (200, 200, False))
         self.assertEqual(first.read_bytes(), right)
-
-    def test_program_and_module_may_lie_elsewhere_and_be_started_by_a_link(self):
-        folder = temporary_folder()
-        for file in (PROGRAM, MODULE):
-            shutil.copy(file, folder)
-        link = temporary_folder() / "linked"
-        link.symlink_to(folder / PROGRAM.name)
-        os.environ["TERRAVOX_CONFIG"] = str(CONFIG)
-        try:
-            for started in (folder / PROGRAM.name, link):
-                with self.subTest(str(started)):
-                    server = Server(
-                        square(), "--cache", "none", program=("sh", "-c", f'exec "{started}" "$@"')
-                    )  # $0 is the usual program
-                    loaded = pathlib.Path(f"/proc/{server.process.pid}/maps").read_text()
-                    self.assertEqual(
-                        (server.get(server.box_paths()[0])[0], server.stop()), (200, 0), server.err
-                    )
-                    self.assertIn(str(folder / MODULE.name), loaded)
-        finally:
-            del os.environ["TERRAVOX_CONFIG"]
 
     def test_without_the_module_the_program_reports_that(self):
         alone = temporary_folder() / PROGRAM.name

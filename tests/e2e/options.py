@@ -7,35 +7,12 @@ import markdown
 from support import ROOT, Run, binary
 
 # In the order of how often the pages name them: a program is started only when it is needed.
-RAYTRACER = (
-    "render",
-    "convert",
-    "analyse terrain",
-    "analyse sky",
-    "analyse sun",
-    "analyse energy",
-    "analyse sight",
-    "map",
-    "publish",
-    "view",
-    "worker",
-    "animate",
-    "preview",
-    "world info",
-    "farm certs",
-    "farm status",
-    "farm pause",
-    "farm resume",
-    "merge",
-    "cluster slurm",
-    "cluster openjd",
-    "cluster kubernetes",
-    "cluster bake",
-    "country plan",
-    "country run",
-    "country resume",
-    "country status",
-)
+RAYTRACER = ["render", "convert", "map", "publish", "view", "worker", "animate", "preview"]
+RAYTRACER += [f"analyse {kind}" for kind in ("terrain", "sky", "sun", "energy", "sight")]
+RAYTRACER += ["world info", "merge"]
+RAYTRACER += [f"farm {name}" for name in ("certs", "status", "pause", "resume")]
+RAYTRACER += [f"cluster {name}" for name in ("slurm", "openjd", "kubernetes", "bake")]
+RAYTRACER += [f"country {name}" for name in ("plan", "run", "resume", "status")]
 PROGRAMS = {name: ("RAYTRACER", *name.split()) for name in RAYTRACER}
 PROGRAMS |= {"serve": ("VOXELSERVER",), "survey": ("SURVEY",)}
 PROGRAMS |= {f"laz {name}": ("LAZ", name) for name in ("info", "check", "index", "compress")}

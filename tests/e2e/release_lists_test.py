@@ -116,57 +116,49 @@ class Lists(Case):
         self.assertLess(everywhere | {"nanoflann", "Python, headers", "curl"}, wheel)
 
     def test_it_has_the_form_of_spdx(self):
-        document = json.loads(self.bill())
+        text = self.bill()
+        self.assertEqual(text, self.bill())
+        document = json.loads(text)
         self.assertEqual(document["spdxVersion"], "SPDX-2.3")
         self.assertRegex(document["creationInfo"]["created"], r"^\d{4}-\d\d-\d\dT[\d:]{8}Z$")
         names = [each["SPDXID"] for each in document["packages"]]
         self.assertEqual(len(set(names)), len(names))
         for name in names:
             self.assertRegex(name, r"^SPDXRef-[A-Za-z0-9.-]+$")
-        known = {*names, "SPDXRef-DOCUMENT"}
-        for each in document["relationships"]:
-            self.assertIn(each["spdxElementId"], known)
-            self.assertIn(each["relatedSpdxElement"], known)
-
-    def test_the_same_files_make_the_same_list(self):
-        self.assertEqual(self.bill(), self.bill())
+        ends = ("spdxElementId", "relatedSpdxElement")
+        used = {each[end] for each in document["relationships"] for end in ends}
+        self.assertLessEqual(used, {*names, "SPDXRef-DOCUMENT"})
 
     def licences(self, *files):
         file = temporary_folder() / "licences.txt"
         self.assertDone(tool("licences.py", *files, "-o", file, *self.third_party, *DEPS))
         return file.read_text(encoding="utf-8")
 
-    def test_licences_of_what_packages_bring_are_there(self):
+    def test_licences_of_what_is_brought_and_compiled_in_are_there(self):
         text = self.licences(*self.files)
         for words in ("# Third-party software", "text of one", "text of two", "libzstd1 (Debian's"):
             self.assertIn(words, text)
-
-    def test_licences_of_what_is_compiled_in_are_there(self):
-        text = self.licences(*self.files)
+        window = (
+            "Dear ImGui, with the font ProggyClean (MIT) (Debian's copyright file), compiled in"
+        )
         for heading, words in {
             f"{LASZIP} (its sources), compiled in": "TERMS AND CONDITIONS FOR USE",
             "nanoflann (Debian's copyright file), compiled in": "Marius Muja",
-            "CLI11 (Debian's copyright file), compiled in": "University of Cincinnati",
-            "JSON for Modern C++ (Debian's copyright file), compiled in": "Niels Lohmann",
-            "toml++, headers (Debian's copyright file), compiled in": "Mark Gillard",
-            "Dear ImGui, with the font ProggyClean (MIT) (Debian's copyright file), compiled in": (
-                "Omar Cornut"
-            ),
+            window: "Omar Cornut",
             "nanobind, with robin-map (MIT) (its sources), compiled in": "Tessil",
-            "Python, headers (Debian's copyright file), compiled in": "PSF",
             "GDAL, with libtiff": "Frank Warmerdam",
-            "PROJ, and its database": "Gerald Evenden",
-            "curl (Debian's copyright file), compiled in": "Daniel Stenberg",
             "copyright, in Debian packages": "Tristan Grimmer (ProggyClean",
         }.items():
             with self.subTest(heading):
                 _, found, rest = text.partition(f"\n{heading}")
                 self.assertTrue(found)
-                self.assertIn(
-                    words.lower(), rest.partition(f"\n{RULE}\n\n")[2].partition(RULE)[0].lower()
-                )
-        for holder in ("Wenzel Jakob", "Amir Said", "Martin Isenburg"):
-            self.assertIn(holder, text)
+                body = rest.partition(f"\n{RULE}\n\n")[2].partition(RULE)[0]
+                self.assertIn(words.lower(), body.lower())
+        # Only of what is in the files.
+        text = self.licences(*make_debs(temporary_folder())[2:])
+        self.assertIn("nanoflann (Debian's", text)
+        for name in ("Dear ImGui, with", "nanobind, with", "Catch2 ("):
+            self.assertNotIn(f"\n{name}", text)
 
     def test_a_wheel_gets_those_of_what_is_in_it(self):
         wheel = make_wheel(temporary_folder())
@@ -191,16 +183,6 @@ class Lists(Case):
         self.assertEqual(line, f"{name},sha256={digest},{len(text)}")
         self.assertEqual(last, f"{RECORD},,")
         self.assertEqual(names[-1], RECORD)
-
-    def test_only_licences_of_what_is_in_the_files_are_there(self):
-        text = self.licences(*make_debs(temporary_folder())[2:])
-        self.assertIn("nanoflann (Debian's", text)
-        for name in (
-            "Dear ImGui, with the font ProggyClean (MIT) (",
-            "nanobind, with robin-map (MIT) (",
-            "Catch2 (",
-        ):
-            self.assertNotIn(name, text)
 
     def test_a_licence_that_is_not_there_is_an_error(self):
         empty = temporary_folder()

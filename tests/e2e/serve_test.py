@@ -4,7 +4,6 @@
 A picture of served boxes is the direct one; a failing server is reported.
 """
 
-import json
 import threading
 import unittest
 import urllib.error
@@ -22,16 +21,8 @@ class Serve(Case):
         server = Server(survey(), "--ortho", survey() / "ortho")
         try:
             served = render(server.url, *SMALL, "-o", out / "served.exr", "-o", out / "served.png")
-            again = render(
-                server.url + "/",
-                *SMALL,
-                "--memory-mib",
-                "1",
-                "--threads",
-                "3",
-                "-o",
-                out / "again.exr",
-            )
+            flags = [*SMALL, "--memory-mib", "1", "--threads", "3"]
+            again = render(server.url + "/", *flags, "-o", out / "again.exr")
         finally:
             code = server.stop()
         self.assertDone(served)
@@ -39,57 +30,13 @@ class Serve(Case):
         self.assertEqual(code, 0, server.err)
         for line in server.err.splitlines():
             self.assertFalse(line.startswith(("[warn", "[error")), server.err)
+        words = ["--ortho", survey() / "ortho", *SMALL]
         self.assertDone(
-            render(
-                survey(),
-                "--ortho",
-                survey() / "ortho",
-                *SMALL,
-                "-o",
-                out / "direct.exr",
-                "-o",
-                out / "direct.png",
-            )
+            render(survey(), *words, "-o", out / "direct.exr", "-o", out / "direct.png")
         )
         self.assertAlike(out / "served.exr", out / "direct.exr", exact=True)
         self.assertAlike(out / "served.png", out / "direct.png", exact=True)
         self.assertAlike(out / "again.exr", out / "direct.exr", exact=True)
-
-    def test_coarse_levels_are_served_too(self):
-        out = temporary_folder()
-        server = Server(survey())
-        try:
-            self.assertDone(render(server.url, *SMALL, "--level", "2", "-o", out / "served.exr"))
-        finally:
-            server.stop()
-        self.assertDone(render(survey(), *SMALL, "--level", "2", "-o", out / "direct.exr"))
-        self.assertAlike(out / "served.exr", out / "direct.exr", exact=True)
-
-    def test_the_world_is_described_and_its_boxes_have_tags(self):
-        server = Server(square())
-        try:
-            world = json.load(urllib.request.urlopen(server.url + "/v2/world", timeout=HANGS_S))
-            self.assertEqual(world["version"], 2)
-            self.assertEqual(world["crs"], "EPSG:3794")
-            low = world["bounds"]["min"]
-            high = world["bounds"]["max"]
-            key = (
-                f"0/{(low[0] + high[0]) // 2 // 64}/{low[1] // 256}/{(low[2] + high[2]) // 2 // 64}"
-            )
-            reply = urllib.request.urlopen(f"{server.url}/v2/boxes/{key}", timeout=HANGS_S)
-            tag = reply.headers["ETag"]
-            self.assertTrue(tag and not tag.startswith("W/"))
-            with self.assertRaises(urllib.error.HTTPError) as not_modified:
-                urllib.request.urlopen(
-                    urllib.request.Request(
-                        f"{server.url}/v2/boxes/{key}", headers={"If-None-Match": tag}
-                    ),
-                    timeout=HANGS_S,
-                )
-            self.assertEqual(not_modified.exception.code, 304)
-            not_modified.exception.close()
-        finally:
-            server.stop()
 
 
 class Fake(BaseHTTPRequestHandler):
@@ -137,12 +84,6 @@ class BadServer(Case):
                 run, out = self.render_from(body)
                 self.assertRefused(run, 1, said)
                 self.assertEqual(entries(out), [])
-
-    def test_no_server_listens(self):
-        out = temporary_folder()
-        run = render("http://127.0.0.1:1", *SMALL, "-o", out / "a.png")
-        self.assertRefused(run, 1, "http://127.0.0.1:1")
-        self.assertEqual(entries(out), [])
 
     def test_boxes_that_cannot_be_fetched_are_holes_in_log_exit_code_and_picture(self):
         server = Server(square())

@@ -105,17 +105,10 @@ class Cluster:
 
     def __enter__(self):
         try:
-            self._start(
-                "munged",
-                "munged",
-                "--foreground",
-                "--force",
-                f"--socket={self._munge}",
-                f"--key-file={self.folder}/munge.key",
-                f"--pid-file={self.folder}/munge.pid",
-                f"--log-file={self.folder}/munge.log",
-                f"--seed-file={self.folder}/munge.seed",
-            )
+            files = {"key-file": "munge.key", "pid-file": "munge.pid", "log-file": "munge.log"}
+            files |= {"socket": self._munge.name, "seed-file": "munge.seed"}
+            flags = [f"--{flag}={self.folder}/{name}" for flag, name in files.items()]
+            self._start("munged", "munged", "--foreground", "--force", *flags)
             self._until(self._munge.exists, "munged")
             self._start("slurmctld", "slurmctld", "-D", "-f", self.conf)
             for name in self.names:

@@ -40,11 +40,6 @@ esac
 """
 
 
-def has_command(*command):
-    """Whether this raytracer has that command."""
-    return Run([binary("RAYTRACER"), *command, "--help"]).code == 0
-
-
 @unittest.skipIf(REASON, REASON)
 class OnSlurm(Case):
     @classmethod
@@ -90,20 +85,9 @@ class OnSlurm(Case):
         return {p.name: p.read_text(errors="replace")[-1500:] for p in self.folder.rglob("logs/*")}
 
     def command(self, *arguments):
-        return [
-            binary("RAYTRACER"),
-            "cluster",
-            "slurm",
-            "--poll",
-            "1",
-            "--nodes",
-            "4",
-            "--cpus-per-node",
-            "1",
-            "--memory-mib",
-            "400",
-            *map(str, arguments),
-        ]
+        limits = ["--nodes", "4", "--cpus-per-node", "1", "--memory-mib", "400"]
+        words = ["cluster", "slurm", "--poll", "1", *limits]
+        return [binary("RAYTRACER"), *words, *map(str, arguments)]
 
     def run_here(self, *arguments, timeout_s=100):
         return Run(
@@ -148,20 +132,8 @@ class OnSlurm(Case):
 
     def test_frames_are_the_same_though_a_node_dies_and_none_is_made_twice(self):
         whole = self.folder / "whole"
-        self.assertDone(
-            Run(
-                [
-                    binary("RAYTRACER"),
-                    "animate",
-                    self.film,
-                    survey(),
-                    *FRAMES,
-                    "--quiet",
-                    "-o",
-                    whole / "%03d.png",
-                ]
-            )
-        )
+        words = ["animate", self.film, survey(), *FRAMES, "--quiet", "-o", whole / "%03d.png"]
+        self.assertDone(Run([binary("RAYTRACER"), *words]))
         child = self.start(*self.film_arguments())
         self.until(lambda: len(self.running("terravox-frames")) > 1, "frames at work", child=child)
         victim = self.stop_a_render(child)
@@ -259,29 +231,7 @@ class OnSlurm(Case):
         self.assertIn("0 of 3 frames are to be made", later.err)
         self.assertEqual(sorted(self.contents(self.frames)), ["002.png", "003.png", "004.png"])
 
-    @only_in_all
-    def test_more_frames_than_an_array_holds(self):
-        # Scripts alone: a thousand tasks would take minutes.
-        self.film.write_text("fps = 100\n[turntable]\nseconds = 25\n")
-        run = self.run_here("--dry-run", "--frames-per-task", "1", *self.film_arguments())
-        self.assertDone(run)
-        arrays = [
-            line
-            for line in run.out.splitlines()
-            if line.endswith(("frames.sbatch 0", "frames.sbatch 1001", "frames.sbatch 2002"))
-        ]
-        self.assertEqual(
-            [line.split()[1] for line in arrays],
-            ["--array=0-1000%4", "--array=0-1000%4", "--array=0-497%4"],
-        )
-        self.assertFalse(self.cluster.tasks())
-
     def test_a_picture_by_workers_of_which_some_die(self):
-        if (
-            not has_command("worker")
-            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
-        ):
-            self.skipTest("this raytracer has no worker --join and render --listen")
         look = ["--size", "960x540", "--samples", "16"]
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *look, "--quiet", "-o", whole))
@@ -345,19 +295,6 @@ class OnSlurm(Case):
         self.assertIn("worker --once --idle-s 600 ", (self.folder / "said-worker").read_text())
 
     @only_in_all
-    def test_a_pool_whose_coordinator_is_a_job_ends_with_it(self):
-        run = self.run_here(
-            "--coordinator", "job", *self.stand_in(come="2", code=3)
-        )  # the fourth node is the coordinator's
-        self.assertEqual(run.code, 3, f"{run} {self.logs()}")
-        self.assertNothingLeft()
-        address = (self.folder / "the pool" / "address").read_text().strip()
-        self.assertIn(f"--join {address}\n", (self.folder / "said-worker").read_text())
-        self.assertIn(
-            f"--listen :{address.rsplit(':', 1)[1]}\n", (self.folder / "said-render").read_text()
-        )
-
-    @only_in_all
     def test_a_pool_whose_workers_all_end_is_no_use(self):
         run = self.run_here(*self.stand_in(come="never", die=1))
         self.assertEqual(run.code, 1, str(run))
@@ -385,90 +322,30 @@ class OnSlurm(Case):
         self.assertNothingLeft()
 
     @only_in_all
-    def test_a_pool_that_is_killed_leaves_no_coordinator(self):
-        child = self.start(*self.stand_in(come="never"))
-        self.until(lambda: self.running("terravox-worker"), "workers", child=child)
-        child.kill()
-        child.wait()
-        self.until((self.folder / "stopped").exists, "the end of the coordinator", 30)
-
-    @only_in_all
     def test_a_picture_whose_coordinator_is_a_job(self):
-        if (
-            not has_command("worker")
-            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
-        ):
-            self.skipTest("this raytracer has no worker --join and render --listen")
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *FRAMES, "--quiet", "-o", whole))
         # Without threads of its own: what is there, workers have rendered.
-        run = self.run_here(
-            "--coordinator",
-            "job",
-            "--address",
-            "127.0.0.1",
-            "--folder",
-            "the pool",
-            survey(),
-            *FRAMES,
-            "--threads",
-            "0",
-            "-o",
-            "picture.exr",
-        )
+        words = ["--coordinator", "job", "--address", "127.0.0.1", "--folder", "the pool"]
+        run = self.run_here(*words, survey(), *FRAMES, "--threads", "0", "-o", "picture.exr")
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
 
     @only_in_all
     def test_a_picture_in_parts(self):
-        if (
-            not has_command("merge")
-            or "--part" not in Run([binary("RAYTRACER"), "render", "--help", "all"]).out
-        ):
-            self.skipTest("this raytracer has no merge and render --part")
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *FRAMES, "--quiet", "-o", whole))
-        run = self.run_here(
-            "--batch",
-            "--parts",
-            "5",
-            "--folder",
-            "the parts",
-            survey(),
-            *FRAMES,
-            "-o",
-            "picture.exr",
-        )
+        words = ["--batch", "--parts", "5", "--folder", "the parts", survey(), *FRAMES]
+        run = self.run_here(*words, "-o", "picture.exr")
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
-
-    @only_in_all
-    def test_an_analysis_in_parts(self):
-        words = ["analyse", "sky", survey(), "--directions", "16", "--tile", "64"]
-        whole = self.folder / "whole.tif"
-        self.assertDone(Run([binary("RAYTRACER"), *words, "--quiet", "-o", whole]))
-        batch = ["--batch", "--parts", "3", "--folder", "the cells", "--analyse"]
-        run = self.run_here(*batch, *words[1:], "-o", "sky.tif", "--map", "sky.png")
-        self.assertEqual(run.code, 0, f"{run} {self.logs()}")
-        self.assertEqual((self.folder / "sky.tif").read_bytes(), whole.read_bytes())
-        self.assertTrue((self.folder / "sky.png").exists())
 
 
 class WithoutSlurm(Case):
     def test_a_missing_slurm_is_reported_and_a_dry_run_works(self):
         folder = temporary_folder()
-        words = [
-            "--nodes",
-            "2",
-            "--folder",
-            folder / "job",
-            survey(),
-            "--size",
-            "64x36",
-            "-o",
-            folder / "a.png",
-        ]
+        words = ["--nodes", "2", "--folder", folder / "job", survey(), "-o", folder / "a.png"]
         without = {"PATH": str(folder)}
         self.assertRefused(
             Run([binary("RAYTRACER"), "cluster", "slurm", *words], environment=without),
@@ -482,70 +359,27 @@ class WithoutSlurm(Case):
         self.assertIn("sbatch --array=0-1 pool.sbatch", dry.out)
         self.assertEqual(Run(["bash", "-n", folder / "job" / "pool.sbatch"]).code, 0)
 
-    def wrong_commands(self, folder):
-        """@return (name, arguments of the command, a part of the message) of each"""
-        film = folder / "a.toml"
-        film.write_text(TURN)
-        target = folder / "%d.png"
-        return (
-            (
-                "option after the world",
-                [survey(), "--nodes", "2", "-o", folder / "a.png"],
-                "--nodes",
-            ),
-            ("no world", [], "no world; allowed"),
-            ("unknown option", ["--nodez", "2", survey()], "unknown option --nodez"),
-            (
-                "frames beyond",
-                ["--batch", "--frames", "3-12", film, survey(), "-o", target],
-                "--frames 3-12; allowed",
-            ),
-            (
-                "frames of animate",
-                ["--batch", film, survey(), "--first", "2", "-o", target],
-                "--first among the arguments",
-            ),
-            (
-                "frames without batch",
-                ["--frames", "1", survey(), "-o", folder / "a.png"],
-                "without --batch",
-            ),
-            (
-                "a folder Slurm misreads",
-                ["--folder", folder / "50%", survey(), "-o", folder / "a.png"],
-                "without % and \\",
-            ),
-            (
-                "a line break for sbatch",
-                ["--sbatch", "--qos=a\nrm x", survey(), "-o", folder / "a.png"],
-                "options of sbatch on one line",
-            ),
-            (
-                "a part of none",
-                ["--batch", "--parts", "1", survey(), "-o", folder / "a.png"],
-                "--parts",
-            ),
-            (
-                "parts with workers",
-                [
-                    *("--batch", "--parts", "2", survey()),
-                    *("-o", folder / "a.png", "--part", "1/2"),
-                ],
-                "--part",
-            ),
-            (
-                "no such world",
-                ["--batch", film, folder / "none", "-o", target],
-                "none",
-            ),
-        )
-
     def test_errors_are_reported_before_anything_is_submitted(self):
         folder = temporary_folder()
-        command = [binary("RAYTRACER"), "cluster", "slurm", "--dry-run"]
-        for name, words, said in self.wrong_commands(folder):
-            with self.subTest(name):
-                self.assertRefused(Run([*command, *words], cwd=folder), 2, said)
+        film, target, picture = folder / "a.toml", folder / "%d.png", ("-o", folder / "a.png")
+        film.write_text(TURN)
+        batch = ("--batch", film, survey(), "-o", target)
+        for said, words in {
+            "--nodes": [survey(), "--nodes", "2", *picture],  # behind the world
+            "no world; allowed": [],
+            "unknown option --nodez": ["--nodez", "2", survey()],
+            "--frames 3-12; allowed": ["--frames", "3-12", *batch],
+            "--first among the arguments": [*batch, "--first", "2"],
+            "without --batch": ["--frames", "1", survey(), *picture],
+            "without % and \\": ["--folder", folder / "50%", survey(), *picture],
+            "options of sbatch on one line": ["--sbatch", "--qos=a\nrm x", survey(), *picture],
+            "--parts": ["--batch", "--parts", "1", survey(), *picture],
+            "--part": ["--batch", "--parts", "2", survey(), *picture, "--part", "1/2"],
+            "none": ["--batch", film, folder / "none", "-o", target],
+        }.items():
+            with self.subTest(said):
+                command = [binary("RAYTRACER"), "cluster", "slurm", "--dry-run", *words]
+                self.assertRefused(Run(command, cwd=folder), 2, said)
 
 
 if __name__ == "__main__":

@@ -36,23 +36,12 @@ class SmallDisk:
         self._mounted = temporary_folder()
         said = []
         for unshare, nsenter in _WAYS:  # noqa: B007, nsenter is used after the loop
-            command = [
-                "unshare",
-                *unshare,
-                "--mount",
-                "sh",
-                "-c",
-                _HOLD,
-                "sh",
-                str((free_pages + 1) * PAGE_BYTES),
-                self._mounted,
-            ]
+            size = str((free_pages + 1) * PAGE_BYTES)
+            shell = ["sh", "-c", _HOLD, "sh", size, self._mounted]
+            command = ["unshare", *unshare, "--mount", *shell]
+            pipe = subprocess.PIPE
             self._holder = subprocess.Popen(
-                command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
+                command, stdin=pipe, stdout=pipe, stderr=pipe, text=True
             )
             if self._holder.stdout.readline() == "mounted\n":
                 break
@@ -70,20 +59,9 @@ class SmallDisk:
         """From now on so much is free; it takes no memory before it is filled."""
         was = os.statvfs(self.seen)
         limit = was.f_blocks - was.f_bfree + free_pages
-        subprocess.run(
-            [
-                *self.within,
-                "mount",
-                "-t",
-                "tmpfs",
-                "-o",
-                f"remount,size={limit * PAGE_BYTES}",
-                "none",
-                self._mounted,
-            ],
-            check=True,
-            timeout=HANGS_S,
-        )
+        options = f"remount,size={limit * PAGE_BYTES}"
+        command = ["mount", "-t", "tmpfs", "-o", options, "none", self._mounted]
+        subprocess.run([*self.within, *command], check=True, timeout=HANGS_S)
 
     def _end(self):
         self._holder.kill()

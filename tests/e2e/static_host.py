@@ -66,6 +66,7 @@ class StaticHost:
         self.headers = headers or {}
         self.requests = self.sent = 0
         self.log = []  # (name, range or None, status, bytes of the body)
+        self.authorizations = set()  # what requests had in their header, None: nothing
         self.lock = threading.Lock()
         self.server = _Server(("127.0.0.1", 0), _handler(self))
         if certificate is not None:
@@ -143,6 +144,7 @@ def _handler(host):
             name = self.path.split("?")[0].lstrip("/") or "index.html"
             asked = re.fullmatch(r"bytes=(\d+)-(\d*)", self.headers.get("Range", ""))
             part = (int(asked[1]), int(asked[2]) if asked[2] else None) if asked else None
+            host.authorizations.add(self.headers.get("Authorization"))
             if host.before is not None:
                 host.before(host)
             failure = host.fails(name, part) if host.fails is not None else None

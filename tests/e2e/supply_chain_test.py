@@ -6,7 +6,6 @@ import io
 import os
 import pathlib
 import re
-import shutil
 import tarfile
 import unittest
 
@@ -131,79 +130,6 @@ class Fetching(Case):
         self.assertEqual(
             [path for path in (self.folder / "cache").rglob("*") if path.is_file()], []
         )
-
-
-# `apt-get download` of a folder of packages.
-APT_GET = """#!/bin/sh
-cp "$PACKAGES/$2"_*.deb .
-"""
-
-
-@unittest.skipUnless(shutil.which("dpkg-deb"), "dpkg-deb is missing")
-class Nginx(Case):
-    """It is unpacked from Debian's packages, for tests."""
-
-    def setUp(self):
-        super().setUp()
-        self.folder = temporary_folder()
-        for name in ("bin", "packages", "build/deps"):
-            (self.folder / name).mkdir(parents=True)
-        apt_get = self.folder / "bin" / "apt-get"
-        apt_get.write_text(APT_GET)
-        apt_get.chmod(0o755)
-
-    def pack(self, name, program):
-        """@param program the text of usr/sbin/nginx, None: there is none"""
-        tree = temporary_folder()
-        (tree / "DEBIAN").mkdir()
-        (tree / "DEBIAN" / "control").write_text(
-            f"Package: {name}\nVersion: 1\nArchitecture: all\nMaintainer: A <a@b.c>\n"
-            "Description: a web server\n"
-        )
-        if program is not None:
-            (tree / "usr" / "sbin").mkdir(parents=True)
-            (tree / "usr" / "sbin" / "nginx").write_text(program)
-            (tree / "usr" / "sbin" / "nginx").chmod(0o755)
-        self.assertDone(
-            Run(["dpkg-deb", "--build", tree, self.folder / "packages" / f"{name}_1_all.deb"])
-        )
-
-    def fetch(self):
-        """In a system without nginx. @return the program that is there then, None without one"""
-        script = (
-            'set -euo pipefail; ROOT=$1 LOGS=$1/logs; . "$2/say.sh"; . "$2/test_tools.sh"; '
-            'NGINX_PLACES=("$NGINX_DIR/usr/sbin/nginx"); fetch_nginx'
-        )
-        run = Run(
-            ["bash", "-c", script, "fetch", self.folder, ROOT / "config" / "setup"],
-            environment={
-                "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}",
-                "PACKAGES": str(self.folder / "packages"),
-                "TERRAVOX_SKIP_PACKAGES": "0",
-            },
-        )
-        self.assertDone(run)
-        program = self.folder / "build" / "deps" / "nginx" / "usr" / "sbin" / "nginx"
-        return run, program if program.exists() else None
-
-    def test_the_package_that_has_the_program_is_taken(self):
-        self.pack("nginx", "#!/bin/sh\necho nginx version: 1.22\n")
-        self.pack("nginx-light", None)
-        run, program = self.fetch()
-        self.assertIn("Fetching nginx", run.err)
-        self.assertIsNotNone(program, run)
-        self.assertIn("1.22", Run([program, "-v"]).out)
-        again, _ = self.fetch()
-        self.assertEqual(again.err, "")
-
-    def test_a_package_whose_program_does_not_run_is_left_out_and_said(self):
-        for name, text in (("no program", None), ("it fails", "#!/bin/sh\nexit 1\n")):
-            with self.subTest(name):
-                self.pack("nginx", text)
-                run, program = self.fetch()
-                self.assertIn("nginx cannot be fetched: its tests are skipped", run.err)
-                self.assertIsNone(program)
-                self.assertEqual(list((self.folder / "build" / "deps").iterdir()), [])
 
 
 class SystemPackages(Case):

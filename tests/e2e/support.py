@@ -118,17 +118,6 @@ class Run:
         return f"exit code {self.code}\n--- stdout\n{self.out}\n--- stderr\n{self.err}"
 
 
-_flags = None
-
-
-def server_has(flag):
-    """Does this voxel server have that option?"""
-    global _flags
-    if _flags is None:
-        _flags = Run([binary("VOXELSERVER"), "--help"]).out
-    return f"{flag} " in _flags or f"{flag}\n" in _flags or f"{flag}:" in _flags
-
-
 def render(*arguments, **options):
     return Run([binary("RAYTRACER"), "render", *arguments], **options)
 
@@ -145,21 +134,8 @@ def survey():
     global _survey
     if _survey is None:
         folder = temporary_folder() / "survey"
-        run = Run(
-            [
-                binary("SURVEY"),
-                "--seed",
-                "7",
-                "--squares",
-                "1x1",
-                "--square-m",
-                "256",
-                "--density",
-                "4",
-                "-o",
-                folder,
-            ]
-        )
+        words = ["--seed", "7", "--squares", "1x1", "--square-m", "256", "--density", "4"]
+        run = Run([binary("SURVEY"), *words, "-o", folder])
         if run.code != 0:
             raise AssertionError(f"terravox-survey: {run}")
         _survey = folder

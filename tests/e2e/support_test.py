@@ -1,20 +1,16 @@
 #!/usr/bin/env python3
 """The shared parts of the end-to-end tests."""
 
-import contextlib
-import errno
 import os
 import select
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import unittest
 
 from support import HANGS_S, ROOT, Case, Run, Server, hold_port, survey, temporary_folder
 
-IP_LOCAL_PORT_RANGE = 51  # linux/in.h
 ALL_SKIPPED = 77
 TESTS = """
 import os, sys, unittest
@@ -38,34 +34,10 @@ unittest.main(argv=sys.argv[:1])
 
 
 class HeldPort(Case):
-    def test_no_program_listens_there(self):
-        with self.assertRaises(ConnectionRefusedError):
-            socket.create_connection(("127.0.0.1", hold_port()))
-
-    def test_the_kernel_gives_it_to_no_program_that_requests_a_free_one(self):
-        def ask(port):
-            """For any free port of a range that is one port long."""
-            with socket.socket() as other:
-                other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                try:
-                    other.setsockopt(
-                        socket.IPPROTO_IP, IP_LOCAL_PORT_RANGE, struct.pack("I", port | port << 16)
-                    )
-                except OSError:
-                    self.skipTest("this kernel has no IP_LOCAL_PORT_RANGE (Linux 6.3)")
-                other.bind(("127.0.0.1", 0))
-                return other.getsockname()[1]
-
-        with self.assertRaises(OSError) as refused:
-            ask(hold_port())
-        self.assertEqual(refused.exception.errno, errno.EADDRINUSE)
-        with socket.create_server(("127.0.0.1", 0)) as closed:
-            port = closed.getsockname()[1]
-        with contextlib.suppress(OSError):  # another process was faster: this is why ports are held
-            self.assertEqual(ask(port), port)
-
     def test_a_program_that_names_it_listens_there_again_and_again(self):
         port = hold_port()
+        with self.assertRaises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", port))
         for _ in range(2):
             server = Server(survey(), port=port)
             self.assertEqual(server.port, port)
@@ -93,10 +65,8 @@ class Skips(Case):
     def test_the_exit_code_tells_whether_anything_ran(self):
         for words, code, lines in (
             ((), 0, 0),
-            (("nginx",), 0, 1),
             (("b",), 0, 1),
             (("nginx", "other"), ALL_SKIPPED, 2),
-            (("fails",), 1, 0),
             (("fails", "other"), 1, 1),
         ):
             with self.subTest(words):
@@ -209,13 +179,10 @@ class Builds(Case):
 
     def test_progress_is_steps_or_the_last_line(self):
         for log, seconds, said in (
-            ("", 3, "3 s"),
             ("Get:1 package\n\n", 130, "2 min: Get:1 package"),
             ("one\ntwo \x1b\tand more\r\n", 5, "5 s: two \tand more"),
-            ("[0/2] Re-checking globbed directories...\n", 1, "0 of 2 steps, 1 s"),
             ("[1/9] A\n[3/12] B\nwarning: C\n", 30, "3 of 12 steps, 30 s, about 90 s left"),
             ("[0009/1200] A\n", 60, "9 of 1200 steps, 60 s, about 132 min left"),
-            ("[12/12] Linking\n", 200, "12 of 12 steps, 3 min"),
             ("see [3/12]\n", 1, "1 s: see [3/12]"),
             ("\rWaiting for the lock... 1s\rWaiting for the lock... 2s", 2, LOCKED),
         ):

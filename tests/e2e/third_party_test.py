@@ -21,15 +21,9 @@ from linked import (
 from package_lists import PACKAGES, REQUIREMENTS, locked, manifest, name_of, tracked
 from support import ROOT, Case, binary, has_sanitizers
 
-# Of optional parts of a build: the preview window
-# (TERRAVOX_PREVIEW), the comparison with Embree, of which a system has one version or none.
-OPTIONAL = {
-    "libembree3",
-    "libembree4",
-    "libGL",
-    "libglfw",
-    "libstb",
-}
+# Of optional parts of a build: the preview window (TERRAVOX_PREVIEW), the comparison with Embree,
+# of which a system has one version or none.
+OPTIONAL = {"libembree3", "libembree4", "libGL", "libglfw", "libstb"}
 
 
 def build():

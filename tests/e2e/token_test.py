@@ -1,9 +1,8 @@
-"""Where tokens are sent: two web servers record requests and their headers."""
+"""Where tokens are sent: a web server records requests and their headers."""
 
-import http.server
-import threading
 import unittest
 
+from static_host import StaticHost
 from support import Program, Run, Server, binary, render, survey, temporary_folder
 
 FARM = "w8nq3vz6tk2mx9rj5hcpb4fg7dy1ks2e"
@@ -26,52 +25,6 @@ NOTHING = {
 SCENE = ["--size", "32x18", "--samples", "1", "--quiet"]
 
 
-class Recorder:
-    """A web server of one file, which records path, Authorization and range of each request."""
-
-    def __init__(self, name, content):
-        recorder = self
-        self.requests = []
-
-        class Handler(http.server.BaseHTTPRequestHandler):
-            def do_GET(self):
-                recorder.requests.append(
-                    (self.path, self.headers.get("Authorization"), self.headers.get("Range"))
-                )
-                if self.path != "/" + name:
-                    self.answer(404, b"")
-                    return
-                first, last = (
-                    int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-")
-                )
-                self.answer(206, content[first : last + 1])
-
-            def answer(self, status, body):
-                self.send_response(status)
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            def log_message(self, *_):
-                pass
-
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.origin = f"http://127.0.0.1:{self.server.server_port}"
-        self.url = f"{self.origin}/{name}"
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-
-    def stop(self):
-        self.server.shutdown()
-        self.server.server_close()
-
-    def shown(self):
-        return {authorization for _, authorization, _ in self.requests}
-
-    def opened(self):
-        """How often a client began to read the file."""
-        return sum(shown_range.startswith("bytes=0-") for _, _, shown_range in self.requests)
-
-
 class Tokens(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -81,10 +34,10 @@ class Tokens(unittest.TestCase):
         assert made.code == 0, made
         cls.content = place.read_bytes()
 
-    def recorder(self):
-        recorder = Recorder("place.tvx", self.content)
-        self.addCleanup(recorder.stop)
-        return recorder
+    def host(self):
+        host = StaticHost({"place.tvx": self.content}, is_bare=True)
+        self.addCleanup(host.stop)
+        return host
 
     def render(self, world, environment, *arguments):
         return render(
@@ -98,66 +51,35 @@ class Tokens(unittest.TestCase):
 
     def worker(self, environment, *arguments):
         """A daemon that listens. Returns its address."""
-        daemon = Program(
-            "worker",
-            "--listen",
-            "127.0.0.1:0",
-            "--threads",
-            "1",
-            *arguments,
-            environment={**NOTHING, **environment},
-        )
+        words = ["worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments]
+        daemon = Program(*words, environment={**NOTHING, **environment})
         self.addCleanup(daemon.process.stdout.close)
         self.addCleanup(daemon.kill)
         return "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
 
     def test_the_farm_s_token_goes_to_no_web_server(self):
-        web = self.recorder()
+        web = self.host()
         environment = {"TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER}
-        run = self.render(
-            web.url, environment, "--worker", self.worker(environment), "--threads", "0"
-        )
+        farm = ["--worker", self.worker(environment), "--threads", "0"]
+        run = self.render(web.url + "place.tvx", environment, *farm)
         self.assertEqual(run.code, 0, run)
-        self.assertEqual(web.shown(), {None})
+        self.assertEqual(web.authorizations, {None})
 
     def test_a_coordinator_passes_the_boxes_of_a_server_on_its_own_machine_itself(self):
-        web = self.recorder()
-        port = web.url.split(":")[2]
+        web = self.host()
+        place = f"{web.server.server_port}/place.tvx"
         environment = {"TERRAVOX_FARM_TOKEN": FARM}
         # The worker would send requests there if it received the address: each of these is allowed.
-        worker = self.worker(
-            environment,
-            "--allow-private-origins",
-            web.origin,
-            "--allow-private-origins",
-            f"http://localhost:{web.server.server_port}",
-        )
-        for host in ("127.0.0.1", "2130706433", "0x7f.1", "LOCALHOST"):
+        allowed = [f"http://{host}:{web.server.server_port}" for host in ("127.0.0.1", "localhost")]
+        flags = [word for origin in allowed for word in ("--allow-private-origins", origin)]
+        farm = ["--worker", self.worker(environment, *flags), "--threads", "0"]
+        for host in ("127.0.0.1", "0x7f.1", "LOCALHOST"):
             with self.subTest(host):
-                web.requests.clear()
-                run = self.render(
-                    f"http://{host}:{port}", environment, "--worker", worker, "--threads", "0"
-                )
+                web.log.clear()
+                run = self.render(f"http://{host}:{place}", environment, *farm)
                 self.assertEqual(run.code, 0, run)
-                self.assertEqual(web.opened(), 1, web.requests)
-
-    def test_a_server_s_token_goes_to_the_origin_that_it_is_bound_to_alone(self):
-        bound = self.recorder()
-        other = self.recorder()
-        for origin in (bound.origin, bound.origin + "/"):
-            for web, shown in ((bound, "Bearer " + SERVER), (other, None)):
-                with self.subTest(f"{origin} {web.url}"):
-                    web.requests.clear()
-                    run = self.render(
-                        web.url,
-                        {
-                            "TERRAVOX_FARM_TOKEN": FARM,
-                            "TERRAVOX_SERVER_TOKEN": SERVER,
-                            "TERRAVOX_SERVER_ORIGIN": origin,
-                        },
-                    )
-                    self.assertEqual(run.code, 0, run)
-                    self.assertEqual(web.shown(), {shown})
+                begun = [part for _, part, *_ in web.log if part[0] == 0]
+                self.assertEqual(len(begun), 1, web.log)
 
     def test_a_voxel_server_that_wants_a_token_gets_it_from_clients_that_have_bound_it(self):
         file = self.out / "token"
@@ -174,71 +96,38 @@ class Tokens(unittest.TestCase):
         self.assertEqual(run.code, 0, run)
 
     def test_arguments_that_would_show_a_secret_are_refused_before_any_request(self):
-        web = self.recorder()
+        web = self.host()
+        url = web.url + "place.tvx"
         secret = {"TERRAVOX_SERVER_TOKEN": SERVER}
-        cases = (
+        for world, environment, says in (
             (
-                "clear text",
-                web.url,
+                url,
                 {**secret, "TERRAVOX_SERVER_ORIGIN": "http://voxels.example"},
                 "TERRAVOX_SERVER_ORIGIN.*http://voxels.example:80.*https",
             ),
-            (
-                "a path",
-                web.url,
-                {**secret, "TERRAVOX_SERVER_ORIGIN": web.url},
-                r"TERRAVOX_SERVER_ORIGIN.*allowed: http\(s\)://host\[:port\]",
-            ),
-            (
-                "no token",
-                web.url,
-                {"TERRAVOX_SERVER_ORIGIN": web.origin},
-                "TERRAVOX_SERVER_TOKEN is not set",
-            ),
-            (
-                "the old name",
-                web.url,
-                {"TERRAVOX_TOKEN": SERVER},
-                "TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN",
-            ),
-            ("a query", web.url + "?key=hush", {}, r"place\.tvx'.*query"),
-            ("a fragment", web.url + "#hush", {}, r"place\.tvx'.*fragment"),
-            ("a user", web.url.replace("://", "://somebody:hush@"), {}, r"place\.tvx'.*user"),
-        )
-        for name, url, environment, says in cases:
-            with self.subTest(name):
-                run = self.render(url, environment)
+            (url, {"TERRAVOX_SERVER_ORIGIN": web.url}, "TERRAVOX_SERVER_TOKEN is not set"),
+            (url + "?key=hush", {}, r"place\.tvx'.*query"),
+            (url.replace("://", "://somebody:hush@"), {}, r"place\.tvx'.*user"),
+        ):
+            with self.subTest(says):
+                run = self.render(world, environment)
                 self.assertEqual(run.code, 2, run)
                 self.assertRegex(run.err, says)
                 for hushed in (SERVER, "hush"):
                     self.assertNotIn(hushed, run.out + run.err)
-                self.assertEqual(
-                    len([line for line in run.err.splitlines() if line.startswith("terravox: ")]),
-                    1,
-                    run,
-                )
-        self.assertEqual(web.requests, [])
+                self.assertEqual(run.err.count("terravox: "), 1, run)
+        self.assertEqual(web.log, [])
 
     def test_the_old_name_of_both_tokens_is_refused_by_all_that_used_it(self):
         environment = {**NOTHING, "TERRAVOX_TOKEN": "a-token-that-was-for-all"}
-        commands = (
+        picture = ("-o", self.out / "never.png")
+        for program, *arguments in (
             ("VOXELSERVER", survey(), "--port", "0"),
-            ("RAYTRACER", "worker", "--listen", "127.0.0.1:0"),
             ("RAYTRACER", "worker", "--join", "127.0.0.1:1"),
             ("RAYTRACER", "farm", "status", "127.0.0.1:1"),
-            (
-                "RAYTRACER",
-                "render",
-                survey(),
-                "--worker",
-                "127.0.0.1:1",
-                "-o",
-                self.out / "never.png",
-            ),
-            ("RAYTRACER", "render", "http://127.0.0.1:1", "-o", self.out / "never.png"),
+            ("RAYTRACER", "render", survey(), "--worker", "127.0.0.1:1", *picture),
             ("RAYTRACER", "world", "info", "http://127.0.0.1:1/place.tvx"),
-        )
-        for program, *arguments in commands:
+        ):
             with self.subTest(arguments):
                 run = Run([binary(program), *arguments], environment=environment, timeout_s=30)
                 self.assertEqual(run.code, 2, run)

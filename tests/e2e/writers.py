@@ -296,9 +296,6 @@ class Writers(Case):
             self.good[name] = out
         return self.good[name] / WRITERS[name].file
 
-    def whole_bytes(self, name):
-        return self.whole(name).stat().st_size
-
     def whole_pages(self, name, page_bytes):
         """Of all files that a writer leaves without faults."""
         self.whole(name)

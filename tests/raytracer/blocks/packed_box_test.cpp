@@ -17,7 +17,7 @@ constexpr voxel::BoxKey kKey{2, -3, 0, 7};
 /// = 48.
 std::shared_ptr<const Box> lake(int water, int wide) {
     voxel::BoxBuilder builder;
-    const auto ground = [](int x, int z) { return 5 + (x * 7 + z * 3 & 15); };
+    const auto ground = [](int x, int z) { return 5 + ((x * 7 + z * 3) & 15); };
     for (int z = -1; z <= 64; ++z)
         for (int x = -1; x <= 64; ++x) {
             builder.add(x, z, -1, ground(x, z), true);
