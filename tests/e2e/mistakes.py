@@ -1,10 +1,22 @@
 #!/usr/bin/env python3
-"""Runs the mistakes of mistakes.txt."""
+"""Runs the mistakes of mistakes.txt, and prints those whose message lacks the remedy.
+
+For a person, after a change of messages: all of them, with the programs of build/release. Those
+with a star are tests (bad_input_test.py).
+"""
 
 import dataclasses
 import os
+import pathlib
 import shlex
+import sys
 import zipfile
+
+if __name__ == "__main__":
+    PROGRAMS = pathlib.Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
+    for program in PROGRAMS.glob("terravox-*"):
+        variable = "TERRAVOX_" + program.name.removeprefix("terravox-").upper()
+        os.environ.setdefault(variable, str(program))
 
 from support import ROOT, Run, binary, square, temporary_folder
 
@@ -15,13 +27,24 @@ COMMANDS = ROOT / "config" / "setup" / "commands.txt"
 @dataclasses.dataclass(frozen=True)
 class Mistake:
     line: str  # the command line behind ./terravox
+    code: int
     said: tuple
+    is_test: bool
 
 
 def read_mistakes():
-    rows = TABLE.read_text(encoding="utf-8").splitlines()
-    pairs = [row.split(" => ") for row in rows if not row.startswith("#")]
-    return [Mistake(line, tuple(said.split(" && "))) for line, said in pairs]
+    out = []
+    for row in TABLE.read_text(encoding="utf-8").splitlines():
+        if "=>" not in row or row.startswith("#"):
+            continue
+        line, said = row.split(" => ")
+        is_test = line.startswith("* ")
+        line = line.removeprefix("* ")
+        code = 2
+        if line.startswith("["):
+            code, line = int(line[1]), line[4:]
+        out.append(Mistake(line, code, tuple(said.split(" && ")), is_test))
+    return out
 
 
 def wrong_files():
@@ -80,3 +103,24 @@ def run(mistake, files, out):
     ended = Run(argv, environment={"TERRAVOX_NO_BUILD": "1"}, timeout_s=120)
     text = ended.err.replace("\n", " ")
     return ended, [part for part in map(placed, mistake.said) if part not in text]
+
+
+def main():
+    failed = 0
+    files, out = wrong_files(), temporary_folder()
+    wanted = sys.argv[1:]
+    mistakes = [m for m in read_mistakes() if all(word in m.line for word in wanted)]
+    for mistake in mistakes:
+        ended, missing = run(mistake, files, out)
+        # The library of the grabber puts its guess into a second line.
+        lines = 2 if mistake.line.startswith("grab ") else 1
+        if missing or ended.code != mistake.code or len(ended.err.splitlines()) > lines:
+            failed += 1
+            print(f"terravox {mistake.line}\n  missing: {missing}, exit code {ended.code}")
+            print("  " + "\n  ".join(ended.err.splitlines()[:4]))
+    print(f"{len(mistakes) - failed} of {len(mistakes)} messages name the remedy")
+    sys.exit(failed > 0)
+
+
+if __name__ == "__main__":
+    main()
