@@ -211,9 +211,11 @@ std::string index_html(const SiteFacts& facts) {
 
 void write_site(const fs::path& folder, const SiteFacts& facts) {
     for (const std::string_view name : page::kViewerFiles)
-        util::write_file_atomically(folder / "viewer" / name, page_file(name), util::Links::kReplace);
+        util::write_file_atomically(folder / "viewer" / name, page_file(name),
+                                    util::Links::kReplace);
     if (!facts.squares.empty())
-        util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares), util::Links::kReplace);
+        util::write_file_atomically(folder / kSiteSquares, squares_json(facts.squares),
+                                    util::Links::kReplace);
     util::write_file_atomically(folder / kSitePlace, place_json(facts), util::Links::kReplace);
     util::write_file_atomically(folder / kSitePage, index_html(facts), util::Links::kReplace);
     remove_leftovers(folder, facts);

@@ -284,7 +284,8 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
         std::clamp(scene.sky.turbidity, 1.0, 20.0),
         std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
     util::write_file_atomically(folder / publish::kSiteAppearance,
-                                publish::appearance_file(materials.appearances, air), util::Links::kReplace);
+                                publish::appearance_file(materials.appearances, air),
+                                util::Links::kReplace);
     facts.archive = archive_of(args, archive);
     publish::write_site(folder, facts);
     if (published.holes > 0)

@@ -246,4 +246,3 @@ TEST_CASE("damaged texts are refused or accepted, and name no file",
     }
     CHECK(taken > 1000);
 }
-

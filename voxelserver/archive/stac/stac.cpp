@@ -136,8 +136,9 @@ StacReport write_stac(const StacRequest& request) {
                 ": it is there already; allowed: another folder, or --overwrite");
     }
     for (const auto& [file, json] : texts) {
-        util::write_file_atomically(
-            file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n", util::Links::kReplace);
+        util::write_file_atomically(file,
+                                    json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n",
+                                    util::Links::kReplace);
         out.files.push_back(file);
     }
     return out;

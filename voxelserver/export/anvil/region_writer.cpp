@@ -89,7 +89,8 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
         out.resize(at + sectors * kSector_bytes);
     }
     util::write_file_atomically(
-        folder / ("r." + std::to_string(rx) + "." + std::to_string(rz) + ".mca"), out, util::Links::kReplace);
+        folder / ("r." + std::to_string(rx) + "." + std::to_string(rz) + ".mca"), out,
+        util::Links::kReplace);
     return written + out.size();
 }
 
