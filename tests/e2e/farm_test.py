@@ -173,6 +173,11 @@ class Farm(unittest.TestCase):
         self.assertGreater(done["tiles_resumed"], 0)
         self.assertEqual(done["tiles"] + done["tiles_resumed"], 144)
 
+    def certificate_flags(self, folder, name):
+        """@return flags for a program with that certificate of the folder"""
+        files = {"ca": "ca.pem", "cert": f"{name}.pem", "key": f"{name}.key"}
+        return [word for flag, file in files.items() for word in (f"--tls-{flag}", folder / file)]
+
     def test_certificates(self):
         folder = self.out / "certs"
         for where in (folder, self.out / "others"):

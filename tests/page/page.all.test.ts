@@ -7,6 +7,10 @@ import { coloursOnMap, noBrowser, openBrowser, openPage, pixelsOnMap, screenshot
 import { FakeServer } from './support/fake-server.js';
 
 const kRealUrl = process.env['TERRAVOX_URL'];
+/** A test of answers that no real server is made to give. */
+const testOfFake = (name: string, run: () => Promise<void>): void => {
+  if (kRealUrl === undefined) void test(name, run);
+};
 
 /** Ref: W3C, Web Content Accessibility Guidelines 2.2, "relative luminance" and "contrast ratio". */
 function contrastOf(a: string, b: string): number {
@@ -119,7 +123,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('a click shows the square beneath, and one outside the world shows that', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('a click shows the square beneath, and one outside the world shows that', async () => {
     const watched = await openMap();
     const { page } = watched;
     await untilText(page, '#squares', /4 in all: 1 wanted, 1 fetched, 1 prepared, 1 failed/);
@@ -178,7 +182,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('steps can be sorted', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('steps can be sorted', async () => {
     const watched = await openMap();
     const { page } = watched;
     const first = (): Promise<string> => textOf(page, '#steps tbody tr:first-child th');
@@ -192,7 +196,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('it works behind a proxy that adds a path', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('it works behind a proxy that adds a path', async () => {
     const behind = new FakeServer();
     behind.prefix = '/some/where/';
     await behind.open();
@@ -220,7 +224,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
       await closeClean(watched);
     });
 
-  test('unfinished tiles are requested again when boxes were made', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('unfinished tiles are requested again when boxes were made', async () => {
     fake.made = 3;
     const watched = await openMap();
     const { page } = watched;
@@ -272,7 +276,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('an analysis lies below the frames of squares, and has the colours of its legend', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('an analysis lies below the frames of squares, and has the colours of its legend', async () => {
     const watched = await openMap();
     const { page } = watched;
     await untilText(page, '#squares', /in all/);
@@ -289,7 +293,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     fake.jobs.clear();
   });
 
-  test('no choice of an analysis is cut off', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('no choice of an analysis is cut off', async () => {
     fake.isOnEarth = true;
     const watched = await openMap();
     const { page } = watched;
@@ -309,7 +313,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     fake.jobs.clear();
   });
 
-  test('an analysis may be stopped, and a failed one says why', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('an analysis may be stopped, and a failed one says why', async () => {
     const watched = await openMap();
     const { page } = watched;
     fake.jobLooks = 1e9;
@@ -344,7 +348,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  test('where the sun is not known, it is not offered', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('where the sun is not known, it is not offered', async () => {
     fake.isOnEarth = false;
     const watched = await openMap();
     await until('kinds are offered', async () => (await watched.page.locator('#analysis-kind option').count()) > 0);
@@ -354,7 +358,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     fake.isOnEarth = true;
   });
 
-  test('a server without analyses says how they are turned on', { skip: kRealUrl !== undefined }, async () => {
+  testOfFake('a server without analyses says how they are turned on', async () => {
     fake.hasJobs = false;
     const watched = await openMap();
     await untilText(watched.page, '#analysis-state', /terravox serve --jobs 1/);
