@@ -83,8 +83,8 @@ test('the view of the whole place lies beside the panel, whatever the shape of t
     const { min, max } = place.views[whole]!.frame!;
     const corners = Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? min : max)[a]!) as unknown as Vec3);
     // What counts is where things lie: few pixels show that, too.
-    const window = { viewport: { width: 1000, height: 500 }, deviceScaleFactor: 0.25 };
-    const { page } = await openPage(browser, kSite, window, 1);
+    const options = { viewport: { width: 1000, height: 500 }, deviceScaleFactor: 0.25 };
+    const { page } = await openPage(browser, kSite, options, 1);
     await page.evaluate(() => window.terravox.ready);
     await page.locator('#views').selectOption(String(whole));
     const { position, target } = place.views[whole]!;
