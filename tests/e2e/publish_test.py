@@ -277,9 +277,11 @@ class Publish(Case):
 
     @only_in_all
     def test_the_tools_of_a_site_work_in_a_browser(self):
-        run = self.run_in_browser("TERRAVOX_SITE_TOOLS")
-        if "# SKIP" in run.stdout:
-            self.skipTest("no browser: " + run.stdout)
+        for what in ("TERRAVOX_SITE_TOOLS", "TERRAVOX_SITE_DRAWING"):
+            with self.subTest(what):
+                run = self.run_in_browser(what)
+                if "# SKIP" in run.stdout:
+                    self.skipTest("no browser: " + run.stdout)
 
     def run_in_browser(self, what, **environment):
         """Runs tests of the page (tests/page/run.mjs); what: the variable for the address."""

@@ -1,7 +1,7 @@
 // Checks the types of the page and of its tests, bundles both, and runs the tests:
 //   node run.mjs [--tier default|all] [arguments of node --test]
 // With --tier all those that are called *.all.test.ts, with --tier default the others.
-// With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE or TERRAVOX_SITE_TOOLS, that of a published site, it runs what depends on these alone.
+// With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE, TERRAVOX_SITE_DRAWING or TERRAVOX_SITE_TOOLS, that of a published site, it runs what depends on these alone.
 import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readdirSync, rmSync } from 'node:fs';
@@ -34,10 +34,11 @@ function run(...args) {
 const given = {
   TERRAVOX_URL: ['page.all.test.ts'],
   TERRAVOX_SITE: ['site.test.ts'],
+  TERRAVOX_SITE_DRAWING: ['site-drawing.test.ts'],
   TERRAVOX_SITE_TOOLS: ['site-tools.test.ts'],
   TERRAVOX_VIEWED: ['server-view.test.ts'],
 };
-const forPrograms = [...given.TERRAVOX_SITE, ...given.TERRAVOX_SITE_TOOLS, ...given.TERRAVOX_VIEWED];
+const forPrograms = Object.entries(given).flatMap(([name, files]) => (name === 'TERRAVOX_URL' ? [] : files));
 const alone = Object.keys(given).find((name) => process.env[name] !== undefined);
 const checks = (alone !== undefined || tier === 'all' ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
 const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
