@@ -106,7 +106,7 @@ class Parts(Case):
         for words, code, said in (
             ([one, other, "-o", folder / "a.tif"], 1, "analysis.range_m"),
             ([one, kind, "-o", folder / "a.tif"], 1, "analysis.kind"),
-            ([one, added, "-o", folder / "a.tif"], 1, "another picture"),
+            ([one, added, "-o", folder / "a.tif"], 1, "input"),
             ([one, "-o", folder / "a.png"], 2, "allowed: .tif"),
             ([one, "-o", folder / "a.tif", "-o", folder / "b.tif"], 2, "2 files"),
             ([one, "--objects", "a.gpkg", "-o", "a.tif"], 2, "allowed: of energy"),

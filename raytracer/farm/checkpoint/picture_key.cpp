@@ -156,14 +156,15 @@ std::string difference(const PictureKey& there, const PictureKey& here) {
             differing(fields_of_scene(there.scene), fields_of_scene(here.scene));
         !scene.empty())
         return scene;
-    if (const std::string world =
-            differing(fields_of_world(there.world), fields_of_world(here.world));
-        !world.empty())
-        return world;
+    // Before the world: its facts follow from what it was made of.
     if (const std::string inputs =
             differing(fields_of_inputs(there.inputs), fields_of_inputs(here.inputs));
         !inputs.empty())
         return inputs;
+    if (const std::string world =
+            differing(fields_of_world(there.world), fields_of_world(here.world));
+        !world.empty())
+        return world;
     if (there.grid != here.grid)
         return "tiles of " + std::to_string(there.grid.tile_px) + " pixels there, " +
                std::to_string(here.grid.tile_px) + " here";

@@ -72,6 +72,13 @@ TEST_CASE("keys are equal for equal pixels, and describe what makes others",
          [](farm::PictureKey& k) { k.inputs[0] = "b.laz: 1 file"; }},
         {"input 3 = more there, not set here",
          [](farm::PictureKey& k) { k.inputs.push_back("more"); }},
+        {"input 1 = b.laz: 1 file there",
+         [](farm::PictureKey& k) {
+             k.inputs[0] = "b.laz: 1 file";
+             auto world = nlohmann::json::parse(k.world);
+             world["bounds"] = "of b";
+             k.world = world.dump();
+         }},
         {"layers there, none here", [](farm::PictureKey& k) { k.with_layers = true; }},
         {"world.title = \"elsewhere\" there",
          [](farm::PictureKey& k) {
