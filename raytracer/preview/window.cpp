@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "common/util/error.hpp"
@@ -21,6 +22,15 @@ namespace {
 
 constexpr double kMaxScale = 4;
 constexpr float kText_px = 13;  // the size that the built-in font is drawn for
+
+#ifdef GLFW_PLATFORM
+// Ref: libwayland, wl_display_connect: a name without a slash at its front is one in that folder.
+bool may_have_wayland() {
+    const char* const name = std::getenv("WAYLAND_DISPLAY");
+    const char* const folder = std::getenv("XDG_RUNTIME_DIR");
+    return (name != nullptr && name[0] == '/') || (folder != nullptr && folder[0] == '/');
+}
+#endif
 
 std::string glfw_reason() {
     const char* text = nullptr;
@@ -72,6 +82,12 @@ void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
 
 Window::Window(int width_px, int height_px, const char* title, double scale)
     : m_requested_scale(scale) {
+#ifdef GLFW_PLATFORM
+    // From 3.4 on GLFW tries Wayland first, and its library then prints a line of its own where
+    // there is no folder for its sockets.
+    if (!may_have_wayland())
+        glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
     if (glfwInit() == GLFW_FALSE)
         throw util::Error("open the preview window: " + glfw_reason() + kInstead);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);

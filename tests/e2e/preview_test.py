@@ -45,7 +45,7 @@ class NoDisplay(Case):
     def test_one_clear_line(self):
         run = Run(
             [binary("RAYTRACER"), "preview", "generated:3"],
-            environment={"DISPLAY": "", "WAYLAND_DISPLAY": ""},
+            environment={"DISPLAY": "", "WAYLAND_DISPLAY": "", "XDG_RUNTIME_DIR": ""},
         )
         self.assertRefused(
             run, 1, "open the preview window", "terravox render WORLD -o picture.png"
