@@ -96,9 +96,9 @@ std::uint32_t seed_at(std::uint32_t salt, std::int32_t bx, std::int32_t bz) {
     return seed < 80 ? 0 : seed;
 }
 
-}  // namespace
-
-TEST_CASE("patch: a patched archive is that of the changed world", "[archive][all]") {
+/// Patches archives of random worlds in which random columns change, and whose bounds may.
+/// @param first_seed, end_seed half-open
+void check_patches(std::uint32_t first_seed, std::uint32_t end_seed) {
     struct Case {
         const char* name;
         voxel::VoxelBounds before;
@@ -115,7 +115,7 @@ TEST_CASE("patch: a patched archive is that of the changed world", "[archive][al
         {"shrunk to within a coarse box", wide, {{-700, 0, -200}, {800, 100, 190}}},
     };
     for (const Case& one : cases)
-        for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+        for (std::uint32_t seed = first_seed; seed < end_seed; ++seed) {
             INFO(one.name << ", seed " << seed);
             std::mt19937 random(seed);
             std::set<std::pair<std::int32_t, std::int32_t>> changed;
@@ -152,6 +152,16 @@ TEST_CASE("patch: a patched archive is that of the changed world", "[archive][al
             (void)archive_tools::patch(archive, changes, archive, 1);
             CHECK((content_of(archive) == content_of(wanted)));
         }
+}
+
+}  // namespace
+
+TEST_CASE("patch: a patched archive is that of the changed world", "[archive]") {
+    check_patches(1, 2);
+}
+
+TEST_CASE("patch: any patched archive is that of the changed world", "[archive][all]") {
+    check_patches(2, 7);
 }
 
 TEST_CASE("patch: a square that was damaged is mended, holes and all", "[archive]") {
