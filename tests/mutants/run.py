@@ -99,8 +99,8 @@ class Build:
         self.tree = tree
         self.folder = tree / "build" / PRESET
         log = HOME / "configure.log"
-        is_configured = (self.folder / "build.ninja").exists()
-        if not is_configured and run(["cmake", "--preset", PRESET], tree, log) != 0:
+        # Again where it was before: entries come and go.
+        if run(["cmake", "--preset", PRESET], tree, log) != 0:
             sys.exit(f"mutants: cmake failed; its output is in {log}")
         self.entries = {test.name: test for test in tiers.list_tests(self.folder)}
 
