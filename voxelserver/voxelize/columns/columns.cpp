@@ -27,17 +27,15 @@ Group group_of(Role role) noexcept {
     }
 }
 
-float height_of(std::int32_t y) noexcept {
-    return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
-}
-
 struct Seen {
     std::int32_t y;
     std::uint16_t x, z;  ///< fixed point within the patch
     std::uint8_t source_class;
     bool has_colour;
     voxel::Rgb8 colour;  ///< without has_colour: r is the brightness
-    [[nodiscard]] float height() const noexcept { return height_of(y); }
+    [[nodiscard]] float height() const noexcept {
+        return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
+    }
 };
 
 // Means of colour over the points that have one.
@@ -274,7 +272,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
     std::vector<CellSums> sums(patch->cells.cells.size());
     ColumnSorter sorter(classes);
     std::vector<std::size_t> next(sources.size());
-    std::int32_t lowest_y = std::numeric_limits<std::int32_t>::max();
+    float lowest = std::numeric_limits<float>::max();
     for (int i = 0; i < grid::kPatchColumns; ++i) {
         Column& column = patch->columns[static_cast<std::size_t>(i)];
         patch->objects_begin[static_cast<std::size_t>(i)] =
@@ -289,7 +287,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
             if (count == 0)
                 continue;
             next[s] += count;
-            lowest_y = std::min(lowest_y, left.front().y);
+            lowest = std::min(lowest, left.front().height());  // points of a column ascend
             any = true;
         }
         if (!any)
@@ -315,7 +313,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
     patch->objects_begin[grid::kPatchColumns] = static_cast<std::uint32_t>(patch->objects.size());
     patch->any_objects = !patch->objects.empty();
     if (patch->any)
-        patch->lowest = height_of(lowest_y);
+        patch->lowest = lowest;
     finish_cells(sums, patch->cells);
     patch->objects.shrink_to_fit();
     return patch;

@@ -60,6 +60,8 @@ void set_heights(SquareSample& out, const SquareSource& source,
     } catch (const util::Error&) {
         return;  // whoever wants the square's voxels hears of the damage
     }
+    if (heights.empty())
+        return;  // another file has taken its place
     const std::size_t beyond = heights.size() / 50;
     const auto at = [&](std::size_t i) {
         const auto place = heights.begin() + static_cast<std::ptrdiff_t>(i);
