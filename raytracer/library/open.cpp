@@ -11,7 +11,7 @@
 #include "raytracer/library/source_world.hpp"
 #include "raytracer/library/state.hpp"
 #include "raytracer/scene/world_options_of.hpp"
-#include "voxelserver/lidar/las_writer.hpp"
+#include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/worlds/open/open_world.hpp"
 
 namespace terravox {

@@ -3,8 +3,8 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/lidar/las_file.hpp"
-#include "voxelserver/lidar/las_writer.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
+#include "voxelserver/data/lidar/las_writer.hpp"
 
 using namespace terravox;
 using namespace terravox::bench;

@@ -1,8 +1,8 @@
 // LAS and LAZ files: header, records, chunk table, points, and the index inside (COPC).
 #include "common/geo/gdal_error_scope.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/lidar/las_file.hpp"
-#include "voxelserver/lidar/spatial_index.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
+#include "voxelserver/data/lidar/spatial_index.hpp"
 
 namespace terravox::fuzz {
 namespace {

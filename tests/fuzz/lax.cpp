@@ -2,8 +2,8 @@
 #include <fstream>
 
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
-#include "voxelserver/lidar/spatial_index.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
+#include "voxelserver/data/lidar/spatial_index.hpp"
 
 namespace terravox::fuzz {
 

@@ -1,7 +1,7 @@
 // PLY point clouds: header, vertices as text and as numbers, the CRS of a comment.
 #include "common/geo/gdal_error_scope.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/ply/ply_source.hpp"
+#include "voxelserver/data/ply/ply_source.hpp"
 
 namespace terravox::fuzz {
 

@@ -2,7 +2,7 @@
 #include "voxelserver/voxelize/points/settings.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/imagery/palette_file.hpp"
+#include "voxelserver/data/imagery/palette_file.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 
 namespace terravox::fuzz {

@@ -5,8 +5,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "voxelserver/data/grid/patch.hpp"
 #include "voxelserver/export/core/columns.hpp"
-#include "voxelserver/grid/patch.hpp"
 
 namespace terravox::country {
 

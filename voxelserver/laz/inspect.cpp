@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "voxelserver/data/lidar/index_sources.hpp"
+#include "voxelserver/data/lidar/records.hpp"
 #include "voxelserver/laz/point_stream.hpp"
-#include "voxelserver/lidar/index_sources.hpp"
-#include "voxelserver/lidar/records.hpp"
 
 namespace terravox::laz {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/lidar/index_sources.hpp"
-#include "voxelserver/pointcloud/file_bytes.hpp"
+#include "voxelserver/data/lidar/index_sources.hpp"
+#include "voxelserver/data/pointcloud/file_bytes.hpp"
 
 namespace terravox::laz {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
 
 namespace terravox::laz {
 

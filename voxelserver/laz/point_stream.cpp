@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "voxelserver/lidar/chunk_table.hpp"
+#include "voxelserver/data/lidar/chunk_table.hpp"
 
 namespace terravox::laz {
 

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "voxelserver/lidar/las_file.hpp"
-#include "voxelserver/pointcloud/file_bytes.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
+#include "voxelserver/data/pointcloud/file_bytes.hpp"
 
 namespace terravox::laz {
 

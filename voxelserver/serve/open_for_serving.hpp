@@ -5,9 +5,9 @@
 #include <stop_token>
 
 #include "common/util/stage_times.hpp"
+#include "voxelserver/data/store/grabber_store.hpp"
 #include "voxelserver/serve/deferred_world.hpp"
 #include "voxelserver/serve/options.hpp"
-#include "voxelserver/store/grabber_store.hpp"
 #include "voxelserver/worlds/kind/served_world.hpp"
 
 namespace terravox::serve {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/data/store/grabber_store.hpp"
 #include "voxelserver/http/squares.hpp"
-#include "voxelserver/store/grabber_store.hpp"
 #include "voxelserver/voxelize/points/square_info.hpp"
 
 namespace terravox::serve {

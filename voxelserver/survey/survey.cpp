@@ -5,7 +5,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/atomic_file.hpp"
-#include "voxelserver/lidar/las_writer.hpp"
+#include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/survey/orthophoto.hpp"
 #include "voxelserver/survey/photo_light.hpp"
 #include "voxelserver/survey/scanner.hpp"

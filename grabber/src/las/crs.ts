@@ -12,7 +12,7 @@ const kCodes = { first: 1024, last: 32766 };
 export type Vlr = { readonly user: string; readonly record: number; readonly data: Buffer };
 
 /**
- * The CRS of a LAS file, as voxelserver/lidar reads it: its WKT, else its GeoTIFF keys.
+ * The CRS of a LAS file, as voxelserver/data/lidar reads it: its WKT, else its GeoTIFF keys.
  * @return `EPSG:n` without its vertical part; undefined where the file has none, or one without a
  * code
  */

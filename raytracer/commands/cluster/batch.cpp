@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "voxelserver/pointcloud/formats/files.hpp"
+#include "voxelserver/data/pointcloud/formats/files.hpp"
 #include "voxelserver/worlds/lidar/lidar_kind.hpp"
 #include "voxelserver/worlds/open/world_kinds.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "common/util/stage_times.hpp"
 #include "tests/bench/bench.hpp"
-#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 
 namespace terravox::bench {

@@ -7,7 +7,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/unreachable_error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "voxelserver/boxes/admission_control.hpp"
 
 using namespace terravox;

@@ -5,7 +5,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
 #include "voxelserver/laz/inspect.hpp"
 #include "voxelserver/laz/point_digest.hpp"
 #include "voxelserver/laz/point_stream.hpp"

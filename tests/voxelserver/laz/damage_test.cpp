@@ -6,8 +6,8 @@
 
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/lidar/child.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/data/lidar/child.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
 #include "voxelserver/laz/compress.hpp"
 #include "voxelserver/laz/inspect.hpp"
 #include "voxelserver/laz/lax_writer.hpp"

@@ -5,8 +5,8 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
-#include "voxelserver/lidar/index_sources.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
+#include "voxelserver/data/lidar/index_sources.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

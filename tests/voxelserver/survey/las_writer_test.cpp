@@ -1,4 +1,4 @@
-#include "voxelserver/lidar/las_writer.hpp"
+#include "voxelserver/data/lidar/las_writer.hpp"
 #include "common/util/error.hpp"
 #include "survey_fixture.hpp"
 #include "tests/common/full_disk.hpp"

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "common/voxel/material.hpp"
-#include "voxelserver/grid/patch.hpp"
-#include "voxelserver/store/voxel_point.hpp"
+#include "voxelserver/data/grid/patch.hpp"
+#include "voxelserver/data/store/voxel_point.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
-#include "voxelserver/water/water_cells.hpp"
 
 namespace terravox::voxelize {
 

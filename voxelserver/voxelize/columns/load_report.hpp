@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "voxelserver/store/square.hpp"
+#include "voxelserver/data/store/square.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/store/square_folder.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 
 namespace terravox::voxelize {
 

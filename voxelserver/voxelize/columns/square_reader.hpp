@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/util/cache.hpp"
-#include "voxelserver/store/square_folder.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 #include "voxelserver/voxelize/columns/file_plan.hpp"
 #include "voxelserver/voxelize/columns/load_report.hpp"
 #include "voxelserver/voxelize/columns/prepared_squares.hpp"

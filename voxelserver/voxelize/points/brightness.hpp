@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/data/grid/patch.hpp"
 
 namespace terravox::voxelize {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "voxelserver/pointcloud/point_source.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
 
 namespace terravox::voxelize {
 

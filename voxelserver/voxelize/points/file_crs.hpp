@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/data/grid/square_names.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"

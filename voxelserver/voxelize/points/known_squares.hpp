@@ -5,7 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "voxelserver/pointcloud/point_source.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
 #include "voxelserver/voxelize/points/brightness.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/extent.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "voxelserver/pointcloud/formats/files.hpp"
+#include "voxelserver/data/pointcloud/formats/files.hpp"
 
 namespace terravox::voxelize {
 

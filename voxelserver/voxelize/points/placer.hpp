@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "voxelserver/grid/frame.hpp"
-#include "voxelserver/pointcloud/point_source.hpp"
-#include "voxelserver/store/square.hpp"
+#include "voxelserver/data/grid/frame.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
+#include "voxelserver/data/store/square.hpp"
 #include "voxelserver/voxelize/points/brightness.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/util/stage_times.hpp"
-#include "voxelserver/store/chunk_index.hpp"
+#include "voxelserver/data/store/chunk_index.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"
 
 namespace terravox::voxelize {

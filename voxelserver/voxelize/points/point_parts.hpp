@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/util/cache.hpp"
-#include "voxelserver/store/square_folder.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 #include "voxelserver/voxelize/points/point_load.hpp"
 #include "voxelserver/voxelize/points/sources.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/data/grid/square_names.hpp"
 #include "voxelserver/voxelize/points/known_squares.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/placer.hpp"

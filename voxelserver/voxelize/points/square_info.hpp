@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/data/grid/patch.hpp"
 
 namespace terravox::voxelize {
 

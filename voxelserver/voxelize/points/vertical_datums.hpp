@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "voxelserver/pointcloud/point_source.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
 
 namespace terravox::voxelize {
 

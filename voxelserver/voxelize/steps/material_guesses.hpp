@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "voxelserver/imagery/filters.hpp"
+#include "voxelserver/data/imagery/filters.hpp"
 #include "voxelserver/voxelize/columns/window.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
 #include "voxelserver/voxelize/steps/buildings.hpp"

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "voxelserver/sunlight/light_levels.hpp"
-#include "voxelserver/sunlight/sun_finder.hpp"
+#include "voxelserver/data/sunlight/light_levels.hpp"
+#include "voxelserver/data/sunlight/sun_finder.hpp"
 
 namespace terravox::voxelize {
 

@@ -7,7 +7,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
-#include "voxelserver/sunlight/light_removal.hpp"
+#include "voxelserver/data/sunlight/light_removal.hpp"
 
 namespace terravox::voxelize {
 namespace {

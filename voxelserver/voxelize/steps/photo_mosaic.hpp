@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "voxelserver/grid/patch.hpp"
-#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/data/grid/patch.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
 
 namespace terravox::voxelize {
 

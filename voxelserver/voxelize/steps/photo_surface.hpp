@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "common/util/cache.hpp"
-#include "voxelserver/sunlight/light_removal.hpp"
+#include "voxelserver/data/sunlight/light_removal.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
 
 namespace terravox::voxelize {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "common/voxel/world.hpp"
-#include "voxelserver/water/deepening.hpp"
+#include "voxelserver/data/water/deepening.hpp"
 
 namespace terravox::voxelize {
 namespace {

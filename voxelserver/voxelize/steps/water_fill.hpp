@@ -1,8 +1,8 @@
 #pragma once
 
+#include "voxelserver/data/water/body_finder.hpp"
 #include "voxelserver/voxelize/columns/window.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
-#include "voxelserver/water/body_finder.hpp"
 
 namespace terravox::voxelize {
 

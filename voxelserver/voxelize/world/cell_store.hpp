@@ -1,9 +1,9 @@
 #pragma once
 
 #include "common/util/cache.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
 #include "voxelserver/voxelize/steps/surface.hpp"
-#include "voxelserver/water/water_cells.hpp"
 
 namespace terravox::voxelize {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/voxel/bytes.hpp"
-#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/voxelize/points/sources.hpp"
 #include "voxelserver/voxelize/steps/photo_mosaic.hpp"
 #include "voxelserver/voxelize/steps/photo_samples.hpp"

@@ -1,8 +1,8 @@
 #include "voxelserver/voxelize/world/input_fingerprints.hpp"
 
 #include "common/voxel/bytes.hpp"
-#include "voxelserver/imagery/colour_map.hpp"
-#include "voxelserver/imagery/filters.hpp"
+#include "voxelserver/data/imagery/colour_map.hpp"
+#include "voxelserver/data/imagery/filters.hpp"
 #include "voxelserver/voxelize/steps/tints.hpp"
 
 namespace terravox::voxelize {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/data/grid/patch.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
-#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/data/grid/patch.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 #include "voxelserver/voxelize/points/square_info.hpp"
 #include "voxelserver/voxelize/steps/tree.hpp"

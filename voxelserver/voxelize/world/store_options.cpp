@@ -7,7 +7,7 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/grid/square_names.hpp"
+#include "voxelserver/data/grid/square_names.hpp"
 #include "voxelserver/voxelize/points/world_title.hpp"
 
 namespace terravox::voxelize {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "voxelserver/store/grabber_store.hpp"
+#include "voxelserver/data/store/grabber_store.hpp"
 #include "voxelserver/voxelize/points/options.hpp"
 
 namespace terravox::voxelize {

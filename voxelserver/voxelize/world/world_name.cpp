@@ -6,9 +6,9 @@
 
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
-#include "voxelserver/imagery/image_identity.hpp"
-#include "voxelserver/imagery/orthophoto_files.hpp"
-#include "voxelserver/pointcloud/formats/files.hpp"
+#include "voxelserver/data/imagery/image_identity.hpp"
+#include "voxelserver/data/imagery/orthophoto_files.hpp"
+#include "voxelserver/data/pointcloud/formats/files.hpp"
 #include "voxelserver/voxelize/points/class_table.hpp"
 #include "voxelserver/voxelize/points/lidar_files.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "voxelserver/grid/frame.hpp"
+#include "voxelserver/data/grid/frame.hpp"
 #include "voxelserver/worlds/heightmap/height_file.hpp"
 
 namespace terravox::heightmap {

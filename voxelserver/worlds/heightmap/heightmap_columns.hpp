@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/voxel/box.hpp"
-#include "voxelserver/imagery/raster.hpp"
+#include "voxelserver/data/imagery/raster.hpp"
 #include "voxelserver/worlds/heightmap/height_grid.hpp"
 
 namespace terravox::heightmap {

@@ -10,8 +10,8 @@
 #include "common/util/files.hpp"
 #include "common/util/letter_case.hpp"
 #include "common/voxel/bytes.hpp"
-#include "voxelserver/imagery/image_identity.hpp"
-#include "voxelserver/imagery/orthophoto_files.hpp"
+#include "voxelserver/data/imagery/image_identity.hpp"
+#include "voxelserver/data/imagery/orthophoto_files.hpp"
 #include "voxelserver/worlds/heightmap/heightmap_world.hpp"
 
 namespace terravox::worlds {

@@ -12,8 +12,8 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
-#include "voxelserver/grid/frame.hpp"
-#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/data/grid/frame.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/worlds/heightmap/height_grid.hpp"
 #include "voxelserver/worlds/heightmap/heightmap_columns.hpp"
 

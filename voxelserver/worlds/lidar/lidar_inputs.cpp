@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/util/files.hpp"
-#include "voxelserver/pointcloud/formats/files.hpp"
+#include "voxelserver/data/pointcloud/formats/files.hpp"
 
 namespace terravox::worlds {
 

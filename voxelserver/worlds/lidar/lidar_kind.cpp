@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/util/log.hpp"
-#include "voxelserver/store/grabber_store.hpp"
+#include "voxelserver/data/store/grabber_store.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 #include "voxelserver/voxelize/world/store_options.hpp"
 #include "voxelserver/worlds/lidar/lidar_inputs.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/sqlite/untrusted_database.hpp"
+#include "voxelserver/data/sqlite/untrusted_database.hpp"
 #include "voxelserver/worlds/luanti/block_place.hpp"
 
 struct sqlite3_stmt;

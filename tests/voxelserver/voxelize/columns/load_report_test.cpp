@@ -1,7 +1,7 @@
 #include "voxelserver/voxelize/columns/load_report.hpp"
 
 #include "tests/catch.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

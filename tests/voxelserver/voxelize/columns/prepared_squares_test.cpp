@@ -3,8 +3,8 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/store/squares.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/store/squares.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

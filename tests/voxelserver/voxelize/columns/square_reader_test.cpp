@@ -6,8 +6,8 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/store/squares.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/store/squares.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 
 using namespace terravox;

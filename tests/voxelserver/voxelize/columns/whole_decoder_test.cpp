@@ -7,7 +7,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/store/squares.hpp"
+#include "tests/voxelserver/data/store/squares.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -4,7 +4,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
-#include "voxelserver/lidar/las_source.hpp"
+#include "voxelserver/data/lidar/las_source.hpp"
 #include "voxelserver/voxelize/points/point_clusters.hpp"
 
 using namespace terravox;

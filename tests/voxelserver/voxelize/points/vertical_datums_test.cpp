@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "tests/catch.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

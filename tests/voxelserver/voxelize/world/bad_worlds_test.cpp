@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "tests/catch.hpp"
-#include "tests/voxelserver/lidar/child.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/data/lidar/child.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 
 using namespace terravox;

@@ -12,7 +12,7 @@
 #include "common/geo/crs.hpp"
 #include "common/util/stage_times.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/lidar/las_writer.hpp"
+#include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/voxelize/world/lidar_world.hpp"
 
 namespace terravox::test {

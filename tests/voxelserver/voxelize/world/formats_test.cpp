@@ -1,8 +1,8 @@
 // The same survey in different formats makes the same boxes.
 #include "tests/catch.hpp"
-#include "tests/voxelserver/ply/ply_bytes.hpp"
+#include "tests/voxelserver/data/ply/ply_bytes.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
-#include "voxelserver/lidar/las_source.hpp"
+#include "voxelserver/data/lidar/las_source.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

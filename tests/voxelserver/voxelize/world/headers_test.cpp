@@ -1,7 +1,7 @@
 // Headers whose bounds are not those of the points: strays, wrong numbers, and none at all.
 #include "tests/catch.hpp"
-#include "tests/voxelserver/lidar/las_bytes.hpp"
-#include "tests/voxelserver/store/warnings.hpp"
+#include "tests/voxelserver/data/lidar/las_bytes.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 
 using namespace terravox;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "tests/voxelserver/imagery/one_colour.hpp"
+#include "tests/voxelserver/data/imagery/one_colour.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
 #include "voxelserver/voxelize/world/world_facts.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
-#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/survey/survey.hpp"
 #include "voxelserver/voxelize/columns/point_set.hpp"
 #include "voxelserver/voxelize/points/settings.hpp"

@@ -5,7 +5,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/world/cloud.hpp"
-#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/data/lidar/las_file.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

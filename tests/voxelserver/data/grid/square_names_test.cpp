@@ -1,0 +1,83 @@
+// What the names of files state, by the naming rules of the sources.
+#include "voxelserver/data/grid/square_names.hpp"
+
+#include <fstream>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+using grid::SquareNames;
+
+TEST_CASE("names of the sources' files state squares and CRSs", "[voxelserver][grid][names]") {
+    struct Case {
+        const char* file;
+        const char* source;  ///< "" = the name states no square
+        const char* crs;
+        double west;
+        double south;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"TM_462_101.laz", "si-lss", "EPSG:3794", 462000, 101000},
+        {"folder/tm_462_101.las", "si-lss", "EPSG:3794", 462000, 101000},
+        {"GK_462_101.laz", "si-lss-d48", "EPSG:3912", 462000, 101000},
+        {"AHN5_C_085000_446000.COPC.LAZ", "nl-ahn", "EPSG:28992", 85000, 446000},
+        {"AHN6_2025_C_085000_446000.COPC.LAZ", "nl-ahn6", "EPSG:28992", 85000, 446000},
+        {"3dm_32_350_5645_1_nw.laz", "de-nw", "EPSG:25832", 350000, 5645000},
+        {"462_101.laz", "", "", 0, 0},  // of any country
+        {"TM_462.laz", "", "", 0, 0},
+        {"TM_462_101_cut.laz", "", "", 0, 0},
+        {"TM_462_12345678901234567890.laz", "", "", 0, 0},
+        {"TM__101.laz", "", "", 0, 0},
+        {"", "", "", 0, 0},
+    }));
+    DYNAMIC_SECTION("'" << c.file << "'") {
+        const auto square = SquareNames::load(util::config_dir() / "sources").square_of(c.file);
+        REQUIRE(square.has_value() == !std::string(c.source).empty());
+        if (!square)
+            return;
+        CHECK(square->source == c.source);
+        CHECK(square->crs == c.crs);
+        CHECK(square->west == c.west);
+        CHECK(square->south == c.south);
+        CHECK(square->east == c.west + 1000);
+        CHECK(square->north == c.south + 1000);
+    }
+}
+
+TEST_CASE("an image is named like a square with or without the letters before its numbers",
+          "[voxelserver][grid][names]") {
+    const auto names = SquareNames::load(util::config_dir() / "sources");
+    const auto square = names.square_of("TM_462_101.laz");
+    REQUIRE(square);
+    CHECK(grid::is_named_like("photos/462_101.png", *square));
+    CHECK(grid::is_named_like("TM_462_101.jpg", *square));
+    CHECK(grid::is_named_like("tm_462_101.JPG", *square));
+    CHECK_FALSE(grid::is_named_like("462_102.png", *square));
+    CHECK_FALSE(grid::is_named_like("GK_462_101.png", *square));
+    CHECK_FALSE(grid::is_named_like("462_101_old.png", *square));
+}
+
+TEST_CASE("a name that fits sources in two CRSs states none", "[voxelserver][grid][names]") {
+    const TemporaryFolder folder;
+    for (const auto& [id, crs] : {std::pair{"a", "EPSG:3794"}, {"b", "EPSG:3912"}})
+        std::ofstream(folder.path() / (std::string(id) + ".toml"))
+            << "id = '" << id << "'\ncrs = '" << crs
+            << "'\nsquare_m = 500\n[access]\nurls = ['https://x.org/S_{N}_{E}.laz']\n";
+    CHECK_FALSE(SquareNames::load(folder.path()).square_of("S_101_462.laz"));
+    std::filesystem::remove(folder.path() / "b.toml");
+    const auto square = SquareNames::load(folder.path()).square_of("S_101_462.laz");
+    REQUIRE(square);
+    CHECK(square->west == 462000);
+    CHECK(square->north == 101500);
+}
+
+TEST_CASE("a damaged source file is named", "[voxelserver][grid][names]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "bad.toml") << "id = [";
+    CHECK_THROWS_AS(SquareNames::load(folder.path()), util::UsageError);
+    CHECK(!SquareNames::load(folder.path() / "absent").square_of("TM_462_101.laz"));
+}

@@ -1,0 +1,303 @@
+#include "voxelserver/data/water/body_finder.hpp"
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/data/water/landscapes.hpp"
+
+using namespace terravox;
+using namespace terravox::water;
+using namespace terravox::water::test;
+
+namespace {
+
+constexpr int kSide = 32;
+
+// Two rivers, a lake and many small voids, around the origin so that indices of both signs occur.
+class Scene {
+public:
+    static constexpr int kWidth = 420;
+    static constexpr int kHeight = 300;
+    static constexpr int kX0 = -200;
+    static constexpr int kZ0 = -140;
+    explicit Scene(std::uint32_t seed) : m_land(kWidth, kHeight, seed) {
+        m_land.river(wave(5, 410, 90, 40, 200), 5, 60, 0.02);
+        m_land.lake({330, 230}, 35, 44);
+        m_land.river(line({10, 200}, {250, 280}), 2, 52, 0.01);
+        m_cells = m_land.scan();
+        for (int i = 0; i < 900; ++i) {
+            const auto k =
+                static_cast<std::size_t>(m_land.uniform() * static_cast<double>(m_cells.size()));
+            if (m_cells[k].ground_points > 0)
+                m_cells[k] = m_land.uniform() < 0.5 ? nothing_seen() : wet(m_cells[k]);
+        }
+    }
+    [[nodiscard]] WaterCell operator()(std::int32_t x, std::int32_t z) const {
+        return m_land.inside(x - kX0, z - kZ0) ? m_cells[m_land.index(x - kX0, z - kZ0)]
+                                               : WaterCell{};
+    }
+
+private:
+    Landscape m_land;
+    std::vector<WaterCell> m_cells;
+};
+
+using Picture = std::map<std::pair<int, int>, std::vector<float>>;
+
+bool same(const std::vector<float>& a, const std::vector<float>& b) {
+    if (a.size() != b.size())
+        return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (a[i] != b[i] && !(std::isnan(a[i]) && std::isnan(b[i])))
+            return false;
+    return true;
+}
+
+std::vector<std::pair<int, int>> patches_of(int from, int to) {
+    std::vector<std::pair<int, int>> out;
+    for (int z = from; z < to; ++z)
+        for (int x = from; x < to; ++x)
+            out.emplace_back(x, z);
+    return out;
+}
+
+std::vector<float> patch_levels(WaterBodies& bodies, std::pair<int, int> p, int side = kSide) {
+    std::vector<float> out;
+    for (int z = 0; z < side; ++z)
+        for (int x = 0; x < side; ++x)
+            out.push_back(bodies.level(p.first * side + x, p.second * side + z));
+    return out;
+}
+
+std::size_t wet_cells(const std::vector<float>& levels) {
+    return static_cast<std::size_t>(
+        std::count_if(levels.begin(), levels.end(), [](float l) { return !std::isnan(l); }));
+}
+
+Picture picture(WaterBodies& bodies, std::vector<std::pair<int, int>> order) {
+    Picture out;
+    for (const auto& p : order)
+        out[p] = patch_levels(bodies, p);
+    return out;
+}
+
+void check_same(const Picture& a, const Picture& b) {
+    REQUIRE(a.size() == b.size());
+    for (const auto& [patch, levels] : a) {
+        INFO("patch " << patch.first << ", " << patch.second);
+        REQUIRE(same(levels, b.at(patch)));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("levels depend neither on which request comes first, nor on threads, nor on memory",
+          "[water][finder]") {
+    const Scene scene(5);
+    const auto cells = std::ref(scene);
+    FunctionSource reference_source(kSide, cells);
+    WaterBodies reference(reference_source, {});
+    const Picture expected = picture(reference, patches_of(-8, 9));
+    const bool forgets = GENERATE(false, true);
+    INFO((forgets ? "forgets all the time" : "remembers all"));
+    FunctionSource source(kSide, cells);
+    WaterOptions options;
+    if (forgets)
+        options.memory_bytes = 20'000;
+    WaterBodies bodies(source, options);
+    std::mt19937 random(3);
+    for (int i = 0; i < 200; ++i) {
+        const auto x = static_cast<std::int32_t>(random() % 500) - 250;
+        const auto z = static_cast<std::int32_t>(random() % 500) - 250;
+        const float level = bodies.level(x, z);
+        const float other =
+            expected.at({x >> 5, z >> 5})[static_cast<std::size_t>((z & 31) * 32 + (x & 31))];
+        INFO("cell " << x << ", " << z << ": " << level << " and " << other);
+        REQUIRE(same({level}, {other}));
+    }
+    std::vector<Picture> found(3);
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < found.size(); ++t)
+        threads.emplace_back([&, t] {
+            auto order = patches_of(-8, 9);
+            std::shuffle(order.begin(), order.end(), std::mt19937(static_cast<unsigned>(t)));
+            found[t] = picture(bodies, order);
+        });
+    for (auto& t : threads)
+        t.join();
+    for (const Picture& p : found)
+        check_same(p, expected);
+}
+
+TEST_CASE("a body too large for the bound is cut the same way whichever request comes first",
+          "[water][finder]") {
+    const Scene scene(7);
+    const auto cells = std::ref(scene);
+    WaterOptions options;
+    options.max_body_patches = 20;  // squares of 4 x 4 patches
+    FunctionSource first_source(kSide, cells);
+    WaterBodies first(first_source, options);
+    const Picture expected = picture(first, patches_of(-8, 9));
+    FunctionSource whole_source(kSide, cells);
+    WaterBodies whole(whole_source, {});
+    const Picture uncut = picture(whole, patches_of(-8, 9));
+    bool differs = false;
+    for (const auto& [patch, levels] : uncut) {
+        const std::vector<float>& cut = expected.at(patch);
+        differs = differs || !same(cut, levels);
+        // The same water, at levels that differ by what the cutting costs.
+        REQUIRE(cut.size() == levels.size());
+        for (std::size_t i = 0; i < cut.size(); ++i) {
+            REQUIRE(std::isnan(cut[i]) == std::isnan(levels[i]));
+            if (!std::isnan(cut[i]))
+                REQUIRE(std::abs(cut[i] - levels[i]) < 0.5f);
+        }
+    }
+    CHECK(differs);
+    std::mt19937 random(3);
+    for (int round = 0; round < 2; ++round) {
+        auto order = patches_of(-8, 9);
+        std::shuffle(order.begin(), order.end(), random);
+        FunctionSource source(kSide, cells);
+        WaterBodies bodies(source, options);
+        check_same(picture(bodies, order), expected);
+    }
+}
+
+TEST_CASE("a dry patch loads no neighbour", "[water][finder]") {
+    FunctionSource source(kSide, [](auto x, auto z) {
+        return x == 5 && z == 5 ? nothing_seen() : x == 40 && z == 20 ? water_at(3) : ground_at(10);
+    });
+    WaterBodies bodies(source, {});
+    CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
+    CHECK(std::isnan(bodies.level(3, 31)));
+    CHECK(std::isnan(bodies.level_near(6, 6)));
+    CHECK(source.requested() == std::set<std::pair<std::int32_t, std::int32_t>>{{0, 0}});
+    CHECK(wet_cells(patch_levels(bodies, {1, 0})) == 1);
+    CHECK(bodies.level(40, 20) == 3);
+    CHECK(source.requested().size() == 2);
+}
+
+TEST_CASE("a column next to the water finds its level", "[water][finder]") {
+    FunctionSource source(kSide, [](auto x, auto z) {
+        return x >= 60 && x < 70 && z >= -5 && z < 5 ? water_at(3) : ground_at(10);
+    });
+    WaterBodies bodies(source, {});
+    CHECK(bodies.level(60, -5) == 3);
+    CHECK(std::isnan(bodies.level(59, -5)));
+    CHECK(bodies.level_near(59, -5) == 3);
+    CHECK(bodies.level_near(70, 5) == 3);
+    CHECK(std::isnan(bodies.level_near(71, 5)));
+}
+
+TEST_CASE(
+    "a body of a million cells over thousands of patches is found at once and remembered within "
+    "bounds",
+    "[water][finder]") {
+    // A meander: runs of 3 patches' width from west to east and back, so that it touches 60 x 60
+    // patches.
+    const int side = 16;
+    const int span = 60 * side;
+    const auto make = [&](std::int32_t x, std::int32_t z) {
+        if (x < 0 || z < 0 || x >= span || z >= span)
+            return WaterCell{};
+        const int row = z / 48;
+        const int in_row = z % 48;
+        const bool gap = row % 2 == 0 ? x >= span - 40 : x < 40;
+        if (in_row >= 46 && !gap)
+            return ground_at(300);
+        const double along =
+            (row + (row % 2 == 0 ? x : span - x) / static_cast<double>(span)) * span;
+        const double noise = 0.05 * (static_cast<double>((x * 7919 + z * 104729) % 1000) / 500 - 1);
+        return (x * 31 + z * 17) % 4 == 0
+                   ? water_at(static_cast<float>(200 - along * 0.004 + noise))
+                   : nothing_seen();
+    };
+    FunctionSource source(side, make);
+    WaterOptions options;
+    options.cell_voxels = 4;
+    for (int p = 0; p < 60 * 60; ++p)
+        (void)source.cells(p % 60, p / 60);  // made beforehand: not what is measured
+    WaterBodies bodies(source, options);
+    const float top = bodies.level(0, 20);
+    const float bottom = bodies.level(20, span - 5);
+    CHECK(top == Approx(200).margin(0.5));
+    CHECK(bottom == Approx(200 - 20 * span * 0.004).margin(0.5));
+    CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 6 + 216) + 1);
+    std::size_t cells = 0;
+    for (int p = 0; p < 60 * 60; ++p)
+        cells += wet_cells(patch_levels(bodies, {p % 60, p / 60}, side));
+    CHECK(cells > 880'000);
+}
+
+TEST_CASE("the finder stands up to hostile cells", "[water][finder]") {
+    struct Case {
+        const char* name;
+        FunctionSource::Make make;
+    };
+    const float nan = kNoLevel;
+    const float inf = std::numeric_limits<float>::infinity();
+    const auto c = GENERATE_COPY(values<Case>({
+        {"nothing but covered voids, without end", [](auto, auto) { return nothing_seen(); }},
+        {"nothing covered", [](auto, auto) { return WaterCell{}; }},
+        {"water returns without a height, without end", [=](auto, auto) { return water_at(nan); }},
+        {"water at infinity, without end", [=](auto, auto) { return water_at(inf); }},
+        {"wet ground without a height", [=](auto, auto) { return wet(ground_at(nan)); }},
+        {"a shore of NaN",
+         [=](auto x, auto z) {
+             return x > 3 && z > 3 && x < 25 && z < 25 ? nothing_seen() : ground_at(nan);
+         }},
+        {"a chessboard of voids",
+         [](auto x, auto z) { return (x + z) % 2 == 0 ? nothing_seen() : ground_at(1); }},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        FunctionSource source(kSide, c.make);
+        WaterOptions options;
+        options.max_body_patches = 64;
+        WaterBodies bodies(source, options);
+        for (const auto& [x, z] : {std::pair{0, 0}, {1, 0}, {-40, 7}, {1000, -1000}, {16, 16}})
+            CHECK(std::isnan(bodies.level(x, z)));
+        CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
+        CHECK(wet_cells(patch_levels(bodies, {-1, -1})) == 0);
+    }
+    FunctionSource extreme(kSide, [](auto, auto) { return water_at(3e38f, 65535); });
+    WaterOptions options;
+    options.max_body_patches = 16;
+    WaterBodies bodies(extreme, options);
+    CHECK(bodies.level(0, 0) == 3e38f);
+}
+
+TEST_CASE("the finder refuses options and sources it cannot work with", "[water][finder]") {
+    FunctionSource source(kSide, [](auto, auto) { return ground_at(1); });
+    WaterOptions options;
+    options.cell_voxels = 3;
+    CHECK_THROWS_WITH(WaterBodies(source, options), terravox::test::contains("3 voxels") &&
+                                                        terravox::test::contains("divisor of 64"));
+    options.cell_voxels = 4;
+    WaterBodies other_size(source, options);
+    CHECK_THROWS_WITH(other_size.level(0, 0), terravox::test::contains("1024 cells") &&
+                                                  terravox::test::contains("16 x 16"));
+    options.voxel_m = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(WaterBodies(source, options), util::Error);
+    options.voxel_m = 1;
+    options.max_body_patches = 3;
+    CHECK_THROWS_AS(WaterBodies(source, options), util::Error);
+
+    int left = 3;  // a source that fails once: the next question is answered
+    FunctionSource failing(kSide, [&](std::int32_t x, std::int32_t) {
+        if (x >= 32 && left > 0)
+            --left, throw util::Error("read points: no");
+        return x < 40 ? water_at(2) : ground_at(9);
+    });
+    WaterOptions small;
+    small.max_body_patches = 16;
+    WaterBodies bodies(failing, small);
+    CHECK_THROWS_AS(bodies.level(3, 3), util::Error);
+    CHECK(bodies.memory_bytes() == 0);
+    while (left > 0)
+        CHECK_THROWS_AS(bodies.level(3, 3), util::Error);
+    CHECK(bodies.level(3, 3) == 2);
+}

@@ -1,0 +1,282 @@
+#include "voxelserver/data/imagery/orthophotos.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <map>
+#include <utility>
+
+#include "common/geo/gdal.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "voxelserver/data/imagery/footprint.hpp"
+#include "voxelserver/data/imagery/image_identity.hpp"
+#include "voxelserver/data/imagery/orthophoto_files.hpp"
+
+namespace terravox::imagery {
+
+namespace fs = std::filesystem;
+
+struct Orthophotos::Layer {
+    Image image;
+    PixelMap map;
+    double whole_pixel_m = 0;  ///< of the image itself
+    long long pixel_mm = 0;    ///< of what is read of it, which may be an overview
+    voxel::Fingerprint identity;
+    std::size_t series = 0;  ///< as in Input
+    Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square)
+        : image(path, square), map(frame, image), identity(image_identity(path)) {
+        constexpr double kMax = 4096;
+        whole_pixel_m = frame.voxel_m() / map.pixels_per_voxel();
+        image.choose_overview(map.pixels_per_voxel());
+        map = PixelMap(frame, image);
+        pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
+        if (!(map.pixels_per_voxel() <= kMax))
+            throw util::Error("read the orthophoto " + path.string() + ": " +
+                              std::to_string(map.pixels_per_voxel()) +
+                              " pixels to a voxel's edge; allowed: up to 4096");
+        if (image.placed_by_name())
+            util::log_info(
+                "orthophoto {}: not georeferenced; placed by its name on the square of {} (source "
+                "{}, {}, E {:.0f} to {:.0f}, N {:.0f} to {:.0f})",
+                path.string(), square->file, square->source, square->crs, square->west,
+                square->east, square->south, square->north);
+        else if (!image.crs())
+            util::log_info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
+                           frame.crs().name());
+    }
+};
+
+/// Limits the number of open files to what a process may have: the least recently used one is
+/// closed. Guarded by gdal_mutex().
+struct Orthophotos::OpenFiles {
+    static constexpr std::size_t kMax = 256;
+    std::list<Image*> used;  ///< most recently used first
+    void use(Image& image) {
+        const auto found = std::find(used.begin(), used.end(), &image);
+        if (found != used.end())
+            used.splice(used.begin(), used, found);
+        else
+            used.push_front(&image);
+        if (used.size() > kMax) {
+            used.back()->close();
+            used.pop_back();
+        }
+    }
+};
+
+namespace {
+
+/// Whether the image can still contribute to any column.
+bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whole,
+            std::uint8_t has) {
+    if (raster.empty())
+        return true;
+    for (int z = part.z - whole.z; z < part.z - whole.z + part.height; ++z)
+        for (int x = part.x - whole.x; x < part.x - whole.x + part.width; ++x)
+            if ((raster.flags[static_cast<std::size_t>(z) * static_cast<std::size_t>(whole.width) +
+                              static_cast<std::size_t>(x)] &
+                 has) != has)
+                return true;
+    return false;
+}
+
+void allocate(Raster& raster, std::uint8_t has) {
+    const auto count =
+        static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
+    raster.flags.resize(count);
+    raster.colour.resize(count);
+    raster.image.resize(count);
+    if ((has & Raster::kNir) != 0) {
+        raster.nir.resize(count);
+        raster.red.resize(count);
+    }
+}
+
+void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has, std::uint32_t image) {
+    const auto news = static_cast<std::uint8_t>(has & ~raster.flags[at]);
+    if ((news & Raster::kColour) != 0) {
+        raster.colour[at] = {p.r, p.g, p.b};
+        raster.image[at] = image;
+    }
+    if ((news & Raster::kNir) != 0) {
+        raster.nir[at] = p.nir;
+        raster.red[at] = p.r;
+    }
+    raster.flags[at] |= news;
+}
+
+/// Writes the values of one image for `part` into the raster of `whole`.
+void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels,
+          std::uint8_t has, std::uint32_t image) {
+    for (int z = 0; z < places.rect.height; ++z)
+        for (int x = 0; x < places.rect.width; ++x) {
+            const auto from = static_cast<std::size_t>(z * places.rect.width + x);
+            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z);
+            const auto column = static_cast<std::size_t>(places.rect.x - whole.x + x);
+            const std::size_t to = row * static_cast<std::size_t>(whole.width) + column;
+            if (!raster.empty() && (raster.flags[to] & has) == has)
+                continue;
+            Pixel p;
+            if (!mean_at(places, from, pixels, p))
+                continue;
+            allocate(raster, has);
+            put(raster, to, p, has, image);
+        }
+}
+
+/// Side of the blocks of columns that are read at once: limits their pixels to some 16 million.
+int block_side(double pixels_per_voxel) {
+    return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0));
+}
+
+}  // namespace
+
+Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame,
+                         std::span<const grid::NamedSquare> squares)
+    : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
+    const std::lock_guard lock(gdal_mutex());
+    geo::start_gdal();
+    for (const fs::path& file : orthophoto_files(paths)) {
+        const auto square =
+            std::find_if(squares.begin(), squares.end(),
+                         [&](const grid::NamedSquare& s) { return grid::is_named_like(file, s); });
+        m_layers.push_back(
+            std::make_unique<Layer>(file, m_frame, square == squares.end() ? nullptr : &*square));
+        m_open->use(m_layers.back()->image);
+    }
+    std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {
+        if (a->pixel_mm != b->pixel_mm)
+            return a->pixel_mm < b->pixel_mm;
+        if (a->image.date() != b->image.date())
+            return a->image.date() > b->image.date();
+        const std::string name_a = a->image.path().filename().string();
+        const std::string name_b = b->image.path().filename().string();
+        return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
+    });
+    find_series();
+}
+
+void Orthophotos::find_series() {
+    constexpr double kSameSize = 1.1;
+    constexpr std::size_t kYear = 4;  // characters of a date
+    std::vector<Layer*> finest_first;
+    for (const auto& layer : m_layers)
+        finest_first.push_back(layer.get());
+    std::stable_sort(finest_first.begin(), finest_first.end(), [](const Layer* a, const Layer* b) {
+        return a->whole_pixel_m < b->whole_pixel_m;
+    });
+    std::map<std::pair<double, std::string>, std::size_t> series;
+    double finest_m = 0;  // of those whose pixels have about one size
+    for (Layer* const layer : finest_first) {
+        if (layer->whole_pixel_m > kSameSize * finest_m)
+            finest_m = layer->whole_pixel_m;
+        const std::pair key{finest_m, layer->image.date().substr(0, kYear)};
+        layer->series = series.emplace(key, series.size()).first->second;
+    }
+}
+
+Orthophotos::~Orthophotos() {
+    const std::lock_guard lock(gdal_mutex());
+    m_layers.clear();
+}
+
+void Orthophotos::warn_of_outside(const grid::ColumnRect& world) const {
+    const Layer* shown = nullptr;
+    std::size_t outside = 0;
+    for (const auto& layer : m_layers) {
+        const PixelMap::Extent& e = layer->map.extent();
+        const bool apart = e.x1 <= world.min_x || e.x0 >= world.max_x || e.z1 <= world.min_z ||
+                           e.z0 >= world.max_z;
+        if (!apart)
+            continue;
+        ++outside;
+        if (shown == nullptr || (shown->image.crs() && !layer->image.crs()))
+            shown = layer.get();  // one whose CRS was assumed is the most informative
+    }
+    if (shown == nullptr)
+        return;
+    const auto place = [&](double x0, double z0, double x1, double z1) {
+        return fmt::format("E {:.0f} to {:.0f}, N {:.0f} to {:.0f}", m_frame.easting(x0),
+                           m_frame.easting(x1), m_frame.northing(z1), m_frame.northing(z0));
+    };
+    const PixelMap::Extent& e = shown->map.extent();
+    const bool suspicious = outside == m_layers.size() || !shown->image.crs();
+    util::log_message(
+        suspicious ? util::LogLevel::kWarning : util::LogLevel::kInfo,
+        "orthophoto {}{} covers nothing of the world: it lies at {} ({}{}), the world at {}",
+        shown->image.path().string(), outside > 1 ? fmt::format(" (one of {} such)", outside) : "",
+        place(e.x0, e.z0, e.x1, e.z1), m_frame.crs().name(),
+        shown->image.crs() ? "" : ", assumed: the file names no CRS",
+        place(world.min_x, world.min_z, world.max_x, world.max_z));
+}
+
+std::size_t Orthophotos::count() const noexcept {
+    return m_layers.size();
+}
+
+std::vector<fs::path> Orthophotos::order() const {
+    std::vector<fs::path> out;
+    for (const auto& layer : m_layers)
+        out.push_back(layer->image.path());
+    return out;
+}
+
+std::vector<Orthophotos::Input> Orthophotos::inputs() const {
+    std::vector<Input> out;
+    for (const auto& layer : m_layers)
+        out.push_back({layer->map.influence(), layer->identity, layer->series});
+    return out;
+}
+
+void Orthophotos::add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const {
+    Layer& layer = *m_layers[index];
+    const ColumnRect covered = layer.map.covered(whole);
+    const int side = block_side(layer.map.pixels_per_voxel());
+    const BandRoles& roles = layer.image.roles();
+    const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) |
+                                               (roles.nir != 0 ? Raster::kNir : 0));
+    Pixels pixels;
+    for (int z = 0; z < covered.height; z += side)
+        for (int x = 0; x < covered.width; x += side) {
+            const ColumnRect part{covered.x + x, covered.z + z, std::min(side, covered.width - x),
+                                  std::min(side, covered.height - z)};
+            if (!wanted(raster, part, whole, has))
+                continue;
+            ColumnPlaces places;
+            {
+                const std::lock_guard lock(gdal_mutex());
+                places = places_of(layer.map, part);
+                const PixelWindow window =
+                    window_of(places, layer.image.width(), layer.image.height());
+                if (window.width < 1)
+                    continue;
+                m_open->use(layer.image);
+                layer.image.read(window, pixels);
+            }
+            fill(raster, whole, places, pixels, has, static_cast<std::uint32_t>(index));
+        }
+}
+
+Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
+    constexpr int kMaxColumns = 65536;
+    if (width < 1 || height < 1 || width > kMaxColumns || height > kMaxColumns)
+        throw util::Error("read orthophotos: " + std::to_string(width) + " x " +
+                          std::to_string(height) + " columns; allowed: 1 to 65536 each");
+    Raster raster;
+    raster.width = width;
+    raster.height = height;
+    for (std::size_t i = 0; i < m_layers.size(); ++i)
+        add_layer(i, {x0, z0, width, height}, raster);
+    return raster;
+}
+
+Raster Orthophotos::read_image(std::size_t image, const ColumnRect& rect) const {
+    Raster raster;
+    raster.width = rect.width;
+    raster.height = rect.height;
+    add_layer(image, rect, raster);
+    return raster;
+}
+
+}  // namespace terravox::imagery

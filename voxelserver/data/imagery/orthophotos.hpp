@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/voxel/world.hpp"
+#include "voxelserver/data/grid/frame.hpp"
+#include "voxelserver/data/grid/patch.hpp"
+#include "voxelserver/data/grid/square_names.hpp"
+#include "voxelserver/data/imagery/pixel_map.hpp"
+#include "voxelserver/data/imagery/raster.hpp"
+
+namespace terravox::imagery {
+
+/// Orthophotos of an area, in any format, CRS and resolution that GDAL reads. Thread-safe: files
+/// are read one at a time, pixels are averaged in parallel.
+///
+/// Where images overlap, each column takes its colour from the first image that has data there, in
+/// this order, which does not depend on the order of `paths` or of a folder: finer pixels first
+/// (rounded to a millimetre), then the newer date (TIFFTAG_DATETIME, EXIF; no date counts as
+/// oldest), then the file's name, then its path. Near infrared is taken in the same order from the
+/// images that have it. For the assignment of bands see bands.hpp. Nodata values, alpha and mask
+/// bands are respected.
+class Orthophotos {
+public:
+    /// @param paths image files or folders of them
+    /// @param squares those of the world whose place their names state: an image that is not
+    /// georeferenced and is named like one of them lies on it
+    /// @throws Error naming the file that is missing, not an image, not georeferenced, or has more
+    /// than 4096 pixels per voxel edge
+    Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame,
+                std::span<const grid::NamedSquare> squares = {});
+    ~Orthophotos();
+
+    /// Logs one message for all images that lie outside the world, naming one of them, its
+    /// location, and the assumption made when it has no CRS. It is a warning only when no image
+    /// covers the world or the location of one is such an assumption: folders often cover a larger
+    /// area.
+    /// @param world the columns in which there may be points
+    void warn_of_outside(const grid::ColumnRect& world) const;
+
+    [[nodiscard]] std::size_t count() const noexcept;
+    /// The paths of the images, in order of precedence.
+    [[nodiscard]] std::vector<std::filesystem::path> order() const;
+
+    /// The identity of an image, and the columns outside of which it has no influence. inputs()
+    /// returns them in order of precedence.
+    struct Input {
+        grid::ColumnRect rect;
+        voxel::Fingerprint identity{};  ///< image_identity.hpp
+        /// Images of one series may be of one survey: their pixels differ by a tenth at most, and
+        /// they are dated in the same year, or not at all.
+        std::size_t series = 0;
+    };
+    [[nodiscard]] std::vector<Input> inputs() const;
+
+    /// Step "orthophoto load": reads the images' values for each column; a column's value does not
+    /// depend on the requested rectangle.
+    /// @param x0, z0 absolute voxel of the first column
+    /// @param width, height [1, 65536]; the result has width x height columns
+    /// @throws Error naming the damaged file
+    [[nodiscard]] Raster read(std::int32_t x0, std::int32_t z0, int width, int height) const;
+    /// The same for one image alone.
+    /// @param image its index in inputs()
+    [[nodiscard]] Raster read_image(std::size_t image, const ColumnRect& rect) const;
+
+private:
+    struct Layer;
+    struct OpenFiles;
+    void find_series();
+    void add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const;
+    const grid::Frame m_frame;
+    std::vector<std::unique_ptr<Layer>> m_layers;
+    std::unique_ptr<OpenFiles> m_open;
+};
+
+}  // namespace terravox::imagery

@@ -1,0 +1,69 @@
+#include "voxelserver/data/lidar/laszip_reader.hpp"
+
+#include <mutex>
+#include <string>
+
+#include "common/util/error.hpp"
+
+namespace terravox::lidar {
+namespace {
+
+laszip_U32 selection(WantedFields fields) {
+    laszip_U32 out = laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY |
+                     laszip_DECOMPRESS_SELECTIVE_Z | laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION |
+                     laszip_DECOMPRESS_SELECTIVE_FLAGS;
+    if (fields.colour)
+        out |= laszip_DECOMPRESS_SELECTIVE_RGB;
+    if (fields.near_infrared)
+        out |= laszip_DECOMPRESS_SELECTIVE_NIR;
+    if (fields.echoes)
+        out |= laszip_DECOMPRESS_SELECTIVE_INTENSITY | laszip_DECOMPRESS_SELECTIVE_POINT_SOURCE;
+    return out;
+}
+
+}  // namespace
+
+LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields fields) : m_path(path) {
+    if (laszip_create(&m_reader) != 0)
+        throw util::Error("read the point cloud " + path.string() + ": LASzip could not start");
+    try {
+        check(laszip_decompress_selective(m_reader, selection(fields)));
+        // LASzip keeps the messages of all its readers in one unsynchronised map, and writes to it
+        // for unusual headers.
+        static std::mutex opening;
+        const std::lock_guard lock(opening);
+        laszip_BOOL compressed = 0;
+        check(laszip_open_reader(m_reader, m_path.string().c_str(), &compressed));
+        m_open = true;
+        check(laszip_get_header_pointer(m_reader, &m_header));
+        check(laszip_get_point_pointer(m_reader, &m_point));
+    } catch (...) {
+        close();
+        throw;
+    }
+}
+
+LaszipReader::~LaszipReader() {
+    close();
+}
+
+void LaszipReader::close() noexcept {
+    if (m_open)
+        laszip_close_reader(m_reader);
+    laszip_destroy(m_reader);
+}
+
+void LaszipReader::seek(std::uint64_t point) {
+    check(laszip_seek_point(m_reader, static_cast<laszip_I64>(point)));
+}
+
+void LaszipReader::fail() const {
+    laszip_CHAR* text = nullptr;
+    laszip_get_error(m_reader, &text);
+    std::string reason = text != nullptr ? text : "LASzip failed";
+    while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.'))
+        reason.pop_back();
+    throw util::Error("read the point cloud " + m_path.string() + ": " + reason);
+}
+
+}  // namespace terravox::lidar

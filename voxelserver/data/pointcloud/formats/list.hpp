@@ -1,0 +1,13 @@
+#pragma once
+
+#include <tuple>
+
+#include "voxelserver/data/lidar/las_format.hpp"
+#include "voxelserver/data/ply/ply_format.hpp"
+
+namespace terravox::pointcloud {
+
+/// The list of all point formats; add new ones here.
+using Formats = std::tuple<lidar::LasFormat, ply::PlyFormat>;
+
+}  // namespace terravox::pointcloud

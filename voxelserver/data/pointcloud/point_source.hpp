@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/geo/crs.hpp"
+#include "voxelserver/data/pointcloud/point.hpp"
+#include "voxelserver/data/pointcloud/spatial_index.hpp"
+
+namespace terravox::pointcloud {
+
+/// Metadata of a point file, available before its points are read. Coordinates are the file's own.
+struct PointCloudInfo {
+    std::filesystem::path path;
+    std::uint64_t file_bytes = 0;
+    std::uint64_t point_count = 0;
+    /// The grid of the coordinates: scale * integer + offset along each axis, in double precision.
+    /// A scale of 0: the coordinates are not quantised.
+    std::array<double, 3> scale{};
+    std::array<double, 3> offset{};
+    /// Closed bounds of all points; if not measured_bounds, as claimed by the file.
+    std::array<double, 3> min{};
+    std::array<double, 3> max{};
+    /// Whether min and max were computed from the points instead of read from a header.
+    bool measured_bounds = false;
+    std::optional<geo::Crs> crs;  ///< nullopt when the file has none that can be parsed
+};
+
+/// A file of points, open for reading: the format-independent interface that voxelization uses.
+/// Immutable; all functions may be called from several threads at once.
+///
+/// A file whose content changes while it is open gives wrong points or an Error, never undefined
+/// behaviour; detecting the change is the caller's task.
+class PointSource {
+public:
+    virtual ~PointSource() = default;
+    PointSource(const PointSource&) = delete;
+    PointSource& operator=(const PointSource&) = delete;
+
+    [[nodiscard]] const PointCloudInfo& info() const noexcept { return m_info; }
+
+    /// Divides the file into ranges that can be read independently. Together they hold every point
+    /// once, in order.
+    /// @param points  desired number of points per part; parts that a format cannot divide hold
+    /// more
+    [[nodiscard]] virtual std::vector<PointRange> parts(std::uint64_t points) const = 0;
+
+    /// Reads the points of the ranges in the given order. Memory is bounded by the size of a batch,
+    /// whatever the size of the ranges.
+    /// @param ranges within [0, point_count]; empty ones are skipped
+    /// @throws Error when the file is damaged or truncated, or a range ends beyond it; the sink may
+    /// have been called for earlier points
+    virtual void read(std::span<const PointRange> ranges, const PointBatchSink& sink) const = 0;
+
+    /// As read(), but intensities and flight lines may be left 0 where that saves time.
+    virtual void read_without_echoes(std::span<const PointRange> ranges,
+                                     const PointBatchSink& sink) const {
+        read(ranges, sink);
+    }
+
+    /// A deterministic sample spread over the file, in file order.
+    /// @param about  approximate number of points
+    /// @throws Error as read
+    [[nodiscard]] virtual std::vector<Point> sample(std::size_t about) const = 0;
+
+    /// Whether the sample is taken from many parts all over the file, so that areas without a
+    /// sampled point are likely to be empty.
+    [[nodiscard]] virtual bool sampled_all_over() const = 0;
+
+    /// The spatial index of the file, from the file itself or a side file.
+    /// @return nullptr when there is none
+    /// @throws Error when the index is damaged or belongs to another file
+    [[nodiscard]] virtual std::shared_ptr<const SpatialIndex> spatial_index() const {
+        return nullptr;
+    }
+
+protected:
+    explicit PointSource(PointCloudInfo info) : m_info(std::move(info)) {}
+
+private:
+    const PointCloudInfo m_info;
+};
+
+}  // namespace terravox::pointcloud

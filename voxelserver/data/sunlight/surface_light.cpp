@@ -1,0 +1,96 @@
+#include "voxelserver/data/sunlight/surface_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terravox::sunlight {
+namespace {
+
+/// Calls visit(x, z, i) for inner cells at least `border` from the margin: where they are in the
+/// surface, and their index among inner cells.
+template <class Visit>
+void each_inner(const Surface& surface, int border, const Visit& visit) {
+    const int width = surface.width - 2 * surface.margin;
+    const int height = surface.height - 2 * surface.margin;
+    for (int z = border; z < height - border; ++z)
+        for (int x = border; x < width - border; ++x)
+            visit(x + surface.margin, z + surface.margin, static_cast<std::size_t>(z * width + x));
+}
+
+void find_shadows(const Surface& surface, const Sun& sun, SurfaceLight& out) {
+    constexpr double kEdge_m = 1;
+    constexpr float kChange = 0.25F;
+    constexpr float kVeryLow_m = -1e3F;  // a gap: nothing is known
+    const std::vector<float> horizon = horizons(surface, sun.azimuth_deg);
+    const Sunlit sunlit(sun.altitude_deg);
+    each_inner(surface, 0, [&](int x, int z, std::size_t i) {
+        if (surface.top_m[surface.index(x, z)] > kVeryLow_m)
+            out.lit[i] = sunlit.share(horizon[surface.index(x, z)]);
+    });
+    const int reach =
+        std::clamp(static_cast<int>(std::lround(kEdge_m / surface.cell_m)), 1, kSurfaceEdge);
+    const int width = surface.width - 2 * surface.margin;
+    each_inner(surface, reach, [&](int, int, std::size_t i) {
+        float low = 1;
+        float high = 0;
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                const float lit = out.lit[i + static_cast<std::size_t>(dz * width + dx)];
+                low = std::min(low, lit);
+                high = std::max(high, lit);
+            }
+        out.edge[i] = high - low > kChange ? 1 : 0;
+    });
+}
+
+/// The slope by which a cell is shaded: leaves point everywhere, so that a crown is shaded as a
+/// flatter one would be.
+Slope shading_slope(const Slope& slope, Kind kind) noexcept {
+    constexpr float kLeaves = 0.4F;
+    if (kind == Kind::kWater || kind == Kind::kUnknown)
+        return {};
+    return kind == Kind::kPlant ? Slope{kLeaves * slope.east, kLeaves * slope.south} : slope;
+}
+
+/// Limited, as slopes are not exact.
+float facing_of(const Facing& facing, const Slope& slope) noexcept {
+    constexpr float kMin = 0.15F;
+    constexpr float kMax = 2.5F;
+    return std::clamp(facing.on(slope), kMin, kMax);
+}
+
+/// The share of the sky that a slope sees.
+float sky_seen_by(const Slope& slope) noexcept {
+    return (1 + slope.up()) / 2;
+}
+
+void find_shading(const Surface& surface, const Sun& sun, SurfaceLight& out) {
+    // Slopes need two cells around; the margin may be many times as large as the inner part.
+    constexpr int kAround = 2;
+    const Surface near = inner_cells(surface, std::min(surface.margin, kAround));
+    const std::vector<Slope> slopes = slopes_of(near);
+    const Facing facing(sun);
+    each_inner(near, 0, [&](int x, int z, std::size_t i) {
+        const std::size_t there = near.index(x, z);
+        const Slope slope = shading_slope(slopes[there], near.kind[there]);
+        out.facing[i] = facing_of(facing, slope);
+        out.sky_seen[i] = sky_seen_by(slope);
+    });
+}
+
+}  // namespace
+
+SurfaceLight surface_light(const Surface& surface, const Sun& sun) {
+    const auto count = static_cast<std::size_t>(surface.width - 2 * surface.margin) *
+                       static_cast<std::size_t>(surface.height - 2 * surface.margin);
+    SurfaceLight out;
+    out.lit.assign(count, 1.0F);
+    out.edge.assign(count, 0);
+    out.facing.assign(count, 1.0F);
+    out.sky_seen.assign(count, 1.0F);
+    find_shadows(surface, sun, out);
+    find_shading(surface, sun, out);
+    return out;
+}
+
+}  // namespace terravox::sunlight
