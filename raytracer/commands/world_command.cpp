@@ -11,8 +11,8 @@
 #include "common/voxel/log_damage.hpp"
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

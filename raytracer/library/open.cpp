@@ -12,7 +12,7 @@
 #include "raytracer/library/state.hpp"
 #include "raytracer/scene/world_options_of.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "raytracer/render/loaded_world.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::preview {
 

@@ -1,9 +1,9 @@
 #include "raytracer/render/loaded_world.hpp"
 
 #include "common/thread/parallel.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
-#include "voxelserver/worlds/remote/http_origin.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/remote/http_origin.hpp"
 
 namespace terravox::render {
 namespace {

@@ -10,7 +10,7 @@
 #include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::render {
 

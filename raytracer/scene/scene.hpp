@@ -8,7 +8,7 @@
 #include "raytracer/core/scene_words.hpp"
 #include "raytracer/scene/point_list.hpp"
 #include "raytracer/scene/tile_size.hpp"
-#include "voxelserver/worlds/kind/procedural_settings.hpp"
+#include "voxelserver/make/worlds/kind/procedural_settings.hpp"
 
 namespace terravox::scene {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "raytracer/scene/scene.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::scene {
 

@@ -4,7 +4,7 @@
 
 #include "common/voxel/box_codec.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/worlds/remote/box_batch.hpp"
+#include "voxelserver/make/worlds/remote/box_batch.hpp"
 
 namespace terravox::fuzz {
 

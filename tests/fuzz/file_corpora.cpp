@@ -16,10 +16,10 @@
 #include "tests/fuzz/corpus.hpp"
 #include "tests/voxelserver/data/lidar/las_bytes.hpp"
 #include "tests/voxelserver/data/ply/ply_bytes.hpp"
-#include "tests/voxelserver/worlds/luanti/made_map_block.hpp"
-#include "tests/voxelserver/worlds/minecraft/made_chunk.hpp"
-#include "tests/voxelserver/worlds/minecraft/made_files.hpp"
-#include "tests/voxelserver/worlds/remote/batch_bytes.hpp"
+#include "tests/voxelserver/make/worlds/luanti/made_map_block.hpp"
+#include "tests/voxelserver/make/worlds/minecraft/made_chunk.hpp"
+#include "tests/voxelserver/make/worlds/minecraft/made_files.hpp"
+#include "tests/voxelserver/make/worlds/remote/batch_bytes.hpp"
 
 namespace {
 

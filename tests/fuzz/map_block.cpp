@@ -2,10 +2,10 @@
 //
 // libFuzzer does not compress, an attacker does: each input is also read as what a stream holds,
 // and as what follows the streams of an older block.
-#include "voxelserver/worlds/luanti/map_block.hpp"
+#include "voxelserver/make/worlds/luanti/map_block.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/voxelserver/worlds/luanti/made_map_block.hpp"
+#include "tests/voxelserver/make/worlds/luanti/made_map_block.hpp"
 
 namespace terravox::fuzz {
 namespace {

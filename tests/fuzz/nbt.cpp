@@ -1,8 +1,8 @@
 // NBT: as a chunk of any generation, as level.dat, and passed over as a whole.
-#include "voxelserver/worlds/minecraft/nbt.hpp"
+#include "voxelserver/make/worlds/minecraft/nbt.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/worlds/minecraft/chunk.hpp"
-#include "voxelserver/worlds/minecraft/level_dat.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk.hpp"
+#include "voxelserver/make/worlds/minecraft/level_dat.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "common/geo/gdal.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/worlds/heightmap/height_file.hpp"
+#include "voxelserver/make/worlds/heightmap/height_file.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -1,8 +1,8 @@
 // Region files: the table, chunks in their sectors, how they are packed, and their blocks.
-#include "voxelserver/worlds/minecraft/region_file.hpp"
+#include "voxelserver/make/worlds/minecraft/region_file.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/worlds/minecraft/chunk.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -1,9 +1,9 @@
 // Files of settings that are read by their path: class tables, settings of the voxelizer, palettes.
-#include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/data/imagery/palette_file.hpp"
-#include "voxelserver/voxelize/points/class_table.hpp"
+#include "voxelserver/make/voxelize/points/class_table.hpp"
 
 namespace terravox::fuzz {
 

@@ -12,11 +12,11 @@
 #include "voxelserver/data/imagery/orthophoto_files.hpp"
 #include "voxelserver/data/pointcloud/formats/open.hpp"
 #include "voxelserver/data/store/grabber_store.hpp"
-#include "voxelserver/voxelize/points/lidar_files.hpp"
-#include "voxelserver/voxelize/points/square_sample.hpp"
-#include "voxelserver/voxelize/world/input_fingerprints.hpp"
-#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
-#include "voxelserver/worlds/lidar/lidar_kind.hpp"
+#include "voxelserver/make/voxelize/points/lidar_files.hpp"
+#include "voxelserver/make/voxelize/points/square_sample.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 
 namespace terravox::country {
 namespace {

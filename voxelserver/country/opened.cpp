@@ -2,8 +2,8 @@
 
 #include "common/voxel/bytes.hpp"
 #include "common/voxel/file_identity.hpp"
-#include "voxelserver/voxelize/world/world_facts.hpp"
-#include "voxelserver/worlds/lidar/lidar_kind.hpp"
+#include "voxelserver/make/voxelize/world/world_facts.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 
 namespace terravox::country {
 

@@ -8,8 +8,8 @@
 #include "voxelserver/country/workload.hpp"
 #include "voxelserver/export/core/job.hpp"
 #include "voxelserver/export/core/part.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::country {
 

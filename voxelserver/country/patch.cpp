@@ -17,8 +17,8 @@
 #include "voxelserver/export/archive/change_export.hpp"
 #include "voxelserver/export/core/changed_columns.hpp"
 #include "voxelserver/export/core/meter.hpp"
-#include "voxelserver/voxelize/world/dependent_columns.hpp"
-#include "voxelserver/voxelize/world/world_facts.hpp"
+#include "voxelserver/make/voxelize/world/dependent_columns.hpp"
+#include "voxelserver/make/voxelize/world/world_facts.hpp"
 
 namespace terravox::country {
 namespace {

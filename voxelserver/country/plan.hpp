@@ -8,7 +8,7 @@
 
 #include "common/voxel/world.hpp"
 #include "voxelserver/export/core/part.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::country {
 

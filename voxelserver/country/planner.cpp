@@ -14,7 +14,7 @@
 #include "voxelserver/country/usage.hpp"
 #include "voxelserver/export/archive/archive_export.hpp"
 #include "voxelserver/export/core/meter.hpp"
-#include "voxelserver/voxelize/world/input_fingerprints.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::country {
 namespace {

@@ -9,7 +9,7 @@
 #include "voxelserver/country/plan.hpp"
 #include "voxelserver/country/workload.hpp"
 #include "voxelserver/export/core/job.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
 
 namespace terravox::country {
 

@@ -9,8 +9,8 @@
 #include <stop_token>
 #include <string>
 
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/worlds/open/open_served_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/worlds/open/open_served_world.hpp"
 
 namespace terravox::module {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/worlds/open/open_served_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/worlds/open/open_served_world.hpp"
 
 namespace terravox::module {
 

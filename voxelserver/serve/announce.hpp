@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "voxelserver/make/worlds/kind/served_world.hpp"
 #include "voxelserver/serve/options.hpp"
-#include "voxelserver/worlds/kind/served_world.hpp"
 
 namespace terravox::serve {
 

@@ -8,8 +8,8 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "voxelserver/make/voxelize/world/world_name.hpp"
 #include "voxelserver/module/load_module.hpp"
-#include "voxelserver/voxelize/world/world_name.hpp"
 
 namespace terravox::serve {
 

@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/voxelize/world/world_facts.hpp"
-#include "voxelserver/worlds/kind/served_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/voxelize/world/world_facts.hpp"
+#include "voxelserver/make/worlds/kind/served_world.hpp"
 
 namespace terravox::serve {
 

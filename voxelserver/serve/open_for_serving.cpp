@@ -4,11 +4,11 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "voxelserver/make/voxelize/world/store_options.hpp"
+#include "voxelserver/make/worlds/kind/http_address.hpp"
+#include "voxelserver/make/worlds/kind/suitable_flags.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
 #include "voxelserver/module/load_module.hpp"
-#include "voxelserver/voxelize/world/store_options.hpp"
-#include "voxelserver/worlds/kind/http_address.hpp"
-#include "voxelserver/worlds/kind/suitable_flags.hpp"
-#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 
 namespace terravox::serve {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "common/util/stage_times.hpp"
 #include "voxelserver/data/store/grabber_store.hpp"
+#include "voxelserver/make/worlds/kind/served_world.hpp"
 #include "voxelserver/serve/deferred_world.hpp"
 #include "voxelserver/serve/options.hpp"
-#include "voxelserver/worlds/kind/served_world.hpp"
 
 namespace terravox::serve {
 

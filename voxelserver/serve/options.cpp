@@ -11,10 +11,10 @@
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
+#include "voxelserver/make/voxelize/points/step_switches.hpp"
+#include "voxelserver/make/worlds/kind/http_address.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
 #include "voxelserver/sockets/http_host.hpp"
-#include "voxelserver/voxelize/points/step_switches.hpp"
-#include "voxelserver/worlds/kind/http_address.hpp"
-#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
 
 namespace terravox::serve {
 namespace {

@@ -8,8 +8,8 @@
 #include "voxelserver/http/server.hpp"
 #include "voxelserver/http/shared_origins.hpp"
 #include "voxelserver/jobs/job_request.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/sockets/http_host.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
 
 namespace CLI {
 class App;

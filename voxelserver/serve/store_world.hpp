@@ -8,7 +8,7 @@
 #include "common/voxel/world.hpp"
 #include "voxelserver/data/store/grabber_store.hpp"
 #include "voxelserver/http/squares.hpp"
-#include "voxelserver/voxelize/points/square_info.hpp"
+#include "voxelserver/make/voxelize/points/square_info.hpp"
 
 namespace terravox::serve {
 

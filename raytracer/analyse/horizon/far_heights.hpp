@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "common/geo/crs.hpp"
-#include "voxelserver/worlds/heightmap/height_file.hpp"
+#include "voxelserver/make/worlds/heightmap/height_file.hpp"
 
 namespace terravox::analyse {
 

@@ -10,7 +10,7 @@
 #include "raytracer/analyse/objects/object_sums.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/output/picture_info.hpp"
-#include "voxelserver/worlds/overlay/footprint.hpp"
+#include "voxelserver/make/worlds/overlay/footprint.hpp"
 
 class OGRMultiPolygon;
 

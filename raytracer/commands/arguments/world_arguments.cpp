@@ -8,9 +8,9 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/views.hpp"
 #include "raytracer/scene/world_options_of.hpp"
-#include "voxelserver/voxelize/points/step_switches.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
-#include "voxelserver/worlds/overlay/additions.hpp"
+#include "voxelserver/make/voxelize/points/step_switches.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/overlay/additions.hpp"
 
 namespace terravox::commands {
 

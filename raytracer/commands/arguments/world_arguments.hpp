@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "raytracer/scene/scene.hpp"
-#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace CLI {
 class App;

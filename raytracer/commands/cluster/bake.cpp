@@ -5,9 +5,9 @@
 
 #include "common/util/log.hpp"
 #include "raytracer/commands/cluster/forwarded_arguments.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox::cluster {
 namespace {

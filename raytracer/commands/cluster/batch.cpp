@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "voxelserver/data/pointcloud/formats/files.hpp"
-#include "voxelserver/worlds/lidar/lidar_kind.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::cluster {
 

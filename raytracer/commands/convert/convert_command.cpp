@@ -21,9 +21,9 @@
 #include "voxelserver/export/core/changed_columns.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
-#include "voxelserver/voxelize/world/dependent_columns.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/voxelize/world/dependent_columns.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -18,7 +18,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/preview/app/session.hpp"
 #include "raytracer/scene/scene_io.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

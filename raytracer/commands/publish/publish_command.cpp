@@ -8,7 +8,7 @@
 
 #include "common/util/log.hpp"
 #include "raytracer/commands/publish/publish_site.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -20,10 +20,10 @@
 #include "voxelserver/archive/split.hpp"
 #include "voxelserver/export/core/part.hpp"
 #include "voxelserver/export/formats/formats.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
-#include "voxelserver/worlds/overlay/overlay_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -18,7 +18,7 @@
 #include "raytracer/commands/publish/publish_site.hpp"
 #include "raytracer/publish/site.hpp"
 #include "raytracer/publish/site_host.hpp"
-#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

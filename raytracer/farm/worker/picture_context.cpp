@@ -10,7 +10,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/world_options_of.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox::farm {
 namespace {

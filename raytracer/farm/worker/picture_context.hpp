@@ -18,7 +18,7 @@
 #include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/farm/worker/coordinator_world.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "voxelserver/worlds/remote/http_access.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 
 namespace terravox::farm {
 

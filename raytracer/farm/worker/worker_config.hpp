@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "raytracer/farm/net/endpoint.hpp"
-#include "voxelserver/worlds/remote/http_access.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 
 namespace CLI {
 class App;

@@ -7,7 +7,7 @@
 #include "common/voxel/world.hpp"
 #include "tests/bench/accuracy/area.hpp"
 #include "tests/bench/accuracy/tree_tops.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
 
 namespace terravox::bench {
 

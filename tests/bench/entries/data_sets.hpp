@@ -8,7 +8,7 @@
 #include "common/util/stage_times.hpp"
 #include "tests/bench/bench.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
-#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
 
 namespace terravox::bench {
 

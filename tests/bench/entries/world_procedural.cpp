@@ -1,7 +1,7 @@
 #include <ctime>
 
 #include "tests/bench/bench.hpp"
-#include "voxelserver/worlds/procedural/procedural_world.hpp"
+#include "voxelserver/make/worlds/procedural/procedural_world.hpp"
 
 namespace terravox::bench::world_procedural_entry {
 namespace {

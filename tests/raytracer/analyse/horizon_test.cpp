@@ -12,7 +12,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/analyse/measured.hpp"
-#include "tests/voxelserver/worlds/heightmap/raster_files.hpp"
+#include "tests/voxelserver/make/worlds/heightmap/raster_files.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
-#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 using namespace terravox;
 using terravox::test::bytes_of;

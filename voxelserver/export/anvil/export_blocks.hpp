@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/voxel/box.hpp"
-#include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
+#include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
 
 namespace terravox::exports::anvil {
 

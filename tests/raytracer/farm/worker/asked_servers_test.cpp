@@ -1,6 +1,6 @@
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
-#include "tests/voxelserver/worlds/remote/served_boxes.hpp"
+#include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "tests/voxelserver/voxelize/world/cloud.hpp"
+#include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 
 namespace terravox::test {
 

@@ -1,0 +1,222 @@
+// Orthophotos taken in the sun: albedo or raw, the same whatever is asked for first, and
+// fingerprints that say on what a box depends.
+#include <algorithm>
+
+#include "tests/catch.hpp"
+#include "tests/voxelserver/make/voxelize/world/cloud.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
+#include "voxelserver/make/voxelize/columns/point_set.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/steps/photo_lights.hpp"
+#include "voxelserver/survey/survey.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A part of the synthetic village, photographed in the sun; its squares side by side.
+class Village {
+public:
+    /// Made once for each number of squares, 1 or 2.
+    static const Village& of(int squares) {
+        if (squares == 1) {
+            static const Village one(1);
+            return one;
+        }
+        static const Village two(2);
+        return two;
+    }
+    [[nodiscard]] voxelize::LidarWorldOptions options(const std::string& photo,
+                                                      int threads = 1) const {
+        voxelize::LidarWorldOptions out;
+        for (const std::string& name : m_names) {
+            out.files.push_back(m_folder.path() / (name + ".laz"));
+            out.orthophotos.push_back(m_folder.path() / "ortho" / (name + ".tif"));
+        }
+        out.photo = photo;
+        out.threads = threads;
+        return out;
+    }
+    [[nodiscard]] voxelize::LidarWorldOptions truth() const {
+        auto out = options("raw");
+        out.orthophotos = {m_folder.path() / "truth" / ("albedo_" + m_names.front() + ".tif")};
+        return out;
+    }
+
+private:
+    explicit Village(int squares) {
+        survey::SurveyOptions options;
+        options.density = 4;
+        options.square_m = 256;
+        options.squares_east = squares;
+        options.origin_east_m = 462528;
+        options.origin_north_m = 101296;
+        options.photo_light = survey::PhotoLight{150, 40, 0, 0};
+        options.threads = 2;
+        options.folder = m_folder.path();
+        for (const auto& square :
+             survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {}))
+            m_names.push_back(square.name);
+    }
+    TemporaryFolder m_folder;
+    std::vector<std::string> m_names;
+};
+
+/// Mean difference of the colours of top voxels, in 8-bit steps.
+double green_difference(OpenWorld& a, OpenWorld& b) {
+    const auto& bounds = a.world().info().bounds;
+    double sum = 0;
+    double count = 0;
+    for (std::int32_t z = bounds.min[2]; z < bounds.max[2]; z += 3)
+        for (std::int32_t x = bounds.min[0]; x < bounds.max[0]; x += 3) {
+            const auto of_a = a.top_voxel(x, z);
+            const auto of_b = b.top_voxel(x, z);
+            if (!of_a || !of_b || !of_a->has_colour() || !of_b->has_colour())
+                continue;
+            sum += std::abs(of_a->colour.g - of_b->colour.g);
+            ++count;
+        }
+    REQUIRE(count > 1000);
+    return sum / count;
+}
+
+}  // namespace
+
+TEST_CASE("an orthophoto's shadows are taken out of the colours of voxels, unless raw is asked for",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(1);
+    OpenWorld usual(village.options(""));
+    OpenWorld raw(village.options("raw"));
+    OpenWorld truth(village.truth());
+    const double before = green_difference(raw, truth);
+    const double after = green_difference(usual, truth);
+    CAPTURE(before, after);
+    CHECK(after < before / 2);
+    CHECK_THROWS_WITH(OpenWorld(village.options("grey")),
+                      contains("--photo") && contains("'grey'") && contains("albedo, raw"));
+}
+
+TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as shadows",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(1);
+    OpenWorld albedo(village.options("albedo"));
+    OpenWorld usual(village.options(""));
+    OpenWorld raw(village.options("raw"));
+    const auto range = voxel::boxes_over(albedo.world().info().bounds, 0);
+    const voxel::InputExtent everywhere{range.min.bx, range.min.bz, range.max.bx, range.max.bz};
+    CHECK(albedo.world().fingerprint(everywhere) == usual.world().fingerprint(everywhere));
+    CHECK_FALSE(albedo.world().fingerprint(everywhere) == raw.world().fingerprint(everywhere));
+    // The shadows on a box come from the patches around it.
+    const voxel::BoxKey middle{0, (range.min.bx + range.max.bx) / 2, range.min.by,
+                               (range.min.bz + range.max.bz) / 2};
+    const auto wide = albedo.world().box_with_inputs(middle).reach;
+    const auto narrow = raw.world().box_with_inputs(middle).reach;
+    CHECK(wide.min_bx <= narrow.min_bx - 1);
+    CHECK(wide.max_bz >= narrow.max_bz + 1);
+}
+
+TEST_CASE("two photographs of one flight have the same light where they meet",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(2);
+    const voxelize::Settings settings;
+    util::StageTimes times;
+    const voxelize::LidarWorldOptions options = village.options("");
+    voxelize::PointSet points(options, settings, times);
+    const imagery::Orthophotos photos(options.orthophotos, points.sources().frame);
+    voxelize::PhotoLights lights(photos, points, times);
+    REQUIRE(lights.light_of(0).light.sun);
+    REQUIRE(lights.light_of(1).light.sun);
+    // Each finds a little of its own.
+    CHECK(lights.light_of(0).light.sky != lights.light_of(1).light.sky);
+    const grid::ColumnRect west = photos.inputs()[0].rect;
+    for (std::int32_t pz = west.min_z >> 6; pz <= (west.max_z - 1) >> 6; ++pz) {
+        const grid::PatchKey border{(west.max_x - 2) >> 6, pz};
+        const sunlight::LightField of_west = lights.light_over(0, border);
+        const sunlight::LightField of_east = lights.light_over(1, border);
+        CHECK(of_west.middle.sun->azimuth_deg == of_east.middle.sun->azimuth_deg);
+        CHECK(of_west.middle.sky == of_east.middle.sky);
+        CHECK(of_west.at(0.3F, 0.8F).sky == of_east.at(0.3F, 0.8F).sky);
+        CHECK(of_west.at(0.3F, 0.8F).gain == of_east.at(0.3F, 0.8F).gain);
+        // It goes on without a step into the next patch.
+        const sunlight::LightField next = lights.light_over(1, {border.px + 1, pz});
+        CHECK(of_west.at(1, 0.5F).sky[1] == Approx(next.at(0, 0.5F).sky[1]));
+        CHECK(of_west.at(1, 0.5F).veil[1] == Approx(next.at(0, 0.5F).veil[1]).margin(1e-6));
+    }
+}
+
+TEST_CASE("the light of a photograph counts in those beside it",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(2);
+    auto alone = village.options("albedo");
+    alone.orthophotos.pop_back();
+    OpenWorld both(village.options("albedo"));
+    OpenWorld west(alone);
+    // Boxes in the west of the western photograph.
+    const auto range = voxel::boxes_over(both.world().info().bounds, 0);
+    const voxel::InputExtent western{range.min.bx, range.min.bz, range.min.bx + 1, range.max.bz};
+    CHECK_FALSE(both.world().fingerprint(western) == west.world().fingerprint(western));
+    auto raw = village.options("raw");
+    OpenWorld raw_both(raw);
+    raw.orthophotos.pop_back();
+    OpenWorld raw_west(raw);
+    CHECK(raw_both.world().fingerprint(western) == raw_west.world().fingerprint(western));
+}
+
+TEST_CASE("albedo depends neither on threads nor on order, and its light is kept for later worlds",
+          "[voxelserver][voxelize][photo-light]") {
+    const TemporaryFolder cache;
+    const TemporaryFolder lasting;
+    const auto boxes = [](const voxelize::LidarWorldOptions& options) {
+        OpenWorld world(options);
+        auto keys = all_keys(world.info(), 0);
+        if (options.threads > 1)
+            std::reverse(keys.begin(), keys.end());
+        return checksums(world.world(), keys);
+    };
+    auto options = Village::of(1).options("albedo", 1);
+    const Checksums wanted = boxes(options);
+    CHECK(wanted.size() > 10);
+    CHECK((boxes(Village::of(1).options("albedo", 2)) == wanted));
+
+    options.cache_dir = cache.path();
+    const auto known_lights = [&] {
+        std::vector<fs::path> out;
+        for (const auto& file : fs::directory_iterator(cache.path() / "squares"))
+            if (file.path().extension() == ".facts")
+                out.push_back(file.path());
+        return out;
+    };
+    CHECK((boxes(options) == wanted));
+    REQUIRE(known_lights().size() == 1);
+    const fs::path kept = known_lights().front();
+    const std::string name = kept.stem().string();
+    store::SquareFolder folder(cache.path() / "squares", 1 << 30);
+    const auto facts = folder.find_facts(name);
+    REQUIRE(facts);
+
+    // Other settings find a light of their own.
+    auto coarser = options;
+    coarser.voxel_m = 2;
+    (void)boxes(coarser);
+    CHECK(known_lights().size() == 2);
+
+    // It is kept with the chunk indices where these are to last.
+    auto to_last = options;
+    to_last.chunk_indices = lasting.path();
+    CHECK((boxes(to_last) == wanted));
+    CHECK(store::SquareFolder(lasting.path(), 1 << 30).find_facts(name) == facts);
+
+    // What is damaged is found again.
+    fs::resize_file(kept, fs::file_size(kept) - 1);
+    CHECK((boxes(options) == wanted));
+    CHECK(folder.find_facts(name) == facts);
+
+    // It is what later worlds go by.
+    auto light = voxelize::photo_light_of(*facts);
+    REQUIRE(light);
+    light->light.gain = {0.5F, 0.5F, 0.5F};
+    folder.put_facts(name, to_bytes(*light));
+    CHECK((boxes(options) != wanted));
+}

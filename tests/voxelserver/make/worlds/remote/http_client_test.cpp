@@ -1,0 +1,214 @@
+#include "voxelserver/make/worlds/remote/http_client.hpp"
+
+#include <cstdlib>
+
+#include "common/util/secret.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"
+
+using namespace terravox;
+using terravox::test::BadServer;
+using terravox::test::contains;
+using terravox::test::Deed;
+using terravox::test::problem;
+
+namespace {
+
+const std::string kToken = "a-token-of-a-server-93e1b7a05c2f";
+
+BadServer::Script always(const Deed& deed) {
+    return [deed](const std::string&, int) { return deed; };
+}
+
+/// The Authorization of each request, "" where it has none.
+std::vector<std::string> shown_to(const BadServer& server) {
+    std::vector<std::string> out;
+    for (const std::string& head : server.heads()) {
+        const auto at = head.find("\r\nAuthorization: ");
+        out.push_back(at == std::string::npos
+                          ? ""
+                          : head.substr(at + 17, head.find("\r\n", at + 2) - at - 17));
+    }
+    return out;
+}
+
+remote::HttpAccess with_token(const std::string& origin) {
+    return {remote::BoundToken(remote::HttpOrigin::parse(origin), kToken), std::nullopt};
+}
+
+/// "http://localhost:PORT" for "http://127.0.0.1:PORT".
+std::string by_name(const BadServer& server) {
+    return "http://localhost" + server.url().substr(server.url().rfind(':'));
+}
+
+/// A variable of the environment for as long as this lives.
+class Variable {
+public:
+    Variable(const char* name, const std::string& value) : m_name(name) {
+        ::setenv(name, value.c_str(), 1);
+    }
+    ~Variable() { ::unsetenv(m_name); }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+private:
+    const char* m_name;
+};
+
+}  // namespace
+
+TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, and to no other",
+          "[raytracer][world][http]") {
+    BadServer bound(always({}));
+    BadServer other(always({}));
+    remote::HttpClient client(with_token(bound.url()));
+    for (const std::string& url : {bound.url(), other.url(), by_name(bound), by_name(other)}) {
+        (void)client.get(url + "/a", {});
+        (void)client.post(url + "/b", "{}", "text/none", {}, [](auto) {});
+    }
+    const std::string bearer = "Bearer " + kToken;
+    CHECK(shown_to(bound) == std::vector<std::string>{bearer, bearer, "",
+                                                      ""});  // by another name it is another origin
+    CHECK(shown_to(other) == std::vector<std::string>(4));
+    remote::HttpClient none;
+    (void)none.get(bound.url(), {});
+    CHECK(shown_to(bound).back().empty());
+}
+
+TEST_CASE("a token follows no redirect, and is not sent again to a server that refuses it",
+          "[raytracer][world][http]") {
+    BadServer other(always({}));
+    BadServer bound([&](const std::string& path, int) {
+        return path == "/away"
+                   ? Deed{.status = 302, .headers = "Location: " + other.url() + "/here\r\n"}
+                   : problem(401, "WWW-Authenticate: Bearer\r\n");
+    });
+    remote::HttpClient client(with_token(bound.url()));
+    CHECK(client.get(bound.url() + "/away", {}).status == 302);
+    const remote::HttpReply refused = client.get(bound.url() + "/no", {});
+    CHECK(refused.status == 401);
+    CHECK(refused.showed_token);
+    CHECK(bound.heads().size() == 2);
+    CHECK(other.heads().empty());
+}
+
+TEST_CASE("a token is bound to no origin that it would reach in clear text",
+          "[raytracer][world][http]") {
+    for (const char* good :
+         {"https://voxels.example", "https://10.0.0.1:8443", "http://localhost:1",
+          "http://127.0.0.1", "http://127.9.9.9:1", "http://[::1]:1"}) {
+        INFO(good);
+        CHECK(remote::BoundToken(remote::HttpOrigin::parse(good), kToken).origin() ==
+              remote::HttpOrigin::parse(good));
+    }
+    for (const char* bad :
+         {"http://voxels.example", "http://10.0.0.1:8080", "http://0.0.0.0:1",
+          "http://localhost.example", "http://[::ffff:127.0.0.1]", "http://127.0.0.1.example"}) {
+        INFO(bad);
+        CHECK_THROWS_AS(remote::BoundToken(remote::HttpOrigin::parse(bad), kToken),
+                        util::UsageError);
+        CHECK_THROWS_WITH(remote::BoundToken(remote::HttpOrigin::parse(bad), kToken),
+                          contains(remote::HttpOrigin::parse(bad).text()) &&
+                              contains("clear text") && !contains(kToken));
+    }
+}
+
+TEST_CASE("a token in clear text passes no proxy", "[raytracer][world][http]") {
+    BadServer server(always({}));
+    BadServer proxy(always({}));
+    const Variable http_proxy("http_proxy", proxy.url()), no_proxy("no_proxy", "none.example");
+    (void)remote::HttpClient(with_token(server.url())).get(server.url() + "/a", {});
+    CHECK(proxy.heads().empty());
+    CHECK(shown_to(server) == std::vector<std::string>{"Bearer " + kToken});
+    // The proxy counts where nothing is secret, and nothing limits where it leads.
+    (void)remote::HttpClient().get(server.url() + "/b", {});
+    CHECK(shown_to(proxy) == std::vector<std::string>{""});
+}
+
+TEST_CASE("the environment binds a token to one origin, or to none", "[raytracer][world][http]") {
+    ::unsetenv("TERRAVOX_TOKEN");
+    ::unsetenv(util::kServerTokenVariable);
+    ::unsetenv("TERRAVOX_SERVER_ORIGIN");
+    CHECK_FALSE(remote::access_of_environment().token);
+    const Variable farm(util::kFarmTokenVariable, "a-token-of-the-farm");
+    CHECK_FALSE(remote::access_of_environment().token);
+    {
+        const Variable token(util::kServerTokenVariable, kToken);
+        CHECK_FALSE(remote::access_of_environment().token);
+        const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
+        const remote::HttpAccess access = remote::access_of_environment();
+        REQUIRE(access.token);
+        CHECK(access.token->text() == kToken);
+        CHECK(access.token->origin().text() == "https://voxels.example:443");
+        CHECK_FALSE(access.limits);
+        const Variable clear("TERRAVOX_SERVER_ORIGIN", "http://voxels.example");
+        CHECK_THROWS_WITH(remote::access_of_environment(),
+                          contains("TERRAVOX_SERVER_ORIGIN") && contains("clear text"));
+        const Variable nonsense("TERRAVOX_SERVER_ORIGIN", "voxels.example");
+        CHECK_THROWS_WITH(remote::access_of_environment(),
+                          contains("TERRAVOX_SERVER_ORIGIN") && contains("'voxels.example'"));
+    }
+    const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
+    CHECK_THROWS_AS(remote::access_of_environment(), util::UsageError);
+    CHECK_THROWS_WITH(remote::access_of_environment(),
+                      contains("TERRAVOX_SERVER_TOKEN is not set"));
+    const Variable old("TERRAVOX_TOKEN", kToken);
+    CHECK_THROWS_WITH(remote::access_of_environment(), contains("TERRAVOX_FARM_TOKEN"));
+}
+
+TEST_CASE(
+    "a client with limits contacts the origins that they name, at the addresses that they allow",
+    "[raytracer][world][http]") {
+    BadServer server(always({}));
+    const std::string number = server.url();
+    const std::string name = by_name(server);
+    const std::string port = number.substr(number.rfind(':'));
+    const std::string of_none = "http://0.0.0.0" + port;
+    const std::string within = "http://[::ffff:127.0.0.1]" + port;
+    struct Case {
+        const char* what;
+        std::string url;
+        std::string origin;  ///< "": none
+        std::string private_origin;
+        const char* refused;  ///< "": it is not
+    };
+    const std::vector<Case> cases{
+        {"no origin", number, "", "",
+         "may not be contacted from here; allowed: origins of allow_origins"},
+        {"another port", number, "http://127.0.0.1:1", "http://127.0.0.1:2",
+         "may not be contacted"},
+        {"another scheme", number, "", "https" + number.substr(4), "may not be contacted"},
+        {"another name of the same machine", name, "", number, "may not be contacted"},
+        {"a name that leads to this machine", name, name, "", "it leads to "},
+        {"a number of this machine", number, number, "", "it leads to 127.0.0.1"},
+        {"a name that may lead to this machine", name, "", name, ""},
+        {"a number that may be this machine's", number, "", number, ""},
+        {"this machine by an address of none", of_none, "", of_none, "it leads to 0.0.0.0"},
+        {"IPv4 within IPv6", within, "", within, "it leads to ::ffff:127.0.0.1"},
+    };
+    const Variable http_proxy("http_proxy", "http://127.0.0.1:1"),
+        no_proxy("no_proxy", "none.example");  // no server is there
+    for (const Case& c : cases) {
+        INFO(c.what);
+        remote::HttpAccess access = remote::no_http_access();
+        if (!c.origin.empty())
+            access.limits->origins.push_back(remote::HttpOrigin::parse(c.origin));
+        if (!c.private_origin.empty())
+            access.limits->private_origins.push_back(remote::HttpOrigin::parse(c.private_origin));
+        const std::size_t before = server.heads().size();
+        remote::HttpClient client(access);
+        if (*c.refused == '\0') {
+            CHECK(client.get(c.url, {}).status == 200);
+            CHECK(server.heads().size() == before + 1);
+        } else {
+            CHECK_THROWS_WITH(client.get(c.url, {}), contains(c.refused));
+            CHECK(server.heads().size() == before);
+            // Another try would not help.
+            try {
+                (void)client.get(c.url, {});
+            } catch (const util::Error& e) {
+                CHECK(dynamic_cast<const remote::LostError*>(&e) == nullptr);
+            }
+        }
+    }
+}

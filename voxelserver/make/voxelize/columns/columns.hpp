@@ -1,0 +1,116 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/voxel/material.hpp"
+#include "voxelserver/data/grid/patch.hpp"
+#include "voxelserver/data/store/voxel_point.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
+#include "voxelserver/make/voxelize/points/class_table.hpp"
+
+namespace terravox::voxelize {
+
+inline constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
+
+/// A height and what was seen at it. `height` is in voxels (continuous); NaN = nothing seen.
+struct Surface {
+    float height = kNoHeight;
+    std::uint8_t source_class = 0;
+    bool has_colour = false;
+    voxel::Rgb8 colour;
+    /// Mean of the points' brightness (store::VoxelPoint); 0 = not known.
+    std::uint8_t brightness = 0;
+    [[nodiscard]] bool seen() const noexcept { return height == height; }
+};
+
+/// A voxel that holds points of an object above the ground.
+struct ObjectVoxel {
+    std::int32_t y = 0;
+    std::uint8_t source_class = 0;
+    bool has_colour = false;
+    voxel::Rgb8 colour;
+    std::uint8_t fraction = 0;  ///< of its highest point within the voxel, 1/256 voxel
+};
+
+/// Summary of the points of one column, before any neighbour is considered.
+struct Column {
+    Surface ground;              ///< median of the ground points
+    Surface roof;                ///< highest building point
+    Surface water;               ///< median of the water points
+    Surface deck;                ///< median of the bridge points
+    float roof_low = kNoHeight;  ///< lowest building point
+    /// Saturating counts.
+    std::uint16_t ground_points = 0;
+    std::uint16_t roof_points = 0;
+    std::uint16_t water_points = 0;
+    std::uint16_t deck_points = 0;
+    /// Ground was seen beneath building points, not only next to them.
+    bool roof_over_ground = false;
+    /// Whether most of the low returns (ground, water, building) are of a building.
+    [[nodiscard]] bool built_upon() const noexcept {
+        return roof.seen() && roof_points >= ground_points + water_points;
+    }
+    /// Whether the classes of its points make it part of a bridge. Pulses that pass a railing or an
+    /// edge hit what is below, so up to as many such points again are tolerated.
+    [[nodiscard]] bool bridged() const noexcept {
+        return deck.seen() && 2 * deck_points > ground_points + water_points;
+    }
+};
+
+/// The 64 x 64 columns of a patch, index = z * 64 + x (local). Immutable.
+struct PatchColumns {
+    std::array<Column, grid::kPatchColumns> columns;
+    std::vector<ObjectVoxel> objects;
+    /// Objects of column i: [objects_begin[i], objects_begin[i + 1]), by rising y.
+    std::array<std::uint32_t, grid::kPatchColumns + 1> objects_begin{};
+    // The following are for steps that query many columns around, and small enough to stay in the
+    // processor's cache. Bit x of row z stands for a column.
+    /// The column holds any point.
+    std::array<std::uint64_t, grid::kPatchSize> occupied{};
+    /// The column is built_upon().
+    std::array<std::uint64_t, grid::kPatchSize> built{};
+    /// Ground was seen in the column.
+    std::array<std::uint64_t, grid::kPatchSize> ground{};
+    /// Water was seen in the column, at least as often as ground.
+    std::array<std::uint64_t, grid::kPatchSize> wet{};
+    std::array<float, grid::kPatchColumns> ground_height;  ///< of each column's ground
+    bool any_roof = false;
+    bool any_deck = false;
+    bool any_objects = false;
+    water::CellPatch cells;    ///< `covered` and `looks_wet` are set elsewhere
+    float lowest = kNoHeight;  ///< of any point
+    bool any = false;
+    [[nodiscard]] const Column& at(int x, int z) const noexcept {
+        return columns[static_cast<std::size_t>(z * grid::kPatchSize + x)];
+    }
+    [[nodiscard]] std::span<const ObjectVoxel> objects_at(int x, int z) const noexcept {
+        const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
+        return std::span(objects).subspan(objects_begin[i],
+                                          objects_begin[i + 1] - objects_begin[i]);
+    }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + objects.capacity() * sizeof(ObjectVoxel) +
+               cells.cells.capacity() * sizeof(water::WaterCell);
+    }
+};
+
+/// The points of one square that fall into a patch, by column and rising height as Square keeps
+/// them.
+struct PatchPoints {
+    std::span<const store::VoxelPoint> points;
+    bool has_colour = false;
+};
+
+/// Step "column init": summarizes each column of a patch. The result does not depend on the order
+/// of `sources`.
+/// @param cell_voxels edge of a water cell: a divisor of 64
+[[nodiscard]] std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
+                                                         const ClassTable& classes,
+                                                         int cell_voxels);
+
+}  // namespace terravox::voxelize

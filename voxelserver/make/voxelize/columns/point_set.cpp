@@ -1,0 +1,120 @@
+#include "voxelserver/make/voxelize/columns/point_set.hpp"
+
+#include <algorithm>
+
+namespace terravox::voxelize {
+namespace {
+
+Sources timed_sources(const LidarWorldOptions& options, const ClassTable& classes,
+                      const Settings& settings, util::StageTimes& times) {
+    const util::StageTimes::Scope timed(times, "open files");
+    return open_sources(options, classes, settings);
+}
+
+// At least 2 m, and with enough points that an empty cell is a void, not chance.
+int water_cell_voxels(double voxel_m, double density) {
+    constexpr double kSmallest_m = 2;
+    constexpr double kPointsPerCell = 16;
+    int cell = 1;
+    while (cell < grid::kPatchSize &&
+           (cell * voxel_m < kSmallest_m || density * cell * cell < kPointsPerCell))
+        cell *= 2;
+    return cell;
+}
+
+std::shared_ptr<const PatchColumns> empty_columns(const ClassTable& classes, int cell_voxels) {
+    auto out = init_columns({}, classes, cell_voxels);
+    for (water::WaterCell& cell : out->cells.cells)
+        cell.covered = true;
+    return out;
+}
+
+}  // namespace
+
+PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings,
+                   util::StageTimes& times)
+    : m_times(times),
+      m_classes(load_class_table(options.classes)),
+      m_sources(timed_sources(options, m_classes, settings, times)),
+      m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
+      m_bounds(m_sources.files),
+      m_empty(empty_columns(m_classes, m_cell_voxels)),
+      m_memory(share_memory(options.memory_bytes, m_sources.files)),
+      m_report(m_sources.files, m_classes),
+      m_squares(options, m_sources.files, m_memory, {m_sources.frame, m_classes, settings, times},
+                m_report),
+      m_columns(m_memory.columns) {}
+
+Window PointSet::window(grid::PatchKey middle) {
+    Window out;
+    out.middle = middle;
+    const auto key_of = [&](std::size_t i) {
+        return grid::PatchKey{middle.px + static_cast<int>(i % 3) - 1,
+                              middle.pz + static_cast<int>(i / 3) - 1};
+    };
+    // Where parts are decoded, one part serves all that are missing.
+    grid::PatchRect missing{{middle.px + 2, middle.pz + 2}, {middle.px - 1, middle.pz - 1}};
+    for (std::size_t i = 0; i < out.patches.size(); ++i) {
+        const grid::PatchKey key = key_of(i);
+        if ((out.patches[i] = m_columns.find(key)))
+            continue;
+        missing.min = {std::min(missing.min.px, key.px), std::min(missing.min.pz, key.pz)};
+        missing.max = {std::max(missing.max.px, key.px + 1), std::max(missing.max.pz, key.pz + 1)};
+    }
+    Held held;
+    for (std::size_t i = 0; i < out.patches.size(); ++i)
+        if (!out.patches[i])
+            out.patches[i] = columns(key_of(i), missing, held);
+    return out;
+}
+
+std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key) {
+    Held held;
+    return columns(key, {key, {key.px + 1, key.pz + 1}}, held);
+}
+
+std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key,
+                                                      const grid::PatchRect& wanted, Held& held) {
+    return m_columns.get(
+        key, [&] { return make_columns(key, points_of(key, wanted, held)); },
+        [this](const auto& p) { return p == m_empty ? std::size_t{0} : p->memory_bytes(); });
+}
+
+std::vector<PatchPoints> PointSet::points_of(grid::PatchKey key, const grid::PatchRect& wanted,
+                                             Held& held) {
+    std::vector<PatchPoints> out;
+    // A margin of one voxel: a transformed or rounded point may lie just outside its file's bounds.
+    const grid::ColumnRect rect = grid::columns_of(key).grown(1);
+    for (std::size_t i = 0; i < m_sources.files.size(); ++i) {
+        if (!m_sources.files[i].bounds.overlaps(rect))
+            continue;
+        Squares& squares = held[i];
+        if (squares.empty())
+            squares = m_squares.around(i, wanted);
+        for (const auto& square : squares)
+            if (const auto inside = square->points(key); !inside.empty())
+                out.push_back({inside, m_sources.files[i].has_colour});
+    }
+    return out;
+}
+
+std::shared_ptr<const PatchColumns> PointSet::make_columns(
+    grid::PatchKey key, const std::vector<PatchPoints>& points) const {
+    const util::StageTimes::Scope timed(m_times, "column init");
+    // Wide empty extents (a stray header, the sea) share one patch.
+    if (points.empty() && m_bounds.surrounds(grid::columns_of(key)))
+        return m_empty;
+    auto out = init_columns(points, m_classes, m_cell_voxels);
+    mark_covered(key, out->cells);
+    return out;
+}
+
+void PointSet::mark_covered(grid::PatchKey key, water::CellPatch& cells) const noexcept {
+    for (int z = 0; z < cells.side; ++z)
+        for (int x = 0; x < cells.side; ++x)
+            cells.cells[static_cast<std::size_t>(z * cells.side + x)].covered =
+                m_bounds.contains(key.x0() + x * m_cell_voxels + m_cell_voxels / 2,
+                                  key.z0() + z * m_cell_voxels + m_cell_voxels / 2);
+}
+
+}  // namespace terravox::voxelize

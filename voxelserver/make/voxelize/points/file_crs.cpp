@@ -1,0 +1,91 @@
+#include "voxelserver/make/voxelize/points/file_crs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+// The square that a file's name states, where its points lie on it: a name alone is no evidence.
+std::optional<grid::NamedSquare> square_of(const pointcloud::PointCloudInfo& info,
+                                           const grid::SquareNames& names) {
+    constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
+    auto square = names.square_of(info.path);
+    if (!square || info.min[0] < square->west - kBeside_m ||
+        info.max[0] > square->east + kBeside_m || info.min[1] < square->south - kBeside_m ||
+        info.max[1] > square->north + kBeside_m)
+        return std::nullopt;
+    return square;
+}
+
+}  // namespace
+
+void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options) {
+    // Thousands of squares have the same one, and making it takes longer than all else.
+    std::map<std::string, geo::Crs> by_text;
+    for (SquareSource& file : files) {
+        if (file.info.crs)
+            continue;
+        const auto recorded = options.recorded_crs.find(file.info.path);
+        if (recorded == options.recorded_crs.end())
+            continue;
+        auto crs = by_text.find(recorded->second);
+        if (crs == by_text.end())
+            crs = by_text.emplace(recorded->second, geo::Crs::from_text(recorded->second)).first;
+        file.info.crs = crs->second;
+    }
+}
+
+std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<SquareSource>& files,
+                                                         const LidarWorldOptions& options) {
+    std::vector<std::optional<grid::NamedSquare>> out(files.size());
+    const bool without_crs =
+        !options.crs && std::any_of(files.begin(), files.end(),
+                                    [](const SquareSource& file) { return !file.info.crs; });
+    if (!without_crs && options.orthophotos.empty())
+        return out;
+    const auto names = grid::SquareNames::load(util::config_dir() / "sources");
+    std::transform(files.begin(), files.end(), out.begin(),
+                   [&](const SquareSource& file) { return square_of(file.info, names); });
+    return out;
+}
+
+void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
+                const ClassTable& classes,
+                const std::vector<std::optional<grid::NamedSquare>>& squares) {
+    std::optional<geo::Crs> fixed;
+    std::optional<geo::Crs> fallback;
+    if (options.crs)
+        fixed = geo::Crs::from_text(*options.crs);
+    if (classes.crs)
+        fallback = geo::Crs::from_text(*classes.crs);
+    std::map<std::string, std::vector<std::string>> by_name;  // files by what their names state
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        pointcloud::PointCloudInfo& info = files[i].info;
+        if (fixed)
+            info.crs = fixed;
+        if (!info.crs && squares[i]) {
+            info.crs = geo::Crs::from_text(squares[i]->crs);
+            by_name[squares[i]->crs + ", as source " + squares[i]->source + " names its squares"]
+                .push_back(info.path.filename().string());
+        }
+        if (!info.crs)
+            info.crs = fallback;
+        if (!info.crs)
+            throw util::UsageError(
+                "place the point cloud " + info.path.string() +
+                ": the file carries no coordinate reference system and class table '" + classes.id +
+                "' names none; give one with --crs EPSG:<code>");
+    }
+    for (const auto& [crs, names] : by_name)
+        util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),
+                       names.size() > 1 ? fmt::format(" (one of {} such)", names.size()) : "", crs);
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "voxelserver/data/grid/square_names.hpp"
+#include "voxelserver/make/voxelize/points/class_table.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
+#include "voxelserver/make/voxelize/points/placer.hpp"
+
+namespace terravox::voxelize {
+
+/// Gives files without a CRS of their own the one that a store has recorded of them
+/// (LidarWorldOptions::recorded_crs).
+/// @throws UsageError for a record that is no CRS
+void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options);
+
+/// The square of a source that each file's name states; nullopt where it states none, or where the
+/// points do not lie on that square. Nothing is looked up where nobody needs it: with a CRS for
+/// each file and without images.
+/// @throws UsageError for a file of config/sources that cannot be read
+[[nodiscard]] std::vector<std::optional<grid::NamedSquare>> squares_of(
+    const std::vector<SquareSource>& files, const LidarWorldOptions& options);
+
+/// Sets each file's CRS: the user's option, else the one that it has (its own, or as recorded),
+/// else that of the source whose names look like the file's, else that of the class table. Logs
+/// what names have decided.
+/// @param squares of each file
+/// @throws UsageError where a file has none of them
+void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
+                const ClassTable& classes,
+                const std::vector<std::optional<grid::NamedSquare>>& squares);
+
+}  // namespace terravox::voxelize

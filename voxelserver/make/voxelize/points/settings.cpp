@@ -1,0 +1,199 @@
+#include "voxelserver/make/voxelize/points/settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "common/util/toml_file.hpp"
+#include "common/voxel/bytes.hpp"
+#include "voxelserver/make/voxelize/points/step_switches.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+/// The place of a field in a file, and its allowed values.
+struct Field {
+    std::string section;
+    std::string name;
+    bool* flag = nullptr;
+    double* number = nullptr;
+    double low = 0;
+    double high = 0;
+    std::string* text = nullptr;
+    std::string old_name;  ///< still accepted for one more version, with a warning; empty = none
+};
+
+/// The steps that had another key before.
+std::string old_key_of(const StepSwitch& step) {
+    return step.on == &Settings::Steps::vegetation ? "vegetation_fill" : "";
+}
+
+std::vector<Field> fields_of(Settings& s) {
+    const auto flag = [](const char* section, const char* name, bool& f) {
+        return Field{section, name, &f, nullptr, 0, 0, nullptr, {}};
+    };
+    const auto number = [](const char* section, const char* name, double& v, double low,
+                           double high) {
+        return Field{section, name, nullptr, &v, low, high, nullptr, {}};
+    };
+    std::vector<Field> out = {
+        flag("points", "drop_withheld", s.points.drop_withheld),
+        flag("points", "drop_overlap", s.points.drop_overlap),
+        flag("points", "drop_isolated", s.points.drop_isolated),
+    };
+    for (const StepSwitch& step : kStepSwitches) {
+        Field& field = out.emplace_back(flag("steps", "", s.steps.*step.on));
+        field.name = key_of(step);
+        field.old_name = old_key_of(step);
+    }
+    const std::vector<Field> others = {
+        number("buildings", "storey_m", s.buildings.storey_m, 1, 20),
+        number("buildings", "steep_roof_m", s.buildings.steep_roof_m, 0, 50),
+        number("bridges", "thickness_m", s.bridges.thickness_m, 0.1, 20),
+        flag("bridges", "recognise", s.bridges.recognise),
+        number("bridges", "widest_m", s.bridges.widest_m, 1, 15),
+        Field{"bridges", "min_drop_m", nullptr, &s.bridges.min_drop_m, 0.5, 20, nullptr,
+              "least_drop_m"},
+        number("bridges", "above_water_m", s.bridges.above_water_m, 0.5, 50),
+        number("bridges", "above_land_m", s.bridges.above_land_m, 0.5, 50),
+        number("ground", "soil_m", s.ground.soil_m, 0, 100),
+        number("ground", "cliff_m", s.ground.cliff_m, 0, 1000),
+        number("ground", "depth_m", s.ground.depth_m, 0, 10'000),
+        number("vegetation", "low_m", s.vegetation.low_m, 0, 50),
+        number("vegetation", "medium_m", s.vegetation.medium_m, 0, 50),
+        number("vegetation", "canopy_gap_m", s.vegetation.canopy_gap_m, 0, 50),
+        number("vegetation", "trunk_from_m", s.vegetation.trunk_from_m, 0, 100),
+        number("vegetation", "clutter_m", s.vegetation.clutter_m, 0, 10),
+        flag("water", "from_class", s.water.from_class),
+        flag("water", "from_orthophoto", s.water.from_orthophoto),
+        flag("water", "from_voids", s.water.from_voids),
+        number("water", "slope", s.water.slope, 0, 10),
+        number("water", "min_depth_m", s.water.min_depth_m, 0, 100),
+        number("water", "max_depth_m", s.water.max_depth_m, 0, 100),
+        flag("orthophoto", "albedo", s.orthophoto.albedo),
+        number("material_guesses", "asphalt_below", s.material_guesses.asphalt_below, 0, 2.5),
+        number("material_guesses", "bare_below", s.material_guesses.bare_below, 0, 2.5),
+        number("material_guesses", "flat_slope", s.material_guesses.flat_slope, 0, 10),
+        number("material_guesses", "flat_share", s.material_guesses.flat_share, 0, 2),
+        number("material_guesses", "tiles_from", s.material_guesses.tiles_from, 0, 2.5),
+        Field{"specialization", "palette", nullptr, nullptr, 0, 0, &s.palette, {}},
+        Field{"colour_variation", "tints", nullptr, nullptr, 0, 0, &s.tints, {}},
+    };
+    out.insert(out.end(), others.begin(), others.end());
+    return out;
+}
+
+using Fail = std::function<void(const std::string&)>;
+
+std::vector<std::string> sections_of(const std::vector<Field>& fields) {
+    std::vector<std::string> out;
+    for (const Field& f : fields)
+        if (out.empty() || out.back() != f.section)
+            out.push_back(f.section);
+    return out;
+}
+
+/// @param key of an entry of the section; an old name is replaced by the field's own, with a
+/// warning
+const Field& find_field(const std::vector<Field>& fields, const std::string& section,
+                        const std::string& key, const toml::table& table, const Fail& fail) {
+    std::string allowed;
+    for (const Field& f : fields) {
+        if (f.section != section)
+            continue;
+        if (f.name == key)
+            return f;
+        if (!f.old_name.empty() && f.old_name == key) {
+            if (table.contains(f.name))
+                fail(section + "." + key + " is the old name of " + section + "." + f.name +
+                     ", which is given, too; allowed: one of them");
+            util::log_warn("voxelization settings: {0}.{1} is now {0}.{2}; the old name will go",
+                           section, key, f.name);
+            return f;
+        }
+        allowed += (allowed.empty() ? "" : ", ") + f.name;
+    }
+    fail(section + "." + key + " is unknown; allowed in [" + section + "]: " + allowed);
+    throw util::Error("read the voxelization settings: an unknown field was not refused");
+}
+
+void read_value(const Field& field, const std::string& path, const toml::node& value,
+                const Fail& fail) {
+    if (field.flag != nullptr) {
+        if (!value.is_boolean())
+            fail(path + " is not true or false");
+        *field.flag = value.value_or(false);
+    } else if (field.number != nullptr) {
+        const auto v = value.value<double>();
+        if (!v || !(*v >= field.low && *v <= field.high))
+            fail(path + (v ? fmt::format(" = {}", *v) : " is no number") +
+                 fmt::format("; allowed: {} to {}", field.low, field.high));
+        *field.number = *v;
+    } else {
+        if (!value.is_string())
+            fail(path + " is no text");
+        *field.text = value.value_or(std::string());
+    }
+}
+
+void read_root(const toml::table& root, const std::vector<Field>& fields, const Fail& fail) {
+    const std::vector<std::string> sections = sections_of(fields);
+    for (const auto& [key, node] : root) {
+        const std::string section(key.str());
+        const auto* table = node.as_table();
+        if (table == nullptr ||
+            std::find(sections.begin(), sections.end(), section) == sections.end())
+            fail(section + fmt::format(" is no section; allowed: {}", fmt::join(sections, ", ")));
+        for (const auto& [name, value] : *table) {
+            const std::string text(name.str());
+            const Field& field = find_field(fields, section, text, *table, fail);
+            read_value(field, section + "." + text, value, fail);
+        }
+    }
+}
+
+}  // namespace
+
+voxel::Fingerprint fingerprint_of(const Settings& settings) {
+    Settings copy = settings;  // fields_of() needs a mutable object
+    voxel::ByteWriter out;
+    for (const Field& f : fields_of(copy)) {
+        if (f.text != nullptr)
+            continue;
+        out.add(f.section);
+        out.add(f.name);
+        if (f.flag != nullptr)
+            out.add(*f.flag);
+        else
+            out.add(*f.number);
+    }
+    return out.fingerprint();
+}
+
+Settings load_settings(const std::filesystem::path& given, std::string_view steps,
+                       std::string_view photo) {
+    const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
+    const auto fail = [&](const std::string& what) {
+        throw util::UsageError("read the voxelization settings " + file.string() + ": " + what);
+    };
+    Settings out;
+    read_root(util::read_toml(file, fail), fields_of(out), fail);
+    if (out.water.min_depth_m > out.water.max_depth_m)
+        fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}",
+                         out.water.min_depth_m, out.water.max_depth_m));
+    switch_steps(steps, out.steps);
+    if (!photo.empty() && photo != "albedo" && photo != "raw")
+        throw util::UsageError("read the option --photo: '" + std::string(photo) +
+                               "'; allowed: albedo, raw");
+    if (!photo.empty())
+        out.orthophoto.albedo = photo == "albedo";
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "voxelserver/make/voxelize/points/known_squares.hpp"
+#include "voxelserver/make/voxelize/points/placer.hpp"
+
+namespace terravox::voxelize {
+
+/// How many points of a file are looked at before it is decoded, about.
+inline constexpr std::size_t kSampledPoints = 4096;
+
+/// What a few thousand points reveal about a file before it is decoded.
+struct SquareSample {
+    std::vector<GroundEcho> echoes;  ///< in coordinates of the file; none where points have colours
+    bool has_echoes = false;         ///< also where they are not at hand
+    double low = 0, high = 0;        ///< heights that nearly all points keep, file units; all do
+                                     ///< where too little is known of a large file
+    bool water = false;
+    std::vector<PlanRect> islands;
+};
+
+/// Samples some points, and determines with them where the file lies: sets colours and extent.
+/// @param source with a CRS
+/// @throws Error as settle_extent()
+[[nodiscard]] SquareSample take_sample(SquareSource& source, const ClassTable& classes,
+                                       const Settings::Points& filters, int threads);
+
+/// The echoes of take_sample() alone, of a file whose extent is known.
+[[nodiscard]] std::vector<GroundEcho> sampled_echoes(const SquareSource& source,
+                                                     const ClassTable& classes,
+                                                     const Settings::Points& filters);
+
+/// As take_sample(), from what is known of the file. The sample has no echoes.
+[[nodiscard]] SquareSample known_sample(SquareSource& source, const KnownSquare& known);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,148 @@
+#include "voxelserver/make/voxelize/steps/buildings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr int kWindowFirst = -Window::kMargin;
+constexpr int kWindowLast = grid::kPatchSize + Window::kMargin;
+constexpr int kWindowSide = kWindowLast - kWindowFirst;
+constexpr int kNearFirst = -Buildings::kAround;
+constexpr int kNearLast = grid::kPatchSize + Buildings::kAround;
+// A building that is cut by the window's edge is seen wider than kWidest: all patches reject it.
+static_assert(Window::kMargin - Buildings::kAround > Buildings::kWidest);
+// Each begins in a column of its own, so an index has 16 bits.
+static_assert((kNearLast - kNearFirst) * (kNearLast - kNearFirst) <= INT16_MAX);
+
+constexpr std::size_t index_of(int x, int z) noexcept {
+    return static_cast<std::size_t>((z - kWindowFirst) * kWindowSide + x - kWindowFirst);
+}
+
+struct ColumnStep {
+    int x;
+    int z;
+};
+// Neighbours lie up to two columns away: where pulses are few, single columns of a roof have none.
+constexpr int kFarthest = 2;
+/// Those of the rows from kFarthest before the column's own on, as bits of Search::new_around.
+constexpr unsigned kNeighbours[] = {0b00100, 0b01110, 0b11011, 0b01110, 0b00100};
+
+/// The columns of one building, found from one of them.
+class Search {
+public:
+    Search(const Window& window, double voxel_m)
+        : m_window(window), m_steepest(kSteepest), m_step(kStep_m / voxel_m) {
+        for (int z = kWindowFirst; z < kWindowLast; ++z)
+            for (int x = kWindowFirst; x < kWindowLast; x += grid::kPatchSize)
+                m_new[word_of(x, z)] =
+                    window.patch_at(x, z).built[static_cast<std::size_t>(z & 63)];
+    }
+
+    [[nodiscard]] bool is_new(int x, int z) const noexcept {
+        return (m_new[word_of(x, z)] >> (x & 63) & 1) != 0;
+    }
+
+    /// @return the columns that are connected with this one, as far as the window shows
+    const std::vector<ColumnStep>& from(int x, int z) {
+        m_columns.clear();
+        add(x, z);
+        for (std::size_t i = 0; i < m_columns.size(); ++i) {
+            const ColumnStep at = m_columns[i];
+            for (int dz = -kFarthest; dz <= kFarthest; ++dz)
+                for (unsigned left = new_around(at.x, at.z + dz) & kNeighbours[dz + kFarthest];
+                     left != 0; left &= left - 1)
+                    visit(at, {std::countr_zero(left) - kFarthest, dz});
+        }
+        return m_columns;
+    }
+
+private:
+    // The slope of a steep roof, and what roofs of one building differ by at most where they touch.
+    static constexpr float kSteepest = 1.75F;
+    static constexpr double kStep_m = 0.5;
+
+    void visit(const ColumnStep& at, const ColumnStep& step) {
+        const int x = at.x + step.x;
+        const int z = at.z + step.z;
+        const float rise =
+            std::abs(m_window.column(x, z).roof.height - m_window.column(at.x, at.z).roof.height);
+        const auto run = static_cast<float>(std::max(std::abs(step.x), std::abs(step.z)));
+        if (rise > m_steepest * run + static_cast<float>(m_step))
+            return;
+        add(x, z);
+    }
+
+    void add(int x, int z) {
+        m_new[word_of(x, z)] &= ~(std::uint64_t{1} << (x & 63));
+        m_columns.push_back({x, z});
+    }
+
+    // The columns from x - kFarthest to x + kFarthest that are new, from bit 0 on.
+    [[nodiscard]] unsigned new_around(int x, int z) const noexcept {
+        const std::uint64_t* words = &m_new[word_of(x - kFarthest, z)];
+        const int shift = (x - kFarthest) & 63;
+        constexpr int kCount = 2 * kFarthest + 1;
+        const std::uint64_t next = shift > 64 - kCount ? words[1] << (64 - shift) : 0;
+        return static_cast<unsigned>(words[0] >> shift | next) & ((1u << kCount) - 1);
+    }
+
+    // Around the window is room for the farthest neighbours, where nothing is built.
+    static constexpr int kRoom = kFarthest;
+    static constexpr int kWords = kWindowSide / grid::kPatchSize + 2;
+    static std::size_t word_of(int x, int z) noexcept {
+        return static_cast<std::size_t>((z - kWindowFirst + kRoom) * kWords + 1 +
+                                        ((x - kWindowFirst) >> 6));
+    }
+
+    const Window& m_window;
+    float m_steepest;
+    double m_step;
+    /// Columns that are built upon and not yet found, a bit each: row by row, with a word of room
+    /// at both ends.
+    std::array<std::uint64_t, static_cast<std::size_t>((kWindowSide + 2 * kRoom) * kWords)> m_new{};
+    std::vector<ColumnStep> m_columns;
+};
+
+}  // namespace
+
+Buildings::Buildings(const Window& window, double voxel_m) {
+    if (!window.any(&PatchColumns::any_roof))
+        return;
+    m_index.assign(static_cast<std::size_t>(kWindowSide) * kWindowSide, -1);
+    Search search(window, voxel_m);
+    window.each_built(kNearFirst, kNearLast, [&](int x, int z) {
+        if (!search.is_new(x, z))
+            return;
+        const auto& columns = search.from(x, z);
+        ColumnStep low = columns.front();
+        ColumnStep high = columns.front();
+        ColumnStep first = columns.front();
+        for (const ColumnStep& c : columns) {
+            low = {std::min(low.x, c.x), std::min(low.z, c.z)};
+            high = {std::max(high.x, c.x), std::max(high.z, c.z)};
+            if (c.z < first.z || (c.z == first.z && c.x < first.x))
+                first = c;
+        }
+        if (high.x - low.x >= kWidest || high.z - low.z >= kWidest)
+            return;
+        const auto number = static_cast<std::int16_t>(m_buildings.size());
+        m_buildings.push_back({window.middle.x0() + first.x, window.middle.z0() + first.z,
+                               static_cast<std::uint32_t>(columns.size())});
+        for (const ColumnStep& c : columns)
+            m_index[index_of(c.x, c.z)] = number;
+    });
+}
+
+const Building* Buildings::at(int x, int z) const noexcept {
+    if (m_index.empty())
+        return nullptr;
+    const int number = m_index[index_of(x, z)];
+    return number < 0 ? nullptr : &m_buildings[static_cast<std::size_t>(number)];
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,250 @@
+#include "voxelserver/make/voxelize/steps/photo_lights.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "common/util/linear_light.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
+#include "voxelserver/data/sunlight/light_removal.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+using imagery::Raster;
+using sunlight::Light;
+using sunlight::Scene;
+
+constexpr const char* kFindStep = "photo light search";
+constexpr const char* kRemoveStep = "photo light";
+/// For the light of an image and its entry in the cache.
+constexpr std::size_t kLightBytes = 1024;
+/// Cells of the search are at least this wide.
+constexpr double kFinestCell_m = 0.75;
+
+Light linear_of(voxel::Rgb8 colour) noexcept {
+    constexpr float kScale = 1.0F / util::kBrightest;
+    return {static_cast<float>(util::to_linear(colour.r)) * kScale,
+            static_cast<float>(util::to_linear(colour.g)) * kScale,
+            static_cast<float>(util::to_linear(colour.b)) * kScale};
+}
+
+voxel::Rgb8 srgb_of(const Light& light) noexcept {
+    const auto part = [](float v) {
+        const float scaled = std::clamp(v, 0.0F, 1.0F) * util::kBrightest + 0.5F;
+        return util::to_srgb(static_cast<std::uint32_t>(scaled));
+    };
+    return {part(light[0]), part(light[1]), part(light[2])};
+}
+
+/// Puts a raster into a scene whose first column is `from` columns before the raster's.
+void show(const Raster& raster, int from, std::optional<std::uint32_t> image, Scene& scene) {
+    if (raster.empty())
+        return;
+    for (int z = 0; z < raster.height; ++z)
+        for (int x = 0; x < raster.width; ++x) {
+            const auto i = static_cast<std::size_t>(z * raster.width + x);
+            if ((raster.flags[i] & Raster::kColour) == 0 || (image && raster.image[i] != *image))
+                continue;
+            const std::size_t to = scene.index(x + from, z + from);
+            scene.photo[to] = linear_of(raster.colour[i]);
+            scene.shown[to] = 1;
+        }
+}
+
+void log_light(const std::string& file, const PhotoLight& found) {
+    if (found.light.sun)
+        util::log_info(
+            "orthophoto {}: taken with the sun at azimuth {:.1f}, altitude {:.1f} degrees "
+            "(correlation {:.2f}, margin {:.2f}, sky {:.2f}); colours are albedo",
+            file, found.light.sun->azimuth_deg, found.light.sun->altitude_deg,
+            found.estimate.correlation, found.estimate.margin,
+            sunlight::luminance(found.light.sky));
+    else
+        util::log_info(
+            "orthophoto {}: no sun found that explains its shadows (correlation {:.2f}, margin "
+            "{:.2f}); only exposure and white balance are adjusted, by {:.2f}, {:.2f}, {:.2f}",
+            file, found.estimate.correlation, found.estimate.margin, found.light.gain[0],
+            found.light.gain[1], found.light.gain[2]);
+}
+
+/// Multiplies the colours that come from an image.
+void brighten(std::uint32_t image, const Light& gain, Raster& out) {
+    if (gain == Light{1, 1, 1})
+        return;
+    for (std::size_t i = 0; i < out.colour.size(); ++i) {
+        if ((out.flags[i] & Raster::kColour) == 0 || out.image[i] != image)
+            continue;
+        Light light = linear_of(out.colour[i]);
+        for (std::size_t c = 0; c < 3; ++c)
+            light[c] *= gain[c];
+        out.colour[i] = srgb_of(light);
+    }
+}
+
+/// Replaces the colours that come from an image by albedo.
+/// @param surface of a patch and what lies around it
+/// @param inner its inner cells, photographed
+void relight(std::uint32_t image, const sunlight::LightField& light,
+             const sunlight::Surface& surface, const Scene& inner, Raster& out) {
+    const std::vector<Light> albedo = sunlight::remove_light(surface, inner, light);
+    constexpr int kFirst = sunlight::kEdgeReach;
+    for (int z = 0; z < grid::kPatchSize; ++z)
+        for (int x = 0; x < grid::kPatchSize; ++x) {
+            const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
+            if ((out.flags[i] & Raster::kColour) != 0 && out.image[i] == image)
+                out.colour[i] = srgb_of(albedo[inner.index(x + kFirst, z + kFirst)]);
+        }
+}
+
+}  // namespace
+
+PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
+                         util::StageTimes& times, const KeptLights& kept)
+    : m_images(images),
+      m_inputs(images.inputs()),
+      m_paths(images.order()),
+      m_points(points),
+      m_times(times),
+      m_kept(kept),
+      m_around(shadow_patches(points.sources().frame.voxel_m())),
+      m_mosaic(m_inputs),
+      m_surface(points),
+      m_lights((images.count() + 1) * kLightBytes) {}
+
+/// From an earlier world, else by a search, whose result is kept for later ones.
+PhotoLight PhotoLights::known_or_found(std::size_t image) {
+    const util::StageTimes::Scope timed(m_times, kFindStep);
+    const imagery::Orthophotos::Input& input = m_inputs[image];
+    const PhotoSample sample = photo_sample(input.rect, m_points.sources());
+    if (m_kept.folder == nullptr)
+        return find_light(image, sample);
+    voxel::ByteWriter inputs;
+    inputs.add(m_kept.everywhere);
+    inputs.add(fingerprint_of(sample, input.identity, m_points.sources()));
+    const std::string name = "light-" + voxel::hex_of(inputs.fingerprint());
+    if (const auto bytes = m_kept.folder->find_facts(name))
+        if (const auto known = photo_light_of(*bytes))
+            return *known;
+    PhotoLight found = find_light(image, sample);
+    m_kept.folder->put_facts(name, to_bytes(found));
+    return found;
+}
+
+PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample) {
+    std::vector<Scene> scenes;
+    for (const grid::PatchRect& block : sample.blocks) {
+        Scene scene(m_surface.around(block, m_around));
+        const int width = (block.max.px - block.min.px) * grid::kPatchSize;
+        const int height = (block.max.pz - block.min.pz) * grid::kPatchSize;
+        show(m_images.read_image(image, {block.min.x0(), block.min.z0(), width, height}),
+             scene.margin, std::nullopt, scene);
+        while (scene.cell_m < kFinestCell_m)
+            scene = sunlight::halved(scene);
+        scenes.push_back(std::move(scene));
+    }
+    PhotoLight out;
+    const auto estimate = sunlight::find_sun(scenes);
+    if (estimate)
+        out.estimate = *estimate;
+    std::optional<sunlight::Sun> sun;
+    if (estimate && sunlight::is_certain(*estimate))
+        sun = estimate->sun;
+    out.light = sunlight::measure_light(scenes, sun);
+    // What is hardly darker in its shadows was not taken in the sun.
+    constexpr float kNoShadow = 0.9F;
+    if (sun && sunlight::luminance(out.light.sky) > kNoShadow)
+        out.light = sunlight::measure_light(scenes, std::nullopt);
+    return out;
+}
+
+PhotoLight PhotoLights::light_of(std::size_t image) {
+    return *m_lights.get(
+        image,
+        [&] {
+            const PhotoLight light = known_or_found(image);
+            log_light(m_paths[image].string(), light);
+            return std::make_shared<const PhotoLight>(light);
+        },
+        [](const auto&) { return sizeof(PhotoLight); });
+}
+
+/// At a column of an image whose sun is known.
+sunlight::FlightLight PhotoLights::light_at(std::size_t image, std::int32_t x, std::int32_t z) {
+    const sunlight::FlightLight own = light_of(image).light;
+    std::vector<sunlight::WeightedLight> lights;
+    for (const PhotoMosaic::Weight& other : m_mosaic.weights(image, x, z)) {
+        const sunlight::FlightLight light = light_of(other.image).light;
+        if (light.sun && sunlight::is_same_flight(*light.sun, *own.sun))
+            lights.push_back({light, other.weight});
+    }
+    return lights.empty() ? own : sunlight::blended(lights);
+}
+
+sunlight::LightField PhotoLights::light_over(std::size_t image, grid::PatchKey key) {
+    constexpr std::int32_t kSide = grid::kPatchSize;
+    const auto at = [&](std::int32_t east, std::int32_t south) {
+        return light_at(image, key.x0() + east, key.z0() + south);
+    };
+    return {at(kSide / 2, kSide / 2), {at(0, 0), at(kSide, 0), at(0, kSide), at(kSide, kSide)}};
+}
+
+Raster PhotoLights::albedo(grid::PatchKey key) {
+    constexpr int kReach = sunlight::kEdgeReach;
+    constexpr int kSide = grid::kPatchSize + 2 * kReach;
+    Raster wide;
+    {
+        const util::StageTimes::Scope timed(m_times, "orthophoto load");
+        wide = m_images.read(key.x0() - kReach, key.z0() - kReach, kSide, kSide);
+    }
+    Raster out;
+    out.width = grid::kPatchSize;
+    out.height = grid::kPatchSize;
+    if (wide.empty())
+        return out;
+    const auto middle = [&](const auto& from, auto& to) {
+        if (from.empty())
+            return;
+        for (int z = 0; z < grid::kPatchSize; ++z) {
+            const auto at = from.begin() + (z + kReach) * kSide + kReach;
+            to.insert(to.end(), at, at + grid::kPatchSize);
+        }
+    };
+    middle(wide.colour, out.colour);
+    middle(wide.nir, out.nir);
+    middle(wide.red, out.red);
+    middle(wide.flags, out.flags);
+    middle(wide.image, out.image);
+    std::vector<std::uint32_t> images;
+    for (std::size_t i = 0; i < out.flags.size(); ++i)
+        if ((out.flags[i] & Raster::kColour) != 0)
+            images.push_back(out.image[i]);
+    std::sort(images.begin(), images.end());
+    images.erase(std::unique(images.begin(), images.end()), images.end());
+    if (images.empty()) {
+        if (std::all_of(out.flags.begin(), out.flags.end(), [](auto f) { return f == 0; }))
+            return {grid::kPatchSize, grid::kPatchSize, {}, {}, {}, {}, {}};
+        return out;
+    }
+    std::optional<sunlight::Surface> surface;
+    for (const std::uint32_t image : images) {
+        const PhotoLight own = light_of(image);
+        if (!own.light.sun) {
+            brighten(image, own.light.gain, out);
+            continue;
+        }
+        const sunlight::LightField light = light_over(image, key);
+        const util::StageTimes::Scope timed(m_times, kRemoveStep);
+        if (!surface) {
+            surface = m_surface.around({key, {key.px + 1, key.pz + 1}}, m_around);
+            surface->margin -= kReach;  // which is photographed, too
+        }
+        Scene inner(inner_cells(*surface));
+        show(wide, 0, image, inner);
+        relight(image, light, *surface, inner, out);
+    }
+    return out;
+}
+
+}  // namespace terravox::voxelize

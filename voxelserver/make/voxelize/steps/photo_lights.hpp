@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "common/util/cache.hpp"
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
+#include "voxelserver/data/sunlight/light_blend.hpp"
+#include "voxelserver/make/voxelize/columns/point_set.hpp"
+#include "voxelserver/make/voxelize/steps/photo_light.hpp"
+#include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
+#include "voxelserver/make/voxelize/steps/photo_samples.hpp"
+#include "voxelserver/make/voxelize/steps/photo_surface.hpp"
+
+namespace terravox::voxelize {
+
+/// Where lights that were found are kept for later worlds.
+struct KeptLights {
+    store::SquareFolder* folder = nullptr;  ///< nullptr: nowhere
+    /// Of all that columns of points depend on besides their files.
+    voxel::Fingerprint everywhere{};
+};
+
+/// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
+/// image is found when a column first needs it (step "photo light search"), from a sample
+/// (photo_sample) of the image and of the points beneath: a function of these inputs, whatever is
+/// asked for first. Between the middles of images that may be of one flight it is blended
+/// (PhotoMosaic), so that they join without a seam. Thread-safe.
+class PhotoLights {
+public:
+    /// Images, points, times and a folder must outlive this.
+    PhotoLights(const imagery::Orthophotos& images, PointSet& points, util::StageTimes& times,
+                const KeptLights& kept = {});
+
+    /// The images' values for a patch, with albedo as colours; `nir` and `red` are as in the image,
+    /// since their ratio counts. Depends on the points within shadow_patches() around.
+    /// @throws Error naming a damaged file
+    [[nodiscard]] imagery::Raster albedo(grid::PatchKey key);
+
+    /// @param image its index in Orthophotos::inputs()
+    /// @throws Error naming a damaged file
+    [[nodiscard]] PhotoLight light_of(std::size_t image);
+
+    /// What the colours of an image in a patch are divided by: its light and that of images of the
+    /// same flight around it.
+    /// @param image one whose sun is known
+    /// @throws Error naming a damaged file
+    [[nodiscard]] sunlight::LightField light_over(std::size_t image, grid::PatchKey key);
+
+private:
+    [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
+    [[nodiscard]] PhotoLight known_or_found(std::size_t image);
+    [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
+
+    const imagery::Orthophotos& m_images;
+    const std::vector<imagery::Orthophotos::Input> m_inputs;
+    const std::vector<std::filesystem::path> m_paths;
+    PointSet& m_points;
+    util::StageTimes& m_times;
+    KeptLights m_kept;
+    int m_around;
+    PhotoMosaic m_mosaic;
+    PhotoSurface m_surface;
+    util::Cache<std::size_t, PhotoLight> m_lights;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,264 @@
+#include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <utility>
+
+#include "voxelserver/make/voxelize/steps/isolated.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr int kCrownsAround = 5;  // of eight: a gap between points
+constexpr int kMaxWindow = 5;     // columns: what the margin allows
+// Columns: farther than this from a plateau's edge, all of it ranks alike; a greater value would
+// separate what lies within sight.
+constexpr int kMaxDepth = 2;
+// Radius over mean crown width: in a wood, a wider window would swallow neighbours.
+constexpr double kWindowShare = 0.25;
+constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
+using Canopy = Grid<Crown, GroundHeights::kMargin>;
+using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
+using Heights = Grid<float, Closed::kMargin>;
+static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMaxWindow);
+
+// Which columns are the tops of trees, by heights above the ground: on a slope, by absolute height
+// the crown uphill would hide every one below it.
+//
+// One order ranks all columns, so that no two hide each other: higher first; among equals the one
+// deeper inside its plateau (columns of equal height that touch), then the northern, then the
+// western one. A top ranks before all columns in its window; and before all of its plateau and the
+// columns touching that, within the widest window: so a flat crown has one trunk, and not at its
+// edge. The depth of a far column may be known only in part, and then it hides no column that might
+// rank before it.
+class TreeTops {
+public:
+    TreeTops(const Closed& crowns, const GroundHeights& ground, double voxel_m)
+        : m_voxel_m(voxel_m) {
+        Heights::each([&](int x, int z) {
+            m_heights.at(x, z) = crowns.at(x, z).height - ground.at(x, z);
+        });  // NaN without a crown
+    }
+
+    [[nodiscard]] bool is_top(int x, int z, double height_m) const {
+        const double width_m =
+            2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
+        const double radius =
+            std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMaxWindow));
+        const int reach = static_cast<int>(radius);
+        const float own = m_heights.at(x, z);
+        bool equal = false;
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                if (dx * dx + dz * dz > radius * radius)
+                    continue;
+                const float other = m_heights.at(x + dx, z + dz);
+                if (other > own)
+                    return false;
+                equal = equal || (other == own && (dx != 0 || dz != 0));
+            }
+        if (equal && hidden_by_equals(x, z, radius))
+            return false;
+        return !hidden_by_plateau(x, z);
+    }
+
+private:
+    // How deep a column lies inside its plateau: the reach of the largest square around it that is
+    // as high; at most `most`.
+    [[nodiscard]] int depth(int x, int z, int most) const {
+        const float own = m_heights.at(x, z);
+        for (int r = 1; r <= most; ++r)
+            for (int i = -r; i <= r; ++i)
+                for (const auto& [dx, dz] : {std::pair{i, -r}, {i, r}, {-r, i}, {r, i}})
+                    if (m_heights.at(x + dx, z + dz) != own)
+                        return r - 1;
+        return most;
+    }
+
+    // Whether the equally high column at (dx, dz) from here certainly ranks before this one.
+    [[nodiscard]] bool before(int x, int z, int own_depth, int dx, int dz) const {
+        const int least = depth(
+            x + dx, z + dz, std::min(kMaxDepth, kMaxWindow - std::max(std::abs(dx), std::abs(dz))));
+        return least > own_depth || (least == own_depth && (dz < 0 || (dz == 0 && dx < 0)));
+    }
+
+    [[nodiscard]] bool hidden_by_equals(int x, int z, double radius) const {
+        const int reach = static_cast<int>(radius);
+        const int own_depth = depth(x, z, kMaxDepth);
+        const float own = m_heights.at(x, z);
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                if ((dx == 0 && dz == 0) || dx * dx + dz * dz > radius * radius)
+                    continue;
+                if (m_heights.at(x + dx, z + dz) == own && before(x, z, own_depth, dx, dz))
+                    return true;
+            }
+        return false;
+    }
+
+    // Whether, on the plateau from (x, z) as far as the widest window, there is a column that ranks
+    // before this one, or a higher one next to the plateau.
+    [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
+        constexpr int kSide = 2 * kMaxWindow + 1;
+        struct Offset {
+            int dx;
+            int dz;
+        };
+        std::array<bool, kSide * kSide> met{};
+        std::array<Offset, kSide * kSide> to_visit;
+        std::size_t count = 0;
+        const auto meet = [&](int dx, int dz) {
+            bool& known =
+                met[static_cast<std::size_t>((dz + kMaxWindow) * kSide + dx + kMaxWindow)];
+            if (!known)
+                to_visit[count++] = {dx, dz};
+            known = true;
+        };
+        meet(0, 0);
+        const float own = m_heights.at(x, z);
+        const int own_depth = depth(x, z, kMaxDepth);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Offset at = to_visit[i];
+            if (i > 0 && before(x, z, own_depth, at.dx, at.dz))
+                return true;
+            for (int dz = std::max(at.dz - 1, -kMaxWindow); dz <= std::min(at.dz + 1, kMaxWindow);
+                 ++dz)
+                for (int dx = std::max(at.dx - 1, -kMaxWindow);
+                     dx <= std::min(at.dx + 1, kMaxWindow); ++dx) {
+                    const float next = m_heights.at(x + dx, z + dz);
+                    if (next > own && i > 0)
+                        return true;
+                    if (next == own)
+                        meet(dx, dz);
+                }
+        }
+        return false;
+    }
+
+    double m_voxel_m;
+    Heights m_heights;
+};
+
+class CrownFiller {
+public:
+    CrownFiller(const Window& window, const ClassTable& classes, const GroundHeights& ground,
+                const Settings& settings, double voxel_m)
+        : m_window(window),
+          m_classes(classes),
+          m_ground(ground),
+          m_settings(settings.vegetation),
+          m_drop_isolated(settings.points.drop_isolated),
+          m_voxel_m(voxel_m) {
+        Canopy::each([&](int x, int z) {
+            Crown& crown = m_canopy.at(x, z);
+            find_crown(x, z, crown);
+            m_any = m_any || crown.seen();
+        });
+        if (!m_any)
+            return;
+        Closed::each([&](int x, int z) { m_closed.at(x, z) = closed(x, z); });
+        m_tops.emplace(m_closed, ground, voxel_m);
+    }
+
+    [[nodiscard]] bool any() const noexcept { return m_any; }
+
+    [[nodiscard]] Crown at(int x, int z) const {
+        Crown out = m_closed.at(x, z);
+        if (!out.seen())
+            return out;
+        const double height_m = height_above_ground_m(x, z, out);
+        const auto gap = static_cast<std::int32_t>(
+            std::lround(std::max(m_settings.canopy_gap_m, kCrownShare * height_m) / m_voxel_m));
+        for (int dz = -1; dz <= 1; ++dz)
+            for (int dx = -1; dx <= 1; ++dx) {
+                const Crown& next = m_closed.at(x + dx, z + dz);
+                // Down to where the lower neighbour's foliage begins, so that they touch. A much
+                // lower one is another plant.
+                if (next.seen() && next.top < out.top && out.top - next.top <= gap)
+                    out.bottom = std::min(out.bottom, next.top);
+            }
+        out.trunk = m_tops->is_top(x, z, height_m);
+        return out;
+    }
+
+private:
+    /// @param out none before
+    void find_crown(int x, int z, Crown& out) const {
+        const auto objects = m_window.objects(x, z);
+        const float ground = m_ground.at(x, z);
+        if (objects.empty() || ground != ground)
+            return;
+        for (std::size_t i = objects.size(); i-- > 0;) {
+            const ObjectVoxel& o = objects[i];
+            const Role role = m_classes.meaning[o.source_class].role;
+            if (role != Role::kVegetation && role != Role::kSurface)
+                continue;
+            const float height = static_cast<float>(o.y) + static_cast<float>(o.fraction) / 256;
+            if ((height - ground) * m_voxel_m < m_settings.trunk_from_m)
+                return;
+            if (m_drop_isolated && isolated(m_window, x, z, o.y))
+                continue;  // a bird
+            out.top = out.bottom = o.y;
+            out.top_voxel = o;
+            out.height = height;
+            return;
+        }
+    }
+
+    [[nodiscard]] const Crown& closed(int x, int z) const {
+        const Crown& own = m_canopy.at(x, z);
+        // Where the ground or a roof was seen from above, there is no crown; where there is no
+        // ground, nothing grows.
+        const Column& column = m_window.column(x, z);
+        if (own.seen() || m_ground.at(x, z) != m_ground.at(x, z) || column.ground.seen() ||
+            column.roof.seen() || column.water.seen() || column.deck.seen())
+            return own;
+        std::array<const Crown*, 8> around{};
+        std::size_t count = 0;
+        for (int dz = -1; dz <= 1; ++dz)
+            for (int dx = -1; dx <= 1; ++dx)
+                if (const Crown& next = m_canopy.at(x + dx, z + dz); next.seen())
+                    around[count++] = &next;
+        if (count < kCrownsAround)
+            return own;
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
+        std::nth_element(around.begin(), middle,
+                         around.begin() + static_cast<std::ptrdiff_t>(count),
+                         [](const Crown* a, const Crown* b) { return a->height < b->height; });
+        return **middle;
+    }
+
+    [[nodiscard]] double height_above_ground_m(int x, int z, const Crown& crown) const {
+        return (static_cast<double>(crown.height) - static_cast<double>(m_ground.at(x, z))) *
+               m_voxel_m;
+    }
+
+    const Window& m_window;
+    const ClassTable& m_classes;
+    const GroundHeights& m_ground;
+    const Settings::Vegetation& m_settings;
+    bool m_drop_isolated;
+    double m_voxel_m;
+    bool m_any = false;
+    Canopy m_canopy;
+    Closed m_closed;
+    std::optional<TreeTops> m_tops;  // set once there are crowns
+};
+
+}  // namespace
+
+Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes,
+                            const GroundHeights& ground, const Settings& settings, double voxel_m) {
+    Margined<Crown> out;
+    if (!window.any(&PatchColumns::any_objects))
+        return out;
+    const CrownFiller filler(window, classes, ground, settings, voxel_m);
+    if (filler.any())
+        Margined<Crown>::each([&](int x, int z) { out.at(x, z) = filler.at(x, z); });
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,93 @@
+#include "voxelserver/make/voxelize/world/store_options.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/data/grid/square_names.hpp"
+#include "voxelserver/make/voxelize/points/world_title.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+using store::GrabberStore;
+using store::StoredOrthophoto;
+using store::StoredSquare;
+
+// The one class table that all squares have; "" when none has any.
+std::string common_class_table(const std::vector<const StoredSquare*>& squares) {
+    std::set<std::string> tables;
+    for (const StoredSquare* square : squares)
+        if (!square->class_table.empty())
+            tables.insert(square->class_table);
+    if (tables.size() > 1)
+        throw util::UsageError("open the store: its squares have " + std::to_string(tables.size()) +
+                               " different class tables, such as '" + *tables.begin() + "' and '" +
+                               *tables.rbegin() + "'; allowed: one, or say which with --classes");
+    return tables.empty() ? "" : *tables.begin();
+}
+
+/// Distinct texts, one after the other.
+class Joined {
+public:
+    void add(const std::string& text) {
+        if (text.empty() || !m_seen.insert(text).second)
+            return;
+        if (!m_text.empty())
+            m_text += "; ";
+        m_text += text;
+    }
+    [[nodiscard]] const std::string& text() const noexcept { return m_text; }
+
+private:
+    std::set<std::string> m_seen;
+    std::string m_text;
+};
+
+/// The title of the one source that all squares are of, else the name of the store's folder.
+std::string title_of(const GrabberStore& store, const std::vector<const StoredSquare*>& squares) {
+    const std::string& source = squares.front()->source;
+    if (std::all_of(squares.begin(), squares.end(),
+                    [&](const StoredSquare* square) { return square->source == source; }))
+        if (const auto title = grid::source_title(util::config_dir() / "sources", source))
+            return *title;
+    LidarWorldOptions all;
+    all.files = {store.folder};
+    return world_title(all);
+}
+
+}  // namespace
+
+void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
+    const std::vector<const StoredSquare*> squares = store.fetched();
+    if (squares.empty())
+        throw util::UsageError(
+            "open the store: it has no square yet; fetch some with terravox grab fetch");
+    if (options.classes.empty())
+        options.classes = common_class_table(squares);
+    Joined licences;
+    Joined attributions;
+    for (const StoredSquare* square : squares) {
+        options.files.push_back(square->file);
+        if (!square->crs.empty())
+            options.recorded_crs.emplace(square->file, square->crs);
+        licences.add(square->licence);
+        attributions.add(square->attribution);
+    }
+    if (options.orthophotos.empty()) {
+        for (const StoredOrthophoto& photo : store.orthophotos) {
+            options.orthophotos.push_back(photo.file);
+            licences.add(photo.licence);
+            attributions.add(photo.attribution);
+        }
+    }
+    if (options.title.empty())
+        options.title = title_of(store, squares);
+    options.licence = licences.text();
+    options.attribution = attributions.text();
+}
+
+}  // namespace terravox::voxelize

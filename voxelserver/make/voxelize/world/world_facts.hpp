@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "voxelserver/make/voxelize/points/square_info.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
+
+namespace terravox::voxelize {
+
+/// What is known of an opened LiDAR world apart from its boxes: small enough to be kept, so that a
+/// server can describe a world, and serve cached boxes, before the world is opened again. The
+/// opened world answers from the same facts. Plain data; const functions may be called
+/// concurrently.
+struct WorldFacts {
+    voxel::WorldInfo info;
+    std::vector<grid::ColumnRect> islands;  ///< elsewhere there is nothing
+    std::vector<SquareInfo> squares;        ///< by path; all of them in the state kFetched
+    std::uint64_t orthophotos = 0;          ///< their number
+    double water_cell_m = 0;
+    InputFingerprints fingerprints;
+
+    /// The extent of a column of boxes, as World::column().
+    /// @throws UsageError for a level that the world does not have
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) const;
+    /// The fingerprint of a box, as ProvenanceWorld::fingerprint().
+    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const {
+        return fingerprints.fingerprint(reach);
+    }
+    /// Whether the columns of a box may hold anything.
+    [[nodiscard]] bool touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept;
+    /// @throws UsageError for a level that the world does not have
+    void check_level(int level) const;
+};
+
+/// The first bytes of serialized facts; the last character is the version of the layout.
+inline constexpr std::string_view kFactsMagic = "TVFACTS3";
+
+/// Facts as bytes: versioned, with a checksum, the same on every machine.
+[[nodiscard]] std::string to_bytes(const WorldFacts& facts);
+/// @param bytes from any source
+/// @throws Error for bytes that are damaged, of another version, or not facts
+[[nodiscard]] WorldFacts facts_from_bytes(std::string_view bytes);
+
+}  // namespace terravox::voxelize

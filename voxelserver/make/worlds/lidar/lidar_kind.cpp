@@ -1,0 +1,82 @@
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
+
+#include <string>
+
+#include "common/util/log.hpp"
+#include "voxelserver/data/store/grabber_store.hpp"
+#include "voxelserver/make/voxelize/world/lidar_world.hpp"
+#include "voxelserver/make/voxelize/world/store_options.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
+
+namespace terravox::worlds {
+namespace {
+
+std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& options,
+                                        util::StageTimes& times) {
+    auto world = voxelize::open_lidar_world(options, times);
+    const auto stats = world->stats();
+    util::log_info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
+                   stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
+    if (stats.flight_lines > 0)
+        util::log_info(
+            "materials that no image shows are guessed from intensities (flight lines: {}) and the "
+            "shape of roofs",
+            stats.flight_lines);
+    return world;
+}
+
+voxelize::LidarWorldOptions options_of_files(const WorldOptions& from) {
+    voxelize::LidarWorldOptions options = lidar_options(from);
+    options.files.assign(from.inputs.begin(), from.inputs.end());
+    return options;
+}
+
+/// The store's own class table counts unless the user names one; an option that still has the
+/// default of WorldOptions counts as not given.
+voxelize::LidarWorldOptions options_of_store(const WorldOptions& from) {
+    const std::string usual = WorldOptions{}.classes;
+    voxelize::LidarWorldOptions options = lidar_options(from);
+    if (options.classes == usual)
+        options.classes.clear();
+    voxelize::take_from_store(store::read_grabber_store(from.inputs.front()), options);
+    if (options.classes.empty())
+        options.classes = usual;
+    return options;
+}
+
+std::unique_ptr<voxel::World> open_files(const OpenRequest& request) {
+    return open_with(options_of_files(request.options), request.times);
+}
+
+std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
+    return open_with(options_of_store(request.options), request.times);
+}
+
+}  // namespace
+
+voxelize::LidarWorldOptions lidar_world_options(const WorldOptions& from) {
+    return is_store(from.inputs.front()) ? options_of_store(from) : options_of_files(from);
+}
+
+constinit const WorldKind kLidarKind{
+    .noun = "LiDAR data",
+    .input = kLidarInputs,
+    .recognises = is_lidar,
+    .open = open_files,
+    .flags = kLidarFlags,
+    .takes_several = true,
+    .takes_orthophotos = true,
+    .has_squares = true,
+};
+
+constinit const WorldKind kStoreKind{
+    .noun = "a store",
+    .input = "the grabber's store",
+    .recognises = is_store,
+    .open = open_store,
+    .flags = kLidarFlags,
+    .takes_orthophotos = true,
+    .has_squares = true,
+};
+
+}  // namespace terravox::worlds

@@ -1,0 +1,131 @@
+#include "voxelserver/make/worlds/luanti/map_block.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "common/util/error.hpp"
+
+// Ref: "World Format", doc/world_format.md of Luanti. Numbers are big-endian.
+namespace terravox::luanti {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr int kFirstZstdVersion = 29;
+constexpr int kFirstLightingVersion = 27;
+constexpr std::size_t kNodeBytes = kBlockNodes * 4;  // two of param0, one each of param1, param2
+constexpr std::size_t kMaxNames = kBlockNodes;       // a block has no more kinds than nodes
+
+/// Reads numbers from bytes, never beyond their end.
+class Cursor {
+public:
+    explicit Cursor(Bytes bytes) : m_left(bytes) {}
+
+    Bytes take(std::size_t count) {
+        if (count > m_left.size())
+            throw util::Error("ends too early: " + std::to_string(m_left.size()) +
+                              " bytes left of " + std::to_string(count));
+        const Bytes out = m_left.first(count);
+        m_left = m_left.subspan(count);
+        return out;
+    }
+    void skip(std::size_t count) { (void)take(count); }
+    std::uint8_t u8() { return take(1)[0]; }
+    std::uint16_t u16() {
+        const Bytes b = take(2);
+        return static_cast<std::uint16_t>(b[0] << 8 | b[1]);
+    }
+    [[nodiscard]] Bytes left() const noexcept { return m_left; }
+
+private:
+    Bytes m_left;
+};
+
+void expect(const char* what, int value, int allowed) {
+    if (value != allowed)
+        throw util::Error(std::string(what) + " is " + std::to_string(value) +
+                          "; allowed: " + std::to_string(allowed));
+}
+
+void read_widths(Cursor& in) {
+    expect("the width of node ids", in.u8(), 2);
+    expect("the width of node parameters", in.u8(), 2);
+}
+
+void read_names(Cursor& in, std::vector<MapBlock::Name>& names) {
+    expect("the version of the node names", in.u8(), 0);
+    const std::size_t count = in.u16();
+    if (count > kMaxNames)
+        throw util::Error("names " + std::to_string(count) + " nodes; allowed: up to " +
+                          std::to_string(kMaxNames));
+    for (std::size_t i = 0; i < count; ++i) {
+        MapBlock::Name& entry = names.emplace_back();
+        entry.id = in.u16();
+        const std::size_t length = in.u16();
+        if (length == 0 || length > MapBlock::kMaxNameBytes)
+            throw util::Error("a node name of " + std::to_string(length) +
+                              " bytes; allowed: 1 to " + std::to_string(MapBlock::kMaxNameBytes));
+        const Bytes bytes = in.take(length);
+        entry.name = {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    }
+    const auto by_id = [](const MapBlock::Name& a, const MapBlock::Name& b) { return a.id < b.id; };
+    std::sort(names.begin(), names.end(), by_id);
+    const auto twice = std::adjacent_find(
+        names.begin(), names.end(),
+        [](const MapBlock::Name& a, const MapBlock::Name& b) { return a.id == b.id; });
+    if (twice != names.end())
+        throw util::Error("names node id " + std::to_string(twice->id) + " twice");
+}
+
+void read_ids(Bytes nodes, MapBlock& out) {
+    if (nodes.size() != kNodeBytes)
+        throw util::Error("node data of " + std::to_string(nodes.size()) +
+                          " bytes; allowed: " + std::to_string(kNodeBytes));
+    for (std::size_t i = 0; i < kBlockNodes; ++i)
+        out.ids[i] = static_cast<std::uint16_t>(nodes[2 * i] << 8 | nodes[2 * i + 1]);
+}
+
+void skip_static_objects(Cursor& in) {
+    constexpr std::size_t kTypeAndPosition = 1 + 3 * 4;
+    in.skip(1);  // version
+    const int count = in.u16();
+    for (int i = 0; i < count; ++i) {
+        in.skip(kTypeAndPosition);
+        in.skip(in.u16());
+    }
+}
+
+}  // namespace
+
+const MapBlock& MapBlockReader::read(Bytes blob) {
+    constexpr std::size_t kTimestamp = 4;
+    Cursor in(blob);
+    m_block.names.clear();
+    m_block.version = in.u8();
+    if (m_block.version < kOldestVersion || m_block.version > kNewestVersion)
+        throw util::Error("format version " + std::to_string(m_block.version) + "; allowed: " +
+                          std::to_string(kOldestVersion) + " to " + std::to_string(kNewestVersion));
+    if (m_block.version >= kFirstZstdVersion)
+        in = Cursor(m_unpacker.zstd(in.left()));
+    in.skip(1);  // flags
+    if (m_block.version >= kFirstLightingVersion)
+        in.skip(2);  // which sides are lit completely
+    if (m_block.version >= kFirstZstdVersion) {
+        in.skip(kTimestamp);
+        read_names(in, m_block.names);
+        read_widths(in);
+        read_ids(in.take(kNodeBytes), m_block);
+        return m_block;
+    }
+    read_widths(in);
+    const Unpacker::Stream nodes = m_unpacker.zlib(in.left());
+    read_ids(nodes.bytes, m_block);
+    in.skip(nodes.packed_bytes);
+    in.skip(m_unpacker.zlib(in.left()).packed_bytes);  // metadata of nodes
+    skip_static_objects(in);
+    in.skip(kTimestamp);
+    read_names(in, m_block.names);
+    return m_block;
+}
+
+}  // namespace terravox::luanti

@@ -1,0 +1,217 @@
+#include "voxelserver/make/worlds/luanti/map_database.hpp"
+
+#include <sqlite3.h>
+
+#include <array>
+#include <fstream>
+#include <map>
+#include <system_error>
+
+#include "common/util/error.hpp"
+
+namespace terravox::luanti {
+namespace {
+
+constexpr int kMaxValue_bytes = 16 << 20;  // and row: the largest blocks have some hundred KiB
+
+// Encoded places: z * 2^24 + y * 2^12 + x, each in [-2048, 2048).
+constexpr std::int64_t kEncodedOrigin = 0x800800800;
+constexpr std::int64_t kEncodedEnd = std::int64_t{1} << 36;
+
+std::int64_t encoded(const BlockPlace& place) noexcept {
+    return std::int64_t{mirrored(place.z)} * (1 << 24) + std::int64_t{place.y} * (1 << 12) +
+           place.x;
+}
+
+std::optional<BlockPlace> decoded(std::int64_t number) noexcept {
+    if (number < -kEncodedOrigin || number >= kEncodedEnd - kEncodedOrigin)
+        return std::nullopt;
+    const std::int64_t bits = number + kEncodedOrigin;
+    const auto part = [&](int shift) {
+        return static_cast<std::int32_t>(bits >> shift & 0xFFF) - kFarthestBlock;
+    };
+    return BlockPlace{part(0), part(12), mirrored(part(24))};
+}
+
+/// The place that the key of a row stands for.
+std::optional<BlockPlace> place_of(sqlite3_stmt* row, bool is_encoded) noexcept {
+    const int columns = is_encoded ? 1 : 3;
+    for (int i = 0; i < columns; ++i) {
+        if (sqlite3_column_type(row, i) != SQLITE_INTEGER)
+            return std::nullopt;
+    }
+    const std::int64_t first = sqlite3_column_int64(row, 0);
+    if (is_encoded)
+        return decoded(first);
+    const std::int64_t y = sqlite3_column_int64(row, 1);
+    const std::int64_t z = sqlite3_column_int64(row, 2);
+    if (!within_world(first, y, z))
+        return std::nullopt;
+    return BlockPlace{static_cast<std::int32_t>(first), static_cast<std::int32_t>(y),
+                      mirrored(static_cast<std::int32_t>(z))};
+}
+
+/// Whether the file is a database whose changes go into a write-ahead log first, as its head says.
+bool is_in_wal_mode(const std::filesystem::path& file) {
+    constexpr std::size_t kReadVersionAt = 19;
+    constexpr char kWal = 2;
+    std::array<char, kReadVersionAt + 1> head{};
+    std::ifstream in(file, std::ios::binary);
+    return in.read(head.data(), head.size()) && head[kReadVersionAt] == kWal;
+}
+
+/// Resets a statement at the end of a block, so that it holds no lock on the file.
+class StatementReset {
+public:
+    explicit StatementReset(sqlite3_stmt* statement) : m_statement(statement) {}
+    ~StatementReset() { sqlite3_reset(m_statement); }
+    StatementReset(const StatementReset&) = delete;
+    StatementReset& operator=(const StatementReset&) = delete;
+
+private:
+    sqlite3_stmt* m_statement;
+};
+
+}  // namespace
+
+void MapDatabase::Finalize::operator()(sqlite3_stmt* statement) const noexcept {
+    sqlite3_finalize(statement);
+}
+
+MapDatabase::MapDatabase(const std::filesystem::path& file)
+    : m_file(file), m_attempt("read the map " + file.string()) {
+    open();
+}
+
+MapDatabase::~MapDatabase() = default;
+
+// In WAL mode a reader needs files next to the map, which SQLite would make. A map that its server
+// has closed is read without them: nothing says then when it is opened again, so that its state is
+// compared after each reading.
+void MapDatabase::open() {
+    m_select.reset();
+    m_settled.reset();
+    if (const FileState now = state(); now.is_settled && is_in_wal_mode(m_file))
+        m_settled = now;
+    m_database = sqlite::open_untrusted(
+        m_file, {.immutable = m_settled.has_value(), .max_value_bytes = kMaxValue_bytes},
+        m_attempt);
+    find_schema();
+}
+
+MapDatabase::FileState MapDatabase::state() const {
+    std::error_code ignored;
+    FileState out;
+    out.bytes = std::filesystem::file_size(m_file, ignored);
+    out.changed = std::filesystem::last_write_time(m_file, ignored);
+    out.is_settled = sqlite::is_settled(m_file);
+    return out;
+}
+
+bool MapDatabase::has_changed() const {
+    return m_settled && state() != *m_settled;
+}
+
+void MapDatabase::fail() const {
+    throw util::Error(m_attempt + ": " + sqlite::last_error(m_database.get()));
+}
+
+MapDatabase::Statement MapDatabase::prepare(const char* sql) {
+    sqlite3_stmt* out = nullptr;
+    if (sqlite3_prepare_v2(m_database.get(), sql, -1, &out, nullptr) != SQLITE_OK)
+        fail();
+    return Statement(out);
+}
+
+bool MapDatabase::step(sqlite3_stmt* statement) {
+    const int code = sqlite3_step(statement);
+    if (code != SQLITE_ROW && code != SQLITE_DONE)
+        fail();
+    return code == SQLITE_ROW;
+}
+
+// Only a plain table with a primary key is accepted: a view or virtual table could be endless, and
+// without a key each block would cost a scan of the file. Generated columns are not listed.
+void MapDatabase::find_schema() {
+    const Statement tables = prepare(
+        "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'blocks'"
+        " AND sql NOT LIKE 'CREATE VIRTUAL%'");
+    std::map<std::string, bool> is_key_of_column;
+    if (step(tables.get())) {
+        const Statement columns = prepare("PRAGMA table_info(blocks)");
+        while (step(columns.get())) {
+            const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(columns.get(), 1));
+            is_key_of_column[name] = sqlite3_column_int(columns.get(), 5) > 0;
+        }
+    }
+    const auto is_key = [&](const char* column) {
+        const auto found = is_key_of_column.find(column);
+        return found != is_key_of_column.end() && found->second;
+    };
+    m_encoded = is_key("pos");
+    if (!is_key_of_column.contains("data") ||
+        !(m_encoded || (is_key("x") && is_key("y") && is_key("z"))))
+        throw util::Error(
+            m_attempt +
+            ": no blocks of a known form; allowed: a table 'blocks' with data and the "
+            "primary key pos, or x, y, z");
+    m_select = prepare(m_encoded ? "SELECT data FROM blocks WHERE pos = ?1"
+                                 : "SELECT data FROM blocks WHERE x = ?1 AND y = ?2 AND z = ?3");
+}
+
+std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPlace&)>& visit) {
+    const std::lock_guard lock(m_mutex);
+    if (has_changed())
+        open();
+    const Statement keys =
+        prepare(m_encoded ? "SELECT pos FROM blocks" : "SELECT x, y, z FROM blocks");
+    std::uint64_t misplaced = 0;
+    while (step(keys.get())) {
+        if (const auto place = place_of(keys.get(), m_encoded))
+            visit(*place);
+        else
+            ++misplaced;
+    }
+    if (has_changed())
+        throw util::Error(m_attempt + ": its server has opened it meanwhile; allowed: once more");
+    return misplaced;
+}
+
+std::vector<std::uint8_t> MapDatabase::read(const BlockPlace& place) {
+    const std::lock_guard lock(m_mutex);
+    constexpr int kTries = 3;
+    for (int i = 0; i < kTries; ++i) {
+        if (has_changed())
+            open();
+        try {
+            std::vector<std::uint8_t> out = read_now(place);
+            if (!has_changed())
+                return out;
+        } catch (const util::Error&) {
+            if (!has_changed())
+                throw;
+        }
+    }
+    throw util::Error("the server of the map opens and closes it again and again");
+}
+
+std::vector<std::uint8_t> MapDatabase::read_now(const BlockPlace& place) {
+    sqlite3_stmt* const select = m_select.get();
+    const StatementReset resetting(select);
+    if (m_encoded) {
+        sqlite3_bind_int64(select, 1, encoded(place));
+    } else {
+        sqlite3_bind_int64(select, 1, place.x);
+        sqlite3_bind_int64(select, 2, place.y);
+        sqlite3_bind_int64(select, 3, mirrored(place.z));
+    }
+    if (!step(select))
+        return {};
+    const auto* first = static_cast<const std::uint8_t*>(sqlite3_column_blob(select, 0));
+    const int size = sqlite3_column_bytes(select, 0);
+    if (sqlite3_column_type(select, 0) != SQLITE_BLOB || size == 0)
+        throw util::Error("no bytes are stored");
+    return {first, first + size};
+}
+
+}  // namespace terravox::luanti

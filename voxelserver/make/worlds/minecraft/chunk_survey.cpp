@@ -1,0 +1,159 @@
+#include "voxelserver/make/worlds/minecraft/chunk_survey.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk_reader.hpp"
+
+namespace terravox::minecraft {
+namespace {
+
+// Chunks that one thread reads in succession: they lie together.
+constexpr std::size_t kBatch = 32;
+
+// Heights so far. Widened by all threads; the result does not depend on their order.
+class Heights {
+public:
+    void widen(std::int32_t lo, std::int32_t hi) noexcept {
+        for (std::int32_t old = m_lo.load(); lo < old && !m_lo.compare_exchange_weak(old, lo);) {
+        }
+        for (std::int32_t old = m_hi.load(); hi > old && !m_hi.compare_exchange_weak(old, hi);) {
+        }
+    }
+    [[nodiscard]] std::int32_t lo() const noexcept { return m_lo.load(); }
+    [[nodiscard]] std::int32_t hi() const noexcept { return m_hi.load(); }
+
+private:
+    std::atomic<std::int32_t> m_lo{INT32_MAX};
+    std::atomic<std::int32_t> m_hi{INT32_MIN};
+};
+
+struct Tools {
+    ChunkReader reader;
+    VoxelMaker maker;
+    std::vector<voxel::VoxelAttr> appearances{};
+    Tools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
+        : reader(store), maker(block_appearances) {}
+};
+
+// Whether a section may hold anything, without a test of each of its voxels.
+bool may_hold(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
+              const ChunkSection& section) {
+    if (section.numeric)
+        return !tools.maker.make(blocks, section).air();
+    tools.appearances.resize(section.palette_size);
+    block_appearances.of(
+        std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
+        tools.appearances);
+    return std::any_of(tools.appearances.begin(), tools.appearances.end(),
+                       [](const voxel::VoxelAttr& appearance) {
+                           return appearance.material != voxel::Material::kAir;
+                       });
+}
+
+// The layers of a section that hold anything.
+struct Layers {
+    int lowest = 16;
+    int highest = -1;
+};
+
+Layers layers_of(const VoxelSection& section) noexcept {
+    if (section.air())
+        return {};
+    if (!section.bits)
+        return {0, 15};
+    unsigned any = 0;
+    for (std::size_t i = 0; i < 256; ++i)
+        any |= unsigned{section.bits->opaque[i]} | section.bits->clear[i];
+    if (any == 0)
+        return {};
+    return {std::countr_zero(any), 31 - std::countl_zero(any)};
+}
+
+// Widens the heights by the layers of a section.
+// @return whether there are any
+bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
+              Heights& heights) {
+    const Layers layers = layers_of(tools.maker.make(blocks, section));
+    if (layers.highest < 0)
+        return false;
+    heights.widen(section.y * 16 + layers.lowest, section.y * 16 + layers.highest + 1);
+    return true;
+}
+
+// Only sections that may widen the heights are examined voxel by voxel. The return value does not
+// depend on what other threads have found.
+bool survey_chunk(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
+                  Heights& heights) {
+    const auto sections = blocks.sections();
+    if (std::none_of(sections.rbegin(), sections.rend(), [&](const ChunkSection& s) {
+            return may_hold(tools, block_appearances, blocks, s);
+        }))
+        return false;
+    for (auto s = sections.rbegin(); s != sections.rend() && s->y * 16 + 16 > heights.hi(); ++s)
+        if (widen_by(tools, blocks, *s, heights))
+            break;
+    for (auto s = sections.begin(); s != sections.end() && s->y * 16 < heights.lo(); ++s)
+        if (widen_by(tools, blocks, *s, heights))
+            break;
+    return true;
+}
+
+// For a world that is not scanned completely: the heights of the sections that a chunk has, air or
+// not.
+void widen_by_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
+    if (blocks.sections().empty())
+        return;
+    heights.widen(blocks.sections().front().y * 16, blocks.sections().back().y * 16 + 16);
+}
+
+}  // namespace
+
+ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_appearances,
+                          worlds::DamageLog& damage, int threads, std::size_t most) {
+    const auto chunks = store.chunks();
+    const std::size_t count = std::min(chunks.size(), most);
+    ChunkSurvey out;
+    out.complete = count == chunks.size();
+    std::vector<std::uint8_t> holds(count, 0);
+    Heights heights;
+    std::atomic<std::size_t> readable{0};
+    Toolbox<Tools> toolbox;
+    thread::parallel_for((count + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+        toolbox.with([&] { return std::make_unique<Tools>(store, block_appearances); },
+                     [&](Tools& tools) {
+                         for (std::size_t i = batch * kBatch;
+                              i < std::min(count, (batch + 1) * kBatch); ++i) {
+                             // Evenly spread; all of them when the scan is complete.
+                             const ChunkRef& chunk = chunks[i * chunks.size() / count];
+                             try {
+                                 const ChunkBlocks& blocks = tools.reader.read(chunk);
+                                 for (const std::string& oddity : blocks.oddities)
+                                     damage.add(store.name_of(chunk) + ": " + oddity);
+                                 holds[i] = survey_chunk(tools, block_appearances, blocks, heights);
+                                 if (!out.complete)
+                                     widen_by_sections(blocks, heights);
+                                 ++readable;
+                             } catch (const util::Error& e) {
+                                 damage.add(store.name_of(chunk) + ": " + e.what());
+                             }
+                         }
+                     });
+    });
+    out.readable = readable;
+    for (std::size_t i = 0; i < chunks.size(); ++i)
+        if (!out.complete || holds[i] != 0)
+            out.places.push_back(chunks[i].place);
+    if (!out.complete)
+        heights.widen(-64, 320);
+    if (heights.lo() < heights.hi()) {
+        out.min_y = heights.lo();
+        out.max_y = heights.hi();
+    }
+    return out;
+}
+
+}  // namespace terravox::minecraft

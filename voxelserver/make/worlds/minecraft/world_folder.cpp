@@ -1,0 +1,206 @@
+#include "voxelserver/make/worlds/minecraft/world_folder.hpp"
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+#include "common/util/error.hpp"
+
+namespace terravox::minecraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kLevelFile = "level.dat";
+constexpr std::string_view kSideCarFile = "terravox.json";
+constexpr std::size_t kMaxSmallFileBytes = std::size_t{16} << 20;  // level.dat and the side-car
+
+int depth_of(std::string_view folder) noexcept {
+    return folder.empty() ? 0 : 1 + static_cast<int>(std::count(folder.begin(), folder.end(), '/'));
+}
+
+bool within(std::string_view path, std::string_view folder) noexcept {
+    return folder.empty() ||
+           (path.size() > folder.size() && path.starts_with(folder) && path[folder.size()] == '/');
+}
+
+/// The shallowest of some folders.
+/// @throws UsageError when there are several
+std::string shallowest(const std::set<std::string>& folders, const fs::path& path) {
+    int least = depth_of(*folders.begin());
+    for (const std::string& folder : folders)
+        least = std::min(least, depth_of(folder));
+    std::vector<std::string> there;
+    for (const std::string& folder : folders)
+        if (depth_of(folder) == least)
+            there.push_back(folder);
+    if (there.size() == 1)
+        return there.front();
+    constexpr std::size_t kNamed = 5;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(kNamed, there.size()); ++i)
+        names += (i == 0 ? "" : ", ") + there[i];
+    throw util::UsageError("open the Minecraft world " + path.string() + ": it holds " +
+                           std::to_string(there.size()) + " worlds (" + names +
+                           (there.size() > kNamed ? ", ..." : "") + "); allowed: one");
+}
+
+fs::path folder_when_level_file(const fs::path& path) {
+    std::error_code ignored;
+    if (path.filename() != kLevelFile || !fs::is_regular_file(path, ignored))
+        return path;
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+}  // namespace
+
+WorldFolder::WorldFolder(const fs::path& path, std::size_t cache_bytes)
+    : m_path(folder_when_level_file(path)), m_source(open_source(m_path, cache_bytes)) {
+    for (const std::string& line : m_source->refused())
+        m_damage.push_back(line);
+    std::error_code ignored;
+    const auto& entries = m_source->entries();
+    // A single file that is not a ZIP file is a source by itself.
+    if (fs::is_regular_file(m_path, ignored) && entries.size() == 1 &&
+        entries.front().path == m_path.filename().string()) {
+        add_single_file();
+    } else {
+        find_root();
+        collect();
+        read_level();
+    }
+    std::stable_sort(m_dimensions.begin(), m_dimensions.end(),
+                     [](const DimensionFolder& a, const DimensionFolder& b) {
+                         return std::pair(a.name != "overworld", a.name) <
+                                std::pair(b.name != "overworld", b.name);
+                     });
+}
+
+void WorldFolder::add_single_file() {
+    const std::string& name = m_source->entries().front().path;
+    ChunkFile file;
+    file.placed = false;
+    if (const auto placed = placed_file(name); placed && placed->refused.empty()) {
+        file.kind = placed->kind;
+        file.x = placed->x;
+        file.z = placed->z;
+        file.placed = true;
+    } else if (!name.ends_with(".mca") && !name.ends_with(".mcr"))
+        file.kind = FileKind::kChunk;
+    else
+        file.kind = name.ends_with(".mca") ? FileKind::kAnvil : FileKind::kMcRegion;
+    m_dimensions.push_back({"overworld", "", {file}, {}});
+}
+
+// The folder of level.dat; without any, that of the shallowest chunks. Folders like `entities` hold
+// files named as regions, too, but deeper.
+void WorldFolder::find_root() {
+    std::set<std::string> with_level;
+    std::set<std::string> with_chunks;
+    for (const FileSource::Entry& entry : m_source->entries()) {
+        if (name_of(entry.path) == kLevelFile)
+            with_level.emplace(folder_of(entry.path));
+        if (const auto placed = placed_file(entry.path))
+            with_chunks.emplace(placed->root);
+    }
+    if (with_level.empty() && with_chunks.empty())
+        throw util::UsageError(
+            "open the Minecraft world " + m_path.string() +
+            ": no level.dat and no chunks are there; allowed: a world's folder or ZIP "
+            "file, .mca, .mcr or c.X.Z.dat files");
+    m_root = shallowest(with_level.empty() ? with_chunks : with_level, m_path);
+}
+
+DimensionFolder& WorldFolder::dimension_at(std::string_view folder) {
+    const auto found = std::find_if(m_dimensions.begin(), m_dimensions.end(),
+                                    [&](const DimensionFolder& d) { return d.folder == folder; });
+    if (found != m_dimensions.end())
+        return *found;
+    std::string name = dimension_name(folder);
+    // The same dimension may exist at its old and its new place; the old one keeps the name.
+    if (std::any_of(m_dimensions.begin(), m_dimensions.end(),
+                    [&](const DimensionFolder& d) { return d.name == name; }))
+        name = std::string(folder);
+    m_dimensions.push_back({std::move(name), std::string(folder), {}, {}});
+    return m_dimensions.back();
+}
+
+void WorldFolder::collect() {
+    const auto& entries = m_source->entries();
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        if (!within(entries[i].path, m_root))
+            continue;
+        const auto placed = placed_file(entries[i].path);
+        if (!placed || placed->root != m_root)
+            continue;
+        DimensionFolder& dimension = dimension_at(placed->dimension);
+        if (!placed->refused.empty())
+            dimension.notes.push_back(entries[i].path + ": " + std::string(placed->refused));
+        else
+            dimension.files.push_back({i, placed->kind, placed->x, placed->z, true});
+    }
+    // A world that the game has upgraded keeps its old files. The newest kind counts: .mca, then
+    // .mcr, region by region; Alpha chunks only where there is no region at all.
+    for (DimensionFolder& dimension : m_dimensions) {
+        auto& files = dimension.files;
+        std::stable_sort(files.begin(), files.end(), [](const ChunkFile& a, const ChunkFile& b) {
+            return std::tuple(a.kind == FileKind::kAlpha, a.x, a.z, a.kind) <
+                   std::tuple(b.kind == FileKind::kAlpha, b.x, b.z, b.kind);
+        });
+        std::vector<ChunkFile> kept;
+        for (const ChunkFile& file : files) {
+            const bool same = !kept.empty() && kept.back().x == file.x && kept.back().z == file.z;
+            const bool older = !kept.empty() && kept.front().kind != FileKind::kAlpha &&
+                               file.kind == FileKind::kAlpha;
+            if (same || older)
+                dimension.notes.push_back(entries[file.entry].path + ": passed over, " +
+                                          entries[(same ? kept.back() : kept.front()).entry].path +
+                                          " is newer");
+            else
+                kept.push_back(file);
+        }
+        files = std::move(kept);
+    }
+}
+
+void WorldFolder::read_level() {
+    if (const auto entry = m_source->find(joined(m_root, kLevelFile))) {
+        const std::string& name = m_source->entries()[*entry].path;
+        try {
+            m_level = read_level_dat(m_source->whole(*entry, kMaxSmallFileBytes), name);
+        } catch (const util::Error& e) {
+            m_damage.push_back(e.what());
+        }
+    }
+    if (const auto entry = m_source->find(joined(m_root, kSideCarFile))) {
+        const auto bytes = m_source->whole(*entry, kMaxSmallFileBytes);
+        m_side_car.emplace(bytes.begin(), bytes.end());
+    }
+    if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
+        throw util::UsageError("open the Minecraft world " + m_path.string() +
+                               ": it is of the Bedrock edition; allowed: the Java edition");
+}
+
+std::string WorldFolder::title() const {
+    if (m_level && !m_level->name.empty())
+        return m_level->name;
+    if (!m_root.empty())
+        return std::string(name_of(m_root));
+    const fs::path whole = fs::absolute(m_path).lexically_normal();
+    const fs::path last = whole.has_filename() ? whole : whole.parent_path();
+    return (fs::is_directory(m_path) ? last.filename() : last.stem()).string();
+}
+
+const DimensionFolder& WorldFolder::dimension(std::string_view name) const {
+    std::string names;
+    for (const DimensionFolder& dimension : m_dimensions) {
+        if (dimension.name == name)
+            return dimension;
+        names += (names.empty() ? "" : ", ") + dimension.name;
+    }
+    throw util::UsageError("open the Minecraft world " + m_path.string() + ": no dimension '" +
+                           std::string(name) +
+                           "'; allowed: " + (names.empty() ? "none is there" : names));
+}
+
+}  // namespace terravox::minecraft

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "voxelserver/make/worlds/minecraft/level_dat.hpp"
+#include "voxelserver/make/worlds/minecraft/place_names.hpp"
+#include "voxelserver/make/worlds/minecraft/source.hpp"
+
+namespace terravox::minecraft {
+
+/// A file that holds chunks.
+struct ChunkFile {
+    std::size_t entry = 0;  ///< in the source
+    FileKind kind = FileKind::kAnvil;
+    std::int32_t x = 0, z = 0;  ///< of the region or the chunk
+    bool placed = true;         ///< false: x, z are to be read from its chunks
+};
+
+/// One dimension of a world: where its chunks are.
+struct DimensionFolder {
+    std::string name;
+    std::string folder;
+    std::vector<ChunkFile> files;    ///< by x, then z
+    std::vector<std::string> notes;  ///< files that were skipped, and why
+};
+
+/// The parts of a world, found by the names of its files. Immutable except for the source, which is
+/// thread-safe.
+class WorldFolder {
+public:
+    /// @param path as MinecraftWorldOptions::path
+    /// @param cache_bytes of files kept open or unpacked
+    /// @throws UsageError when no world, or more than one, is there; Error when it cannot be read
+    WorldFolder(const std::filesystem::path& path, std::size_t cache_bytes);
+
+    [[nodiscard]] FileSource& source() const noexcept { return *m_source; }
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
+    /// Folder of the source that holds the world.
+    [[nodiscard]] const std::string& root() const noexcept { return m_root; }
+    [[nodiscard]] std::string title() const;  ///< level.dat's name, else the file's or folder's
+    [[nodiscard]] const std::optional<LevelDat>& level() const noexcept { return m_level; }
+    /// Damage of files that belong to no dimension.
+    [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }
+    /// Text of terravox.json, when there is one.
+    [[nodiscard]] const std::optional<std::string>& side_car() const noexcept { return m_side_car; }
+    /// The overworld first, then by name.
+    [[nodiscard]] const std::vector<DimensionFolder>& dimensions() const noexcept {
+        return m_dimensions;
+    }
+    /// @throws UsageError naming the available ones
+    [[nodiscard]] const DimensionFolder& dimension(std::string_view name) const;
+
+private:
+    void add_single_file();
+    void find_root();
+    void collect();
+    void read_level();
+    DimensionFolder& dimension_at(std::string_view folder);
+
+    std::filesystem::path m_path;
+    std::unique_ptr<FileSource> m_source;
+    std::string m_root;
+    std::optional<LevelDat> m_level;
+    std::optional<std::string> m_side_car;
+    std::vector<std::string> m_damage;
+    std::vector<DimensionFolder> m_dimensions;
+};
+
+}  // namespace terravox::minecraft

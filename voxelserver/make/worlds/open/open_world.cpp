@@ -1,0 +1,68 @@
+#include "voxelserver/make/worlds/open/open_world.hpp"
+
+#include <string>
+
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_world.hpp"
+#include "voxelserver/make/worlds/archive/remote_archive.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/overlay/additions.hpp"
+#include "voxelserver/make/worlds/remote/remote_kind.hpp"
+#include "voxelserver/make/worlds/remote/remote_world.hpp"
+
+namespace terravox::worlds {
+namespace {
+
+using worlds::WorldKind;
+
+/// @throws UsageError where inputs and options do not apply to the kind of the first input
+const WorldKind& checked_kind(const WorldOptions& options) {
+    const auto& inputs = options.inputs;
+    if (inputs.empty()) {
+        throw util::UsageError("open the world: nothing given; allowed: " +
+                               worlds::allowed_inputs());
+    }
+    const std::string& first = inputs.front();
+    const WorldKind& kind = worlds::kind_of(first);
+    const std::string noun(kind.noun);
+    for (const std::string& input : inputs) {
+        const WorldKind& other = worlds::kind_of(input);
+        if (&other != &kind) {
+            throw util::UsageError("open the world: " + first + " is " + noun + ", " + input +
+                                   " is " + std::string(other.noun) +
+                                   "; allowed: inputs of one kind");
+        }
+    }
+    if (inputs.size() > 1 && !kind.takes_several) {
+        throw util::UsageError("open the world: " + std::to_string(inputs.size()) +
+                               " inputs, of which " + first + " is " + noun +
+                               "; allowed: one of these");
+    }
+    if (!options.orthophotos.empty() && !kind.takes_orthophotos) {
+        const bool is_server = &kind == &kServerKind;
+        throw util::UsageError("open the world " + first + ": --ortho with " + noun +
+                               (is_server
+                                    ? "; it belongs to the server's own command line"
+                                    : "; allowed: with LiDAR data, stores and rasters of heights"));
+    }
+    return kind;
+}
+
+}  // namespace
+
+std::unique_ptr<voxel::World> open_address(const std::string& url, const remote::HttpAccess& access,
+                                           util::StageTimes& times,
+                                           std::chrono::milliseconds timeout,
+                                           const std::stop_token& stop) {
+    if (names_archive(url))
+        return voxel::open_archive(remote_archive(url, timeout, stop, access));
+    return remote::open_remote_world(url, times, timeout, stop, access);
+}
+
+std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
+                                         const std::stop_token& stop) {
+    return overlay::with_additions(checked_kind(options).open({options, times, stop}),
+                                   options.additions, stop);
+}
+
+}  // namespace terravox::worlds

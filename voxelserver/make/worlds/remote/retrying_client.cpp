@@ -1,0 +1,73 @@
+#include "voxelserver/make/worlds/remote/retrying_client.hpp"
+
+#include "common/util/log.hpp"
+#include "common/voxel/changed_error.hpp"
+
+namespace terravox::remote {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kMaxStalled{
+    120'000};                      // a cold square may take a while before the first byte
+constexpr int kGivenUpInRow = 16;  // then the server counts as unreachable, until a reply comes
+constexpr int kHopelessShare = 20;
+
+}  // namespace
+
+bool RetryingClient::is_reachable() const noexcept {
+    return m_given_up.load(std::memory_order_relaxed) < kGivenUpInRow;
+}
+
+RetryingClient::Request RetryingClient::begin(Milliseconds timeout) const {
+    const bool hope = is_reachable();
+    if (!hope)
+        timeout = std::max(timeout / kHopelessShare, std::min(timeout, milliseconds{1000}));
+    const auto stalled =
+        std::chrono::ceil<std::chrono::seconds>(std::min(timeout / 2, kMaxStalled));
+    return {timeout, std::max(stalled, std::chrono::seconds{1}),
+            Retry(m_client.now(), timeout, hope)};
+}
+
+HttpLimits RetryingClient::limits(const Request& request, std::size_t max_bytes) const {
+    return {request.retry.time_left(m_client.now()), request.stalled, max_bytes};
+}
+
+void RetryingClient::check(const std::string& url, const HttpReply& reply, bool on_condition) {
+    if (reply.status == 200 || reply.status == 204 || reply.status == 206)
+        return;
+    if (on_condition && (reply.status == 412 || reply.status == 416))
+        return;
+    const std::string what = "fetch " + url + ": " + problem_of(reply);
+    if (const auto kind = failure_kind_of(reply.status))
+        throw FailedTry(*kind, what, reply.retry_after);
+    on_reply();
+    if (reply.status == 412)
+        throw voxel::ChangedError(what + "; start again");
+    throw util::Error(what);
+}
+
+void RetryingClient::wait_or_give_up(const std::string& url, Request& request,
+                                     const FailedTry& failed) {
+    const auto wait =
+        request.retry.wait_after(failed.kind, m_client.now(), failed.retry_after, chance());
+    if (!wait)
+        give_up(failed, request);
+    util::log_debug("{}; trying again in {} ms", failed.what(), wait->count());
+    m_client.wait(url, *wait);
+}
+
+void RetryingClient::give_up(const FailedTry& failed, const Request& request) {
+    // A 500 comes from a server that is alive.
+    if (failed.kind == FailureKind::kFailed)
+        on_reply();
+    else
+        m_given_up.fetch_add(1, std::memory_order_relaxed);
+    const int tries = request.retry.tries();
+    throw util::Error(
+        std::string(failed.what()) + "; given up after " + std::to_string(tries) +
+        (tries == 1 ? " try" : " tries") + ", timeout " +
+        std::to_string(std::chrono::ceil<std::chrono::seconds>(request.timeout).count()) + " s");
+}
+
+}  // namespace terravox::remote
