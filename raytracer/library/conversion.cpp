@@ -6,7 +6,7 @@
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/state.hpp"
 #include "raytracer/material/material_file.hpp"
-#include "voxelserver/export/formats/formats.hpp"
+#include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox {
 

@@ -10,7 +10,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "raytracer/pmtiles/directory.hpp"
-#include "voxelserver/export/shape/byte_file.hpp"
+#include "voxelserver/out/export/shape/byte_file.hpp"
 
 namespace terravox::pmtiles {
 

@@ -9,7 +9,7 @@
 
 #include "common/voxel/world.hpp"
 #include "raytracer/core/ray.hpp"
-#include "voxelserver/archive/split.hpp"
+#include "voxelserver/out/archive/split.hpp"
 
 namespace terravox::publish {
 

@@ -16,7 +16,7 @@ GUIDE = ROOT / "docs" / "guide"
 FORMATS = ROOT / "docs" / "formats"
 RUN_PAGES = [ROOT / "README.md", *sorted(GUIDE.glob("*.md"))]
 README_LINES = 100
-NOT_OURS = {"build", "out", "node_modules", "dist", "dist-test", ".git"}
+NOT_OURS = {"build", "node_modules", "dist", "dist-test", ".git"}
 SOURCES = ("common", "config", "docs", "grabber", "raytracer", "tests", "voxelserver")
 TEXTS = {".cpp", ".hpp", ".ts", ".py", ".sh", ".toml", ".proto", ".sql", ".json", ".md"}
 

@@ -24,7 +24,7 @@
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/use_weather.hpp"
-#include "voxelserver/export/core/part.hpp"
+#include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {
 namespace {

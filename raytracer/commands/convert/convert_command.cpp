@@ -18,12 +18,12 @@
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/convert/job_name.hpp"
 #include "raytracer/material/material_file.hpp"
-#include "voxelserver/export/core/changed_columns.hpp"
-#include "voxelserver/export/core/part.hpp"
-#include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/make/voxelize/world/dependent_columns.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 #include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/out/export/core/changed_columns.hpp"
+#include "voxelserver/out/export/core/part.hpp"
+#include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -5,7 +5,7 @@
 #include "common/voxel/world.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "voxelserver/export/core/part.hpp"
+#include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {
 

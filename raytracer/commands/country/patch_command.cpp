@@ -9,8 +9,8 @@
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "raytracer/commands/country/run_command.hpp"
-#include "voxelserver/country/join.hpp"
-#include "voxelserver/country/patch.hpp"
+#include "voxelserver/out/country/join.hpp"
+#include "voxelserver/out/country/patch.hpp"
 
 namespace terravox::commands {
 namespace {

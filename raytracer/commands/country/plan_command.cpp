@@ -15,10 +15,10 @@
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/country/plan_report.hpp"
 #include "raytracer/commands/country/script_arguments.hpp"
-#include "voxelserver/country/plan_folder.hpp"
-#include "voxelserver/country/planner.hpp"
-#include "voxelserver/country/scratch_folder.hpp"
-#include "voxelserver/export/core/meter.hpp"
+#include "voxelserver/out/country/plan_folder.hpp"
+#include "voxelserver/out/country/planner.hpp"
+#include "voxelserver/out/country/scratch_folder.hpp"
+#include "voxelserver/out/export/core/meter.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "voxelserver/country/plan.hpp"
+#include "voxelserver/out/country/plan.hpp"
 
 namespace terravox::commands {
 

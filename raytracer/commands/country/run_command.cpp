@@ -14,11 +14,11 @@
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "raytracer/commands/country/runner.hpp"
-#include "voxelserver/country/inputs.hpp"
-#include "voxelserver/country/join.hpp"
-#include "voxelserver/country/status.hpp"
-#include "voxelserver/country/task.hpp"
-#include "voxelserver/export/core/meter.hpp"
+#include "voxelserver/out/country/inputs.hpp"
+#include "voxelserver/out/country/join.hpp"
+#include "voxelserver/out/country/status.hpp"
+#include "voxelserver/out/country/task.hpp"
+#include "voxelserver/out/export/core/meter.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -17,11 +17,11 @@
 #include "common/util/file_lock.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/cluster/child.hpp"
-#include "voxelserver/country/task.hpp"
-#include "voxelserver/country/task_queue.hpp"
-#include "voxelserver/country/task_record.hpp"
-#include "voxelserver/export/archive/archive_export.hpp"
-#include "voxelserver/export/core/meter.hpp"
+#include "voxelserver/out/country/task.hpp"
+#include "voxelserver/out/country/task_queue.hpp"
+#include "voxelserver/out/country/task_record.hpp"
+#include "voxelserver/out/export/archive/archive_export.hpp"
+#include "voxelserver/out/export/core/meter.hpp"
 
 namespace terravox::commands {
 namespace {

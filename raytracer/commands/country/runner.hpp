@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <stop_token>
 
-#include "voxelserver/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan_folder.hpp"
 
 namespace terravox::commands {
 

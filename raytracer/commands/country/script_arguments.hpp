@@ -4,7 +4,7 @@
 
 #include "raytracer/cluster/manifests.hpp"
 #include "raytracer/cluster/slurm_scripts.hpp"
-#include "voxelserver/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan_folder.hpp"
 
 namespace CLI {
 class App;

@@ -23,7 +23,7 @@
 #include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/picture_check.hpp"
-#include "voxelserver/export/core/part.hpp"
+#include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {
 namespace {

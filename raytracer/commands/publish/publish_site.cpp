@@ -17,13 +17,13 @@
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/sky/sun_of.hpp"
-#include "voxelserver/archive/split.hpp"
-#include "voxelserver/export/core/part.hpp"
-#include "voxelserver/export/formats/formats.hpp"
 #include "voxelserver/make/voxelize/world/lidar_world.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 #include "voxelserver/make/worlds/open/world_kinds.hpp"
 #include "voxelserver/make/worlds/overlay/overlay_world.hpp"
+#include "voxelserver/out/archive/split.hpp"
+#include "voxelserver/out/export/core/part.hpp"
+#include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox::commands {
 namespace {

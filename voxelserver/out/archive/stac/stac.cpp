@@ -1,0 +1,147 @@
+#include "voxelserver/out/archive/stac/stac.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/out/archive/stac/stac_item.hpp"
+
+namespace terravox::stac {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// @throws UsageError unless it is an address with a scheme and a host, or empty
+void check_href(const std::string& href) {
+    const std::size_t scheme = href.find("://");
+    const bool is_plain = std::all_of(href.begin(), href.end(), [](char c) {
+        return c > ' ' && c <= '~' &&
+               std::string_view("?#@\\\"<>").find(c) == std::string_view::npos;
+    });
+    if (!href.empty() && (scheme == 0 || scheme == std::string::npos || scheme + 3 == href.size() ||
+                          href[scheme + 3] == '/' || !is_plain))
+        throw util::UsageError("stac: --href " + href +
+                               "; allowed: the address of a folder without a user, ? or #, "
+                               "https://example.org/data");
+}
+
+/// Where an archive lies, seen from its item.
+std::string href_of(const fs::path& archive, const StacRequest& request) {
+    const std::string name = archive.filename().string();
+    if (!request.href.empty())
+        return request.href + (request.href.ends_with('/') ? "" : "/") + url_segment(name);
+    // A path that leads out of the folder would say how this machine's disks are arranged.
+    const fs::path folder = fs::weakly_canonical(fs::absolute(request.folder));
+    const fs::path inside = (fs::weakly_canonical(fs::absolute(archive).parent_path()) / name)
+                                .lexically_relative(folder);
+    if (inside.empty() || *inside.begin() == "..")
+        throw util::UsageError("stac of " + archive.string() + ": it lies outside of " +
+                               request.folder.string() +
+                               "; allowed: -o its folder or one above it, or --href URL");
+    std::string out = ".";
+    for (const fs::path& step : inside)
+        out += "/" + url_segment(step.string());
+    return out;
+}
+
+std::string collection_id(const StacRequest& request) {
+    if (!request.collection.empty() || request.archives.size() == 1)
+        return request.collection;
+    const fs::path folder = fs::weakly_canonical(fs::absolute(request.folder));
+    const std::string name =
+        (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+    return name.empty() ? "archives" : name;
+}
+
+/// Of licences that differ there is no common one.
+std::string licence_of(const std::vector<StacItem>& items) {
+    const bool is_one = std::all_of(items.begin(), items.end(), [&](const StacItem& item) {
+        return item.licence == items.front().licence;
+    });
+    return is_one ? items.front().licence : "various";
+}
+
+Json collection_of(const std::string& id, const std::vector<StacItem>& items,
+                   const StacTime& time) {
+    std::array<double, 4> bbox = items.front().bbox_deg;
+    Json links =
+        Json::array({stac_link("root", std::string("./") + kStacCollection, "application/json")});
+    std::set<double> voxels_m;
+    for (const StacItem& item : items) {
+        for (const std::size_t low : {0, 1}) {
+            bbox[low] = std::min(bbox[low], item.bbox_deg[low]);
+            bbox[low + 2] = std::max(bbox[low + 2], item.bbox_deg[low + 2]);
+        }
+        voxels_m.insert(item.json["properties"]["terravox:voxel_m"].get<double>());
+        links.push_back(
+            stac_link("item", "./" + url_segment(item.id + ".json"), "application/geo+json"));
+    }
+    Json out;
+    out["type"] = "Collection";
+    out["stac_version"] = kStacVersion;
+    out["stac_extensions"] = Json::array();
+    out["id"] = id;
+    out["description"] =
+        "Places as voxels, in box archives of Terravox: " + std::to_string(items.size()) +
+        " of them.";
+    out["license"] = licence_of(items);
+    out["extent"]["spatial"]["bbox"] = Json::array({bbox});
+    out["extent"]["temporal"]["interval"] = Json::array({Json::array({time.start, time.end})});
+    out["summaries"]["terravox:voxel_m"] = voxels_m;
+    out["links"] = std::move(links);
+    return out;
+}
+
+/// Names of archives are names of files of the folder, which must differ.
+void check_names(const std::vector<StacItem>& items, bool has_collection) {
+    std::set<std::string> names;
+    if (has_collection)
+        names.insert(kStacCollection);
+    for (const StacItem& item : items)
+        if (!names.insert(item.id + ".json").second)
+            throw util::UsageError("stac: two files would have the name " + item.id +
+                                   ".json; allowed: archives with names of their own, other than "
+                                   "that of the collection");
+}
+
+}  // namespace
+
+StacReport write_stac(const StacRequest& request) {
+    check_href(request.href);
+    const std::string collection = collection_id(request);
+    StacReport out;
+    std::vector<StacItem> items;
+    for (const fs::path& archive : request.archives) {
+        items.push_back(stac_item(archive, request.time, href_of(archive, request), collection));
+        out.holes += items.back().holes;
+    }
+    check_names(items, !collection.empty());
+    std::vector<std::pair<fs::path, Json>> texts;
+    for (StacItem& item : items)
+        texts.emplace_back(request.folder / (item.id + ".json"), item.json);
+    if (!collection.empty())
+        texts.emplace_back(request.folder / kStacCollection,
+                           collection_of(collection, items, request.time));
+    for (const auto& [file, json] : texts) {
+        std::error_code ignored;
+        if (!request.overwrite && fs::exists(file, ignored))
+            throw util::UsageError(
+                "stac: write " + file.string() +
+                ": it is there already; allowed: another folder, or --overwrite");
+    }
+    for (const auto& [file, json] : texts) {
+        util::write_file_atomically(file,
+                                    json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n",
+                                    util::Links::kReplace);
+        out.files.push_back(file);
+    }
+    return out;
+}
+
+}  // namespace terravox::stac

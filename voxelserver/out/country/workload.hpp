@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "voxelserver/data/grid/patch.hpp"
+#include "voxelserver/out/export/core/columns.hpp"
+
+namespace terravox::country {
+
+/// A square, as far as the work for it depends on it.
+struct SurveySquare {
+    grid::ColumnRect bounds;
+    std::uint64_t points = 0;
+    /// What it takes decoded, on disk.
+    [[nodiscard]] std::uint64_t scratch_bytes() const noexcept { return points * kPoint_bytes; }
+    static constexpr std::uint64_t kPoint_bytes = 12;  ///< docs/formats/cache-folder.md
+};
+
+/// The squares of a survey by place. Immutable.
+class Survey {
+public:
+    /// A box column reads the patch of 64 voxels around it.
+    static constexpr std::int32_t kHalo_voxels = grid::kPatchSize;
+
+    /// @param edge of a column of boxes, voxels
+    Survey(std::vector<SurveySquare> squares, std::int32_t edge);
+
+    [[nodiscard]] const std::vector<SurveySquare>& squares() const noexcept { return m_squares; }
+    /// The squares that a column of boxes reads, by number, ascending.
+    [[nodiscard]] std::vector<std::size_t> read_by(const exports::Columns::At& column) const;
+    /// Number of columns of voxels of a column of boxes that lie in squares, at most all.
+    [[nodiscard]] double covered(const exports::Columns::At& column) const;
+
+private:
+    [[nodiscard]] grid::ColumnRect rect_of(const exports::Columns::At& column) const noexcept;
+
+    std::vector<SurveySquare> m_squares;
+    std::int32_t m_edge;
+    /// Numbers of squares that a column of boxes reads, by its place.
+    std::unordered_map<std::uint64_t, std::vector<std::size_t>> m_read_by;
+};
+
+/// What some columns of boxes take, made one after the other with a folder for decoded squares.
+struct Workload {
+    std::uint64_t columns = 0;
+    double covered = 0;         ///< columns of voxels that lie in squares
+    std::uint64_t squares = 0;  ///< that are decoded; one that was dropped counts again
+    double points = 0;          ///< that are decoded
+    std::uint64_t scratch_bytes = 0;
+};
+/// @param first, end of the columns that are made
+/// @param scratch_bytes limit of the folder: the squares used longest ago are dropped
+[[nodiscard]] Workload workload_of(const Survey& survey, const exports::Columns& columns,
+                                   std::size_t first, std::size_t end, std::uint64_t scratch_bytes);
+
+}  // namespace terravox::country

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "voxelserver/out/export/anvil/export_blocks.hpp"
+#include "voxelserver/out/export/core/job.hpp"
+
+namespace terravox::exports::anvil {
+
+struct AnvilOptions {
+    /// Folder with blocks.toml, old-blocks.toml and export.toml; empty: config/blocks.
+    std::filesystem::path blocks;
+    /// Name of the world in the game's list; empty: that of the world, else of the folder.
+    std::string title;
+};
+
+/// The file in the folder of a world that says how far a conversion has come.
+inline constexpr const char* kWorldJournal = "conversion.journal";
+
+/// @throws UsageError unless a folder is missing, empty, or holds no more than a conversion that
+/// was cut off before its first region
+void check_new_world(const std::filesystem::path& out);
+
+/// The tables by which voxels become blocks: of options.blocks, or of the configuration.
+/// @throws UsageError for a table that cannot be read or is wrong
+[[nodiscard]] ExportBlocks load_export_blocks(const AnvilOptions& options);
+
+/// Writes a part of a world as a world of Minecraft, Java edition 1.21.1: the folder job.out with
+/// level.dat, region/, a data pack when it is higher than 384 blocks, and terravox.json
+/// (voxel::SideCar). One voxel is one block; hidden voxels are stone. The surroundings are empty.
+/// An interrupted conversion resumes where it stopped. The bytes written depend on the world, part
+/// and options alone. Holds the packed chunks of one region in memory at a time: some MiB, at worst
+/// as much as the region's voxels.
+/// @throws UsageError when the part is too high or wide, or the folder holds anything else; Error
+/// when something cannot be written
+void write_anvil(Job& job, const AnvilOptions& options);
+
+}  // namespace terravox::exports::anvil

@@ -1,0 +1,251 @@
+#include "voxelserver/out/export/archive/archive_export.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "common/thread/in_order.hpp"
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/archive/coarse_levels.hpp"
+#include "common/voxel/archive/shard.hpp"
+#include "common/voxel/pyramid_world.hpp"
+#include "voxelserver/out/export/archive/archive_box.hpp"
+#include "voxelserver/out/export/core/journal.hpp"
+
+namespace terravox::exports {
+namespace {
+
+using voxel::Box;
+using voxel::BoxKey;
+using voxel::BoxRange;
+using voxel::archive::Kind;
+using voxel::archive::kSubtreeLevel;
+using voxel::archive::MadeBox;
+using voxel::archive::MadeRecord;
+
+// Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small),
+// itself included; coarse ones first, those of a level in the order of their parents.
+class Subtree {
+public:
+    Subtree(Job& job, const voxel::WorldInfo& info)
+        : m_job(job), m_info(info), m_limits(archive_limits(job.part, job.world())) {}
+    void make(const BoxKey& top) {
+        (void)made(top);
+        // Whoever reads over a network shows coarse boxes first: those lie together.
+        std::stable_sort(
+            records.begin(), records.end(),
+            [](const MadeRecord& a, const MadeRecord& b) { return a.key.level > b.key.level; });
+    }
+    std::vector<MadeRecord> records;
+    std::uint64_t voxels = 0;
+
+private:
+    MadeBox made(const BoxKey& key) {
+        if (!voxel::boxes_over(m_info.bounds, key.level).contains(key))
+            return {};
+        MadeBox out = key.level == 0 ? finest(key) : coarser(key);
+        if (out.box || out.hole)
+            records.push_back(voxel::archive::record_of(key, out));
+        return out;
+    }
+
+    MadeBox coarser(const BoxKey& key) {
+        std::array<MadeBox, 8> children;
+        for (int i = 0; i < 8; ++i)
+            children[static_cast<std::size_t>(i)] = made(voxel::archive::child_of(key, i));
+        return voxel::archive::coarse_box(key, children);
+    }
+
+    MadeBox finest(const BoxKey& key) {
+        ArchiveBox out = archive_box(m_job, m_limits, key);
+        voxels += out.voxels;
+        return out.made;
+    }
+
+    Job& m_job;
+    const voxel::WorldInfo& m_info;
+    const voxel::VoxelBounds m_limits;
+};
+
+static_assert(ShardChoice::kMost == voxel::archive::kMaxShards);
+
+/// The boxes at the tops of subtrees.
+BoxRange tops_of(const voxel::WorldInfo& info) {
+    return voxel::boxes_over(info.bounds, std::min(kSubtreeLevel, info.levels - 1));
+}
+
+/// The columns of the tops of subtrees.
+Columns columns_of(Job& job, const BoxRange& tops) {
+    return {block_of(tops), 1, [&](const ColumnBlock& some) {
+                const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
+                return job.may_hold({finest(some.min_bx), finest(some.min_bz), finest(some.max_bx),
+                                     finest(some.max_bz)});
+            }};
+}
+
+/// What the name of a conversion ends with.
+std::string suffix_of(const ShardChoice& shard) {
+    return shard.of == 0
+               ? ""
+               : " shard " + std::to_string(shard.number) + " of " + std::to_string(shard.of);
+}
+
+std::filesystem::path journal_of(std::filesystem::path out) {
+    out += ".journal";
+    return out;
+}
+
+class Exporter {
+public:
+    Exporter(Job& job, const ShardChoice& shard)
+        : m_job(job),
+          m_shard(shard),
+          m_info(archive_info(job.part, job.world())),
+          m_tops(tops_of(m_info)),
+          m_columns(columns_of(job, m_tops)),
+          m_journal(writable_journal_of(job.out), job.name + suffix_of(shard)) {}
+
+    void run() {
+        open();
+        subtrees();
+        if (m_shard.of > 0) {
+            m_writer->finish_shard(voxel::archive::json_of(
+                {m_shard.number, m_shard.of, m_job.name, m_job.damage_lines()}));
+        } else {
+            voxel::archive::add_levels_above(*m_writer, m_tops.min.level, m_info.levels,
+                                             m_job.threads);
+            m_writer->finish(m_job.damage_lines().size());
+        }
+        m_journal.remove();
+        m_job.wrote(m_job.out);
+    }
+
+private:
+    static std::filesystem::path writable_journal_of(const std::filesystem::path& out) {
+        util::check_writable(out);
+        return journal_of(out);
+    }
+
+    void open() {
+        if (m_journal.end_before() > 0) {
+            try {
+                m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info,
+                                                                  m_journal.end_before());
+                m_job.count_voxels(m_journal.voxels_before());
+                util::log_info("going on with {}.part", m_job.out.string());
+                return;
+            } catch (const util::Error& e) {
+                util::log_warn("{}; beginning anew", e.what());
+                m_journal.forget();
+            }
+        }
+        m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, 0);
+    }
+
+    void subtrees() {
+        const auto ny = static_cast<std::size_t>(m_tops.max.by - m_tops.min.by);
+        const auto [first, end] = columns_of_shard(m_shard, m_columns.count());
+        m_job.meter.add((m_columns.left_out() + m_columns.count() - (end - first)) * ny);
+        const auto key_at = [&, first = first](std::size_t i) {
+            const Columns::At at = m_columns.at(first + i / ny);
+            return BoxKey{m_tops.min.level, at.bx,
+                          m_tops.min.by + static_cast<std::int32_t>(i % ny), at.bz};
+        };
+        thread::in_order((end - first) * ny, m_job.threads,
+                         [&](std::size_t i) {
+                             Subtree made(m_job, m_info);
+                             if (!m_journal.has(voxel::to_string(key_at(i))))
+                                 made.make(key_at(i));
+                             return made;
+                         },
+                         [&](std::size_t i, Subtree made) {
+                             const std::string name = voxel::to_string(key_at(i));
+                             if (!m_journal.has(name)) {
+                                 for (const MadeRecord& r : made.records)
+                                     m_writer->add(r.key, r.kind, r.frame);
+                                 const bool whole = std::none_of(
+                                     made.records.begin(), made.records.end(),
+                                     [](const MadeRecord& r) { return r.kind == Kind::kHole; });
+                                 m_whole = m_whole && whole;
+                                 // With a hole, the next run retries from here on.
+                                 if (m_whole)
+                                     m_journal.add(name, made.voxels, m_writer->flush());
+                                 m_job.count_voxels(made.voxels);
+                             }
+                             m_job.meter.add();
+                         });
+    }
+
+    Job& m_job;
+    const ShardChoice m_shard;
+    const voxel::WorldInfo m_info;
+    const BoxRange m_tops;    ///< of subtrees
+    const Columns m_columns;  ///< before the journal: a rejected export leaves nothing
+    Journal m_journal;
+    std::unique_ptr<voxel::ArchiveWriter> m_writer;
+    bool m_whole = true;
+};
+
+}  // namespace
+
+std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
+    const BoxRange r = tops_of(archive_info(part, world));
+    return static_cast<std::uint64_t>(r.max.bx - r.min.bx) *
+           static_cast<std::uint64_t>(r.max.by - r.min.by) *
+           static_cast<std::uint64_t>(r.max.bz - r.min.bz);
+}
+
+void write_archive(Job& job, const ShardChoice& shard) {
+    Exporter(job, shard).run();
+}
+
+ArchiveColumns archive_columns(Job& job) {
+    const BoxRange tops = tops_of(archive_info(job.part, job.world()));
+    return {columns_of(job, tops), voxel::kBoxSizeX << tops.min.level,
+            static_cast<std::uint64_t>(tops.max.by - tops.min.by)};
+}
+
+std::pair<std::size_t, std::size_t> columns_of_shard(const ShardChoice& shard,
+                                                     std::size_t columns) {
+    if (shard.of == 0)
+        return {0, columns};
+    const auto end_of = [&](int number) {
+        return columns * static_cast<std::size_t>(number) / static_cast<std::size_t>(shard.of);
+    };
+    return {end_of(shard.number - 1), end_of(shard.number)};
+}
+
+MadeColumn make_archive_column(Job& job, const Columns::At& column) {
+    // An entry of the index, packed: a measured mean.
+    constexpr std::uint64_t kEntry_bytes = 12;
+    const voxel::WorldInfo info = archive_info(job.part, job.world());
+    const BoxRange tops = tops_of(info);
+    MadeColumn out;
+    for (std::int32_t by = tops.min.by; by < tops.max.by; ++by) {
+        Subtree subtree(job, info);
+        subtree.make({tops.min.level, column.bx, by, column.bz});
+        for (const MadeRecord& record : subtree.records) {
+            ++out.boxes;
+            out.bytes += sizeof(voxel::archive::Record) + record.frame.size() + kEntry_bytes;
+        }
+    }
+    return out;
+}
+
+void remove_journal(const std::filesystem::path& out) {
+    std::error_code ignored;
+    std::filesystem::remove(journal_of(out), ignored);
+}
+
+std::size_t finished_subtrees(const std::filesystem::path& out, const std::string& name,
+                              const ShardChoice& shard) {
+    return Journal::files_in(journal_of(out), name + suffix_of(shard));
+}
+
+}  // namespace terravox::exports
