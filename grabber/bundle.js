@@ -7,11 +7,11 @@ import { cp, mkdir, readFile, rm, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { licencesOf, packagesOf } from '../voxelserver/page/licences.mjs';
+import { licencesOf, packagesOf } from '../voxelserver/serve/page/licences.mjs';
 
 const root = fileURLToPath(new URL('.', import.meta.url));
 // The page's build has the bundler.
-const { build } = createRequire(join(root, '../voxelserver/page/package.json'))('esbuild');
+const { build } = createRequire(join(root, '../voxelserver/serve/page/package.json'))('esbuild');
 const [out, architecture, more] = process.argv.slice(2);
 if (!['x64', 'arm64'].includes(architecture) || more !== undefined) {
   process.stderr.write('usage: node bundle.js FOLDER x64|arm64\n');

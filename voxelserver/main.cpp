@@ -4,8 +4,8 @@
 
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/serve/options.hpp"
-#include "voxelserver/serve/serve.hpp"
+#include "voxelserver/serve/server/options.hpp"
+#include "voxelserver/serve/server/serve.hpp"
 
 namespace {
 

@@ -56,7 +56,7 @@ install(FILES CHANGELOG.md
 # Pages lead to each other and to figures; the gallery is larger than all of them.
 install(DIRECTORY docs/ COMPONENT programs DESTINATION share/doc/terravox
   PATTERN gallery EXCLUDE)
-install(FILES "${PROJECT_BINARY_DIR}/voxelserver/page/dist/licences.txt"
+install(FILES "${PROJECT_BINARY_DIR}/voxelserver/serve/page/dist/licences.txt"
   COMPONENT programs DESTINATION share/doc/terravox RENAME licences-page.txt)
 
 # npm builds the grabber before CMake runs (config/setup/node.sh).

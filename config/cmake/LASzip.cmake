@@ -73,7 +73,7 @@ endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE
   LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
-# A part of terravox-worlds.so (voxelserver/module).
+# A part of terravox-worlds.so (voxelserver/serve/module).
 set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)
 # It deletes intervals of a spatial index through a base without a virtual destructor: the size that
 # would be handed to the allocator is the base's, which allocators and the address sanitizer may

@@ -21,7 +21,7 @@ NAMES = (
 LIBRARY = re.compile(r"\blibterravox(?:\.so\.)?([0-9]+\.[0-9]+)\b")
 # The changelog names what earlier versions were, and tests make versions up.
 WITHOUT = ("CHANGELOG.md", "tests/")
-MANIFESTS = ("grabber", "voxelserver/page")
+MANIFESTS = ("grabber", "voxelserver/serve/page")
 
 
 def text_of(root, name):

@@ -28,7 +28,7 @@ SOURCES = (
 )
 # Has no part in a wheel, and needs Node.js: its list for CMake says what there is instead. Others
 # include its headers.
-PAGE = "voxelserver/page"
+PAGE = "voxelserver/serve/page"
 OF_PAGE = (".hpp", "/CMakeLists.txt")
 LASZIP = "build/deps/laszip"
 PROJECT = "raytracer/python/pyproject.toml"

@@ -2,7 +2,7 @@
 # the page itself.
 # shellcheck shell=bash
 
-PAGE_DIR=$ROOT/voxelserver/page
+PAGE_DIR=$ROOT/voxelserver/serve/page
 
 in_page() { (cd "$PAGE_DIR" && "$@"); }
 

@@ -15,11 +15,11 @@
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/state.hpp"
 #include "raytracer/material/material_file.hpp"
-#include "voxelserver/boxes/box_cache.hpp"
-#include "voxelserver/http/map_view.hpp"
-#include "voxelserver/http/router.hpp"
-#include "voxelserver/http/server.hpp"
-#include "voxelserver/sockets/http_host.hpp"
+#include "voxelserver/serve/boxes/box_cache.hpp"
+#include "voxelserver/serve/http/map_view.hpp"
+#include "voxelserver/serve/http/router.hpp"
+#include "voxelserver/serve/http/server.hpp"
+#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox {
 namespace {

@@ -11,7 +11,7 @@
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/pmtiles/tile_cutter.hpp"
-#include "voxelserver/map/png.hpp"
+#include "voxelserver/serve/map/png.hpp"
 
 namespace terravox::pmtiles {
 namespace {

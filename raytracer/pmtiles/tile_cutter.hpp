@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "raytracer/pmtiles/tile_address.hpp"
-#include "voxelserver/map/hill_shade.hpp"
+#include "voxelserver/serve/map/hill_shade.hpp"
 
 namespace terravox::pmtiles {
 

@@ -9,7 +9,7 @@
 #include "common/util/error.hpp"
 #include "common/util/markup.hpp"
 #include "common/voxel/archive/byte_source.hpp"
-#include "voxelserver/page/assets.hpp"
+#include "voxelserver/serve/page/assets.hpp"
 
 namespace terravox::publish {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/publish/site.hpp"
-#include "voxelserver/page/assets.hpp"
+#include "voxelserver/serve/page/assets.hpp"
 
 namespace terravox::publish {
 namespace {

@@ -13,9 +13,9 @@
 
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
-#include "voxelserver/http/error_reply.hpp"
-#include "voxelserver/http/file_reply.hpp"
-#include "voxelserver/http/page_routes.hpp"
+#include "voxelserver/serve/http/error_reply.hpp"
+#include "voxelserver/serve/http/file_reply.hpp"
+#include "voxelserver/serve/http/page_routes.hpp"
 
 namespace terravox::publish {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "voxelserver/http/request_check.hpp"
-#include "voxelserver/http/request_handler.hpp"
-#include "voxelserver/http/server.hpp"
+#include "voxelserver/serve/http/request_check.hpp"
+#include "voxelserver/serve/http/request_handler.hpp"
+#include "voxelserver/serve/http/server.hpp"
 
 namespace terravox::publish {
 

@@ -5,7 +5,7 @@ import subprocess
 
 from support import ROOT
 
-PACKAGES = [ROOT / "grabber", ROOT / "voxelserver" / "page"]
+PACKAGES = [ROOT / "grabber", ROOT / "voxelserver" / "serve" / "page"]
 REQUIREMENTS = sorted((ROOT / "config" / "setup" / "python").glob("*.txt"))
 
 

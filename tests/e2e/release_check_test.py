@@ -19,8 +19,8 @@ READ = (
     "grabber/package.json",
     "grabber/package-lock.json",
     "raytracer/python/pyproject.toml",
-    "voxelserver/page/package.json",
-    "voxelserver/page/package-lock.json",
+    "voxelserver/serve/page/package.json",
+    "voxelserver/serve/page/package-lock.json",
 )
 MINOR = version().rpartition(".")[0]
 GIT = ("git", "-c", "user.name=T", "-c", "user.email=t@example.org", "-c", "commit.gpgsign=false")
@@ -77,7 +77,7 @@ class Check(Case):
             "docs/guide/install.md",
             "grabber/package.json",
             "grabber/package-lock.json",
-            "voxelserver/page/package.json",
+            "voxelserver/serve/page/package.json",
         ):
             with self.subTest(name):
                 self.replace(name, was, "7.8.9", 1)

@@ -171,7 +171,7 @@ class Sources(Case):
             project = archive.extractfile(f"{top}/pyproject.toml").read().decode()
         parts = ["CMakeLists.txt", "LICENSE", "build/deps/laszip/src/laszip_dll.cpp"]
         parts += ["config/materials.toml", "raytracer/python/terravox/__init__.py"]
-        parts += [f"voxelserver/page/{name}" for name in ("CMakeLists.txt", "appearance.hpp")]
+        parts += [f"voxelserver/serve/page/{name}" for name in ("CMakeLists.txt", "appearance.hpp")]
         for name in parts:
             self.assertIn(f"{top}/{name}", names)
         self.assertEqual([name for name in names if "tests/" in name or "grabber/" in name], [])

@@ -13,7 +13,7 @@ import { createRequire } from 'node:module';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const page_ = join(dirname(fileURLToPath(import.meta.url)), '../../voxelserver/page/package.json');
+const page_ = join(dirname(fileURLToPath(import.meta.url)), '../../voxelserver/serve/page/package.json');
 const { chromium } = createRequire(page_)('playwright-core');
 const job = JSON.parse(readFileSync(process.argv[2], 'utf8'));
 const executablePath = process.env.TERRAVOX_CHROMIUM ?? '/usr/bin/chromium';

@@ -117,7 +117,7 @@ class ThirdParty(Case):
         self.same_packages(self.tables["Packages of builds and tests"], wanted)
 
     def test_packages_in_the_page_are_marked(self):
-        licences = build() / "voxelserver" / "page" / "dist" / "licences.txt"
+        licences = build() / "voxelserver" / "serve" / "page" / "dist" / "licences.txt"
         inside = bundled(licences.read_text(encoding="utf-8"))
         self.assertEqual(
             [row[0] for row in self.tables["Packages of the web page"] if row[4] == "yes"],

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/voxelserver/http/fake_world.hpp"
-#include "voxelserver/http/router.hpp"
+#include "tests/voxelserver/serve/http/fake_world.hpp"
+#include "voxelserver/serve/http/router.hpp"
 
 namespace terravox::fuzz {
 namespace {

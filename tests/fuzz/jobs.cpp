@@ -8,10 +8,10 @@
 
 #include "tests/eventually.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/voxelserver/http/fake_world.hpp"
-#include "tests/voxelserver/jobs/script.hpp"
-#include "voxelserver/http/router.hpp"
-#include "voxelserver/jobs/job_queue.hpp"
+#include "tests/voxelserver/serve/http/fake_world.hpp"
+#include "tests/voxelserver/serve/jobs/script.hpp"
+#include "voxelserver/serve/http/router.hpp"
+#include "voxelserver/serve/jobs/job_queue.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "mutants"
 # The first folder that a file lies in names its wing.
 WINGS = {
-    "voxelserver/page/": "page",
+    "voxelserver/serve/page/": "page",
     "common/": "common",
     "config/": "config",
     "grabber/": "grabber",

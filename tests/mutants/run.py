@@ -29,7 +29,7 @@ import tiers  # noqa: E402
 
 HOME = ROOT / "build" / "mutants"
 PRESET = "release"
-LINKED = ("build/deps", "grabber/node_modules", "voxelserver/page/node_modules")
+LINKED = ("build/deps", "grabber/node_modules", "voxelserver/serve/page/node_modules")
 SKIPPED = re.compile(r"\*\*\*Skipped")
 
 

@@ -1,11 +1,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Api } from '../../voxelserver/page/src/api.js';
-import { captionOf } from '../../voxelserver/page/src/analysis-form.js';
-import { colourlessText, styleOf, valueText } from '../../voxelserver/page/src/band-styles.js';
-import { colourOf, paint, scaleOf } from '../../voxelserver/page/src/colour-scale.js';
-import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/page/src/jobs.js';
-import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/page/src/raster-file.js';
+import { Api } from '../../voxelserver/serve/page/src/api.js';
+import { captionOf } from '../../voxelserver/serve/page/src/analysis-form.js';
+import { colourlessText, styleOf, valueText } from '../../voxelserver/serve/page/src/band-styles.js';
+import { colourOf, paint, scaleOf } from '../../voxelserver/serve/page/src/colour-scale.js';
+import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/serve/page/src/jobs.js';
+import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/serve/page/src/raster-file.js';
 import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
 import { shareOf } from './support/test-bytes.js';
 

@@ -1,9 +1,9 @@
-#include "voxelserver/page/assets.hpp"
+#include "voxelserver/serve/page/assets.hpp"
 
 #include <string>
 
 #include "tests/catch.hpp"
-#include "voxelserver/page/appearance.hpp"
+#include "voxelserver/serve/page/appearance.hpp"
 
 using terravox::page::Asset;
 

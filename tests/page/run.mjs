@@ -12,7 +12,7 @@ import { fileURLToPath } from 'node:url';
 import { kReporters } from '../skips.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const page = join(here, '../../voxelserver/page');
+const page = join(here, '../../voxelserver/serve/page');
 const modules = join(page, 'node_modules');
 const words = process.argv.slice(2);
 const tier = words[0] === '--tier' ? words.splice(0, 2)[1] : undefined;

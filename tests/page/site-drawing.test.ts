@@ -1,12 +1,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { readAppearance, unpackAppearance, type Appearance } from '../../voxelserver/page/src/viewer/draw/appearance.js';
-import type { Camera, Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
-import { heightColour, kLayerColours, legendOf, type Layer } from '../../voxelserver/page/src/viewer/draw/layers.js';
-import type { CastRay, Look } from '../../voxelserver/page/src/viewer/draw/renderer.js';
-import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
-import { cameraOf, lookingAt } from '../../voxelserver/page/src/viewer/ui/navigation.js';
-import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
+import { readAppearance, unpackAppearance, type Appearance } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
+import type { Camera, Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import { heightColour, kLayerColours, legendOf, type Layer } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
+import type { CastRay, Look } from '../../voxelserver/serve/page/src/viewer/draw/renderer.js';
+import type { Pick } from '../../voxelserver/serve/page/src/viewer/stage.js';
+import { cameraOf, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import { noBrowser, openBrowser, openPage, type WatchedPage } from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
 

@@ -1,10 +1,10 @@
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
-import { fromLink } from '../../voxelserver/page/src/viewer/ui/link.js';
-import { cameraOf, lookingAt } from '../../voxelserver/page/src/viewer/ui/navigation.js';
-import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import { fromLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
+import { cameraOf, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import { noBrowser, openBrowser, openPage, screenshot, until, untilText } from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
 

@@ -1,10 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ArchiveSource } from '../../voxelserver/page/src/viewer/data/archive-source.js';
-import { readBoxArrays } from '../../voxelserver/page/src/viewer/data/box-arrays.js';
-import { DataError, type DataErrorKind } from '../../voxelserver/page/src/viewer/data/errors.js';
-import { readFacts } from '../../voxelserver/page/src/viewer/data/facts.js';
-import type { Column } from '../../voxelserver/page/src/viewer/data/source.js';
+import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
+import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
+import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { readFacts } from '../../voxelserver/serve/page/src/viewer/data/facts.js';
+import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { nameOf } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
 import { fullBoxFrame } from './support/full-box.js';

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { readBox } from '../../voxelserver/page/src/box-reader.js';
-import { readBoxArrays } from '../../voxelserver/page/src/viewer/data/box-arrays.js';
+import { readBox } from '../../voxelserver/serve/page/src/box-reader.js';
+import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
 import { kindOf } from './support/data-errors.js';
 import { boxBytes, sealBox, type Key } from './support/make-archive.js';
 import { makeBox, type Voxel } from './support/make-box.js';

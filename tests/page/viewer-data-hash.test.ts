@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { xxh64 } from '../../voxelserver/page/src/viewer/data/xxh64.js';
+import { xxh64 } from '../../voxelserver/serve/page/src/viewer/data/xxh64.js';
 import { big, halves } from './support/hash64.js';
 import { slowXxh64 } from './support/make-archive.js';
 import { randomOf } from './support/test-bytes.js';

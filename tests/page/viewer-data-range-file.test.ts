@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { DataErrorKind } from '../../voxelserver/page/src/viewer/data/errors.js';
-import { RangeFile } from '../../voxelserver/page/src/viewer/data/range-file.js';
-import { gapsOf, planRanges } from '../../voxelserver/page/src/viewer/data/range-plan.js';
+import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { RangeFile } from '../../voxelserver/serve/page/src/viewer/data/range-file.js';
+import { gapsOf, planRanges } from '../../voxelserver/serve/page/src/viewer/data/range-plan.js';
 import { kindOf, kindOfAsync } from './support/data-errors.js';
 import { kOpen, type Handler, FakeHost, status, brokenBody, partOf } from './support/fake-host.js';
 

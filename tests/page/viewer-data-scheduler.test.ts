@@ -1,10 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ArchiveSource } from '../../voxelserver/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../voxelserver/page/src/viewer/data/column-key.js';
-import { DataError } from '../../voxelserver/page/src/viewer/data/errors.js';
-import { Scheduler } from '../../voxelserver/page/src/viewer/data/scheduler.js';
-import type { BoxSource, Column } from '../../voxelserver/page/src/viewer/data/source.js';
+import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
+import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import { DataError } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { Scheduler } from '../../voxelserver/serve/page/src/viewer/data/scheduler.js';
+import type { BoxSource, Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { nameOf, at, columnAt } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
 import { archiveHost, rowOf } from './support/small-archive.js';

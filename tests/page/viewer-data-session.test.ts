@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { bytesOfColumn } from '../../voxelserver/page/src/viewer/data/column-bytes.js';
-import type { FromWorker } from '../../voxelserver/page/src/viewer/data/protocol.js';
-import { Session } from '../../voxelserver/page/src/viewer/data/session.js';
+import { bytesOfColumn } from '../../voxelserver/serve/page/src/viewer/data/column-bytes.js';
+import type { FromWorker } from '../../voxelserver/serve/page/src/viewer/data/protocol.js';
+import { Session } from '../../voxelserver/serve/page/src/viewer/data/session.js';
 import { serverHost } from './support/batch-host.js';
 import { at } from './support/columns.js';
 import { FakeHost } from './support/fake-host.js';

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { DataErrorKind } from '../../voxelserver/page/src/viewer/data/errors.js';
-import { unpack } from '../../voxelserver/page/src/viewer/data/zstd.js';
+import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { unpack } from '../../voxelserver/serve/page/src/viewer/data/zstd.js';
 import { kindOf } from './support/data-errors.js';
 import { zstdBlock, zstdFrame, zstdFrameOf } from './support/make-archive.js';
 import { bytesOf, randomOf, skewed } from './support/test-bytes.js';

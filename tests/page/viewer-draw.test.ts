@@ -4,9 +4,9 @@ import {
   hashOf,
   makeColumnTable,
   type CutColumn,
-} from '../../voxelserver/page/src/viewer/draw/column-table.js';
-import type { Appearance } from '../../voxelserver/page/src/viewer/draw/appearance.js';
-import { fromHalf } from '../../voxelserver/page/src/viewer/draw/half.js';
+} from '../../voxelserver/serve/page/src/viewer/draw/column-table.js';
+import type { Appearance } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
+import { fromHalf } from '../../voxelserver/serve/page/src/viewer/draw/half.js';
 import {
   contourStepM,
   heightColour,
@@ -14,32 +14,32 @@ import {
   kUnknownClass,
   layerTable,
   legendOf,
-} from '../../voxelserver/page/src/viewer/draw/layers.js';
-import { LevelCut } from '../../voxelserver/page/src/viewer/draw/level-cut.js';
-import { checkLook, kDefaultLook, type Look } from '../../voxelserver/page/src/viewer/draw/look.js';
-import { Pace } from '../../voxelserver/page/src/viewer/draw/pace.js';
-import { Residency, type ColumnKey } from '../../voxelserver/page/src/viewer/draw/residency.js';
-import { RowPool } from '../../voxelserver/page/src/viewer/draw/row-pool.js';
-import { wavePhases } from '../../voxelserver/page/src/viewer/draw/waves.js';
-import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
-import { fromLink, toLink } from '../../voxelserver/page/src/viewer/ui/link.js';
+} from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
+import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
+import { checkLook, kDefaultLook, type Look } from '../../voxelserver/serve/page/src/viewer/draw/look.js';
+import { Pace } from '../../voxelserver/serve/page/src/viewer/draw/pace.js';
+import { Residency, type ColumnKey } from '../../voxelserver/serve/page/src/viewer/draw/residency.js';
+import { RowPool } from '../../voxelserver/serve/page/src/viewer/draw/row-pool.js';
+import { wavePhases } from '../../voxelserver/serve/page/src/viewer/draw/waves.js';
+import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
+import { fromLink, toLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
 import {
   cameraOf,
   lookingAt,
   orbited,
   turned,
   type Viewpoint,
-} from '../../voxelserver/page/src/viewer/ui/navigation.js';
-import { kTokenKey } from '../../voxelserver/page/src/api.js';
-import { readStats, readWorld } from '../../voxelserver/page/src/replies.js';
-import { readPlaceFile } from '../../voxelserver/page/src/viewer/ui/place-file.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { kTokenKey } from '../../voxelserver/serve/page/src/api.js';
+import { readStats, readWorld } from '../../voxelserver/serve/page/src/replies.js';
+import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import {
   fetchWithToken,
   serverPlace,
   tokenStore,
-} from '../../voxelserver/page/src/viewer/ui/server-access.js';
-import { placeOnMap, progressOf } from '../../voxelserver/page/src/viewer/ui/server-watch.js';
-import { text } from '../../voxelserver/page/src/viewer/ui/texts.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/server-access.js';
+import { placeOnMap, progressOf } from '../../voxelserver/serve/page/src/viewer/ui/server-watch.js';
+import { text } from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
 import { shareOf } from './support/test-bytes.js';
 
 test('rows that are freed can be taken again, and no two runs overlap', () => {

@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
-import { fingersMoved, type Fingers } from '../../voxelserver/page/src/viewer/ui/fingers.js';
-import { cameraOf, type Viewpoint } from '../../voxelserver/page/src/viewer/ui/navigation.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import { fingersMoved, type Fingers } from '../../voxelserver/serve/page/src/viewer/ui/fingers.js';
+import { cameraOf, type Viewpoint } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { isNear } from './support/near.js';
 
 const kHeightPx = 600;

@@ -6,7 +6,7 @@ import type { AddressInfo } from 'node:net';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import type { StageStats } from '../../voxelserver/page/src/viewer/stage.js';
+import type { StageStats } from '../../voxelserver/serve/page/src/viewer/stage.js';
 import { noBrowser, openBrowser, openPage } from './support/browser.js';
 import { fullBoxFrame } from './support/full-box.js';
 import { makeArchive, type Key, type TestBox } from './support/make-archive.js';

@@ -1,9 +1,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
-import type { MapPlace } from '../../voxelserver/page/src/replies.js';
-import { sunPosition } from '../../voxelserver/page/src/viewer/draw/sun-position.js';
-import { isUp, sunDay, towards } from '../../voxelserver/page/src/viewer/ui/sun-day.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { MapPlace } from '../../voxelserver/serve/page/src/replies.js';
+import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
+import { isUp, sunDay, towards } from '../../voxelserver/serve/page/src/viewer/ui/sun-day.js';
 import { isNear } from './support/near.js';
 
 const at = (latDeg: number, lonDeg: number): MapPlace => ({ latDeg, lonDeg, convergenceDeg: 0 });

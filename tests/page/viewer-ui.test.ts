@@ -4,8 +4,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import type { Vec3 } from '../../voxelserver/page/src/viewer/draw/camera.js';
-import type { Pick } from '../../voxelserver/page/src/viewer/stage.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Pick } from '../../voxelserver/serve/page/src/viewer/stage.js';
 import {
   fromLink,
   kMaxPoints,
@@ -14,22 +14,22 @@ import {
   readPoints,
   toLink,
   wordsOf,
-} from '../../voxelserver/page/src/viewer/ui/link.js';
-import { measuresOf } from '../../voxelserver/page/src/viewer/ui/measures.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/link.js';
+import { measuresOf } from '../../voxelserver/serve/page/src/viewer/ui/measures.js';
 import {
   cameraOf,
   fitted,
   type Room,
   type Viewpoint,
-} from '../../voxelserver/page/src/viewer/ui/navigation.js';
-import { lengthDecimals, numberText } from '../../voxelserver/page/src/viewer/ui/number-text.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { lengthDecimals, numberText } from '../../voxelserver/serve/page/src/viewer/ui/number-text.js';
 import {
   embedCode,
   readOptions,
   viewCommand,
-} from '../../voxelserver/page/src/viewer/ui/options.js';
-import { roomBeside } from '../../voxelserver/page/src/viewer/ui/panel.js';
-import { keyTarget } from '../../voxelserver/page/src/viewer/ui/profile-chart.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/options.js';
+import { roomBeside } from '../../voxelserver/serve/page/src/viewer/ui/panel.js';
+import { keyTarget } from '../../voxelserver/serve/page/src/viewer/ui/profile-chart.js';
 import {
   csvOf,
   factsOf,
@@ -38,21 +38,21 @@ import {
   raysDown,
   samplesOf,
   ticksOf,
-} from '../../voxelserver/page/src/viewer/ui/profile-line.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/profile-line.js';
 import {
   clipped,
   segmentOf,
   spotOf,
   spotOfDirection,
-} from '../../voxelserver/page/src/viewer/ui/projection.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/projection.js';
 import {
   readSection,
   sectionOf,
   sectionWord,
   through,
   type SectionPlane,
-} from '../../voxelserver/page/src/viewer/ui/section-plane.js';
-import { sightOf, sightRay } from '../../voxelserver/page/src/viewer/ui/sight-line.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/section-plane.js';
+import { sightOf, sightRay } from '../../voxelserver/serve/page/src/viewer/ui/sight-line.js';
 import {
   className,
   kLanguages,
@@ -62,7 +62,7 @@ import {
   text,
   type Say,
   type TextKey,
-} from '../../voxelserver/page/src/viewer/ui/texts.js';
+} from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
 import { noBrowser, openBrowser, openPage, screenshot, untilText } from './support/browser.js';
 import { isNear } from './support/near.js';
 import { shareOf } from './support/test-bytes.js';

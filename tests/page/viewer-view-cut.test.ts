@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { LevelCut } from '../../voxelserver/page/src/viewer/draw/level-cut.js';
-import { cameraOf } from '../../voxelserver/page/src/viewer/ui/navigation.js';
-import { ViewCut } from '../../voxelserver/page/src/viewer/view-cut.js';
+import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
+import { cameraOf } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { ViewCut } from '../../voxelserver/serve/page/src/viewer/view-cut.js';
 
 const kBounds = { min: [-2048, 0, -2048], max: [2048, 256, 2048] } as const;
 const kSide = 64;

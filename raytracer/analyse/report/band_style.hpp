@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "voxelserver/map/hill_shade.hpp"
+#include "voxelserver/serve/map/hill_shade.hpp"
 
 namespace terravox::analyse {
 

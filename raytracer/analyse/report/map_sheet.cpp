@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "raytracer/output/small_font.hpp"
-#include "voxelserver/map/png.hpp"
+#include "voxelserver/serve/map/png.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -9,7 +9,7 @@
 #include "common/util/log.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {
 namespace {

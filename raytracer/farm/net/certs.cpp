@@ -16,7 +16,7 @@
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/openssl.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::net {
 namespace {

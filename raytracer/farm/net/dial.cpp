@@ -10,7 +10,7 @@
 #include "raytracer/farm/net/handshake.hpp"
 #include "raytracer/farm/net/peer_certificate.hpp"
 #include "raytracer/farm/net/stream.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::net {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/farm/net/link.hpp"
-#include "voxelserver/sockets/address.hpp"
+#include "voxelserver/serve/sockets/address.hpp"
 
 namespace terravox::net {
 

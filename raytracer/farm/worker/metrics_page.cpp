@@ -12,8 +12,8 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/sockets/http_host.hpp"
-#include "voxelserver/sockets/slow_clients.hpp"
+#include "voxelserver/serve/sockets/http_host.hpp"
+#include "voxelserver/serve/sockets/slow_clients.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -11,7 +11,7 @@
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {
 

@@ -11,7 +11,7 @@ constexpr double kMega = 1e6;
 constexpr double kMebi = 1024.0 * 1024.0;
 
 std::string missing(const Context& c) {
-    const auto page = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "voxelserver/page";
+    const auto page = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "voxelserver/serve/page";
     std::error_code ignored;
     if (!std::filesystem::is_directory(page / "node_modules/playwright-core", ignored))
         return "no packages of the page (terravox deps)";

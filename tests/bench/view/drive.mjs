@@ -8,7 +8,7 @@ import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const page_ = join(here, '../../../voxelserver/page/package.json');
+const page_ = join(here, '../../../voxelserver/serve/page/package.json');
 const { chromium } = createRequire(page_)('playwright-core');
 const job = JSON.parse(process.argv[2]);
 const kHangs_ms = 600_000;

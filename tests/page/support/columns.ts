@@ -1,5 +1,5 @@
-import type { ColumnKey } from '../../../voxelserver/page/src/viewer/data/column-key.js';
-import type { Column } from '../../../voxelserver/page/src/viewer/data/source.js';
+import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import type { Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 
 /** Columns for tests, by a number or two. */
 

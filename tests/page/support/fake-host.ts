@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
-import { Archive } from '../../../voxelserver/page/src/viewer/data/archive.js';
-import type { Environment } from '../../../voxelserver/page/src/viewer/data/environment.js';
-import { RangeFile } from '../../../voxelserver/page/src/viewer/data/range-file.js';
+import { Archive } from '../../../voxelserver/serve/page/src/viewer/data/archive.js';
+import type { Environment } from '../../../voxelserver/serve/page/src/viewer/data/environment.js';
+import { RangeFile } from '../../../voxelserver/serve/page/src/viewer/data/range-file.js';
 
 export const kOpen = new AbortController().signal;
 

@@ -1,4 +1,4 @@
-import { xxh64 } from '../../../voxelserver/page/src/viewer/data/xxh64.js';
+import { xxh64 } from '../../../voxelserver/serve/page/src/viewer/data/xxh64.js';
 import { big } from './hash64.js';
 import { zstdFrame, type Key } from './make-archive.js';
 import { makeBox } from './make-box.js';

@@ -1,4 +1,4 @@
-import type { Hash64 } from '../../../voxelserver/page/src/viewer/data/xxh64.js';
+import type { Hash64 } from '../../../voxelserver/serve/page/src/viewer/data/xxh64.js';
 
 /** Hashes as numbers of any size. */
 

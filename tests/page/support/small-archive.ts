@@ -1,7 +1,7 @@
-import { ArchiveSource } from '../../../voxelserver/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../../voxelserver/page/src/viewer/data/column-key.js';
-import { DataError } from '../../../voxelserver/page/src/viewer/data/errors.js';
-import type { BoxSource, Column } from '../../../voxelserver/page/src/viewer/data/source.js';
+import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/archive-source.js';
+import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import { DataError } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
+import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 import { nameOf } from './columns.js';
 import { kOpen, FakeHost } from './fake-host.js';
 import { makeArchive, type ArchiveOptions, type TestBox } from './make-archive.js';

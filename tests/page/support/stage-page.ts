@@ -1,12 +1,12 @@
 /** Bundled for a browser: a Stage alone on a canvas, with pools of a size that the test chooses. */
-import type { Place } from '../../../voxelserver/page/src/viewer/data/protocol.js';
+import type { Place } from '../../../voxelserver/serve/page/src/viewer/data/protocol.js';
 import type {
   Appearance,
   Face,
   Rgb,
-} from '../../../voxelserver/page/src/viewer/draw/appearance.js';
-import { Stage, type StageStats } from '../../../voxelserver/page/src/viewer/stage.js';
-import { cameraOf, type Viewpoint } from '../../../voxelserver/page/src/viewer/ui/navigation.js';
+} from '../../../voxelserver/serve/page/src/viewer/draw/appearance.js';
+import { Stage, type StageStats } from '../../../voxelserver/serve/page/src/viewer/stage.js';
+import { cameraOf, type Viewpoint } from '../../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 
 export type StageJob = {
   readonly place: Place;

@@ -8,7 +8,7 @@
 
 #include "raytracer/farm/net/endpoint.hpp"
 #include "tests/raytracer/farm/net/farm.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::test {
 

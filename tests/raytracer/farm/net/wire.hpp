@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "tests/raytracer/farm/net/farm.hpp"
-#include "voxelserver/sockets/socket.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::test {
 

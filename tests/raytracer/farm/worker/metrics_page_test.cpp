@@ -10,7 +10,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/http/http_client.hpp"
+#include "tests/voxelserver/serve/http/http_client.hpp"
 
 using namespace terravox;
 using terravox::test::HttpClient;

@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <array>
+
+#include "tests/catch.hpp"
+#include "tests/voxelserver/serve/gkot/box_grid.hpp"
+#include "tests/voxelserver/serve/gkot/old_client.hpp"
+#include "voxelserver/serve/gkot/gkot_blocks.hpp"
+
+using namespace terravox;
+using test::BoxGrid;
+using voxel::Material;
+
+namespace {
+
+gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::int32_t, 3> box,
+                            std::array<std::int32_t, 3> sizes) {
+    gkot::BoxRequest out;
+    out.origin = {tmx, tmy};
+    out.tmz = tmz;
+    out.x = box[0];
+    out.y = box[1];
+    out.z = box[2];
+    out.sx = sizes[0];
+    out.sy = sizes[1];
+    out.sz = sizes[2];
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]") {
+    BoxGrid grid(3);
+    // Origin (-10, 20) and northing 15: x = -10, z = -15; box (1, -1, 0) of 32 x 64 x 16.
+    const auto request = request_of(-10, 15, 20, {1, -1, 0}, {32, 64, 16});
+    const auto reply = test::read_old_reply(gkot::box_reply(grid.info, request, grid.fetch()));
+    CHECK(reply.chunk_x == 1);
+    CHECK(reply.chunk_y == -1);
+    CHECK(reply.chunk_z == 0);
+    REQUIRE(reply.blocks.size() == 32 * 64 * 16);
+    REQUIRE(reply.tops.size() == 32 * 16);
+    int highest = -1;
+    int wrong = 0;
+    int solid = 0;
+    for (int z = 0; z < 16; ++z)
+        for (int x = 0; x < 32; ++x) {
+            int top = -1;
+            for (int y = 0; y < 64; ++y) {
+                const auto attr = grid.voxel(-10 + 32 + x, 20 - 64 + y, -15 + z);
+                const std::uint32_t expected = attr ? gkot::block_word(attr->material) : 0;
+                wrong +=
+                    reply.blocks[static_cast<std::size_t>(x + z * 32 + y * 32 * 16)] != expected
+                        ? 1
+                        : 0;
+                if (attr) {
+                    top = y;
+                    ++solid;
+                }
+            }
+            wrong += reply.tops[static_cast<std::size_t>(x + z * 32)] != top ? 1 : 0;
+            highest = std::max(highest, top);
+        }
+    CHECK(wrong == 0);
+    CHECK(solid > 0);
+    CHECK(reply.max_height == highest);
+}
+
+TEST_CASE("an empty box has -2 and is as long as others", "[gkot][reply]") {
+    BoxGrid grid(3);
+    const auto reply = test::read_old_reply(
+        gkot::box_reply(grid.info, request_of(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
+    CHECK(reply.max_height == -2);
+    CHECK(reply.blocks == std::vector<std::uint32_t>(8 * 16 * 4));
+    CHECK(reply.tops == std::vector<std::int32_t>(8 * 4, -1));
+}
+
+TEST_CASE("bytes are big-endian in the order that the protocol names", "[gkot][reply]") {
+    const auto request = request_of(0, 0, 0, {-1, 2, 258}, {2, 2, 1});
+    const std::string reply = gkot::encode_reply(request, {0x823, 0, 0x112, 0});
+    const std::string expected(
+        "\xff\xff\xff\xff\0\0\0\2\0\0\1\2\0\0\0\1\0\0\0\4"
+        "\0\0\x08\x23\0\0\0\0\0\0\x01\x12\0\0\0\0"
+        "\0\0\0\2"
+        "\0\0\0\1\xff\xff\xff\xff",
+        48);
+    CHECK(reply == expected);
+}
+
+TEST_CASE("origins count from voxels by floor, also below zero and with other voxels and units",
+          "[gkot][reply]") {
+    struct Case {
+        const char* name;
+        double units;
+        double voxel_m;
+        double tmx;
+        double tmy;
+        double tmz;
+        std::int64_t x;
+        std::int64_t y;
+        std::int64_t z;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"whole metres", 1, 1, 462000, 101000, 300, 462000, 300, -101000},
+        {"decimals are not cut", 1, 1, 462000.9, 101000.2, 300.9, 462000, 300, -101001},
+        {"below zero by floor", 1, 1, -0.5, -0.5, -0.5, -1, -1, 0},
+        {"half metre voxels", 0.5, 0.5, 10.3, 10.3, 10.3, 20, 20, -21},
+        {"feet", 3.28083989501312, 1, 32.9, -32.9, 10, 10, 10, 10},
+        {"far out", 1e-3, 1e-3, 1e9, -1e9, 1e6, 1000000000000, 1000000000, 1000000000000},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        voxel::WorldInfo info;
+        info.crs_units_per_voxel = c.units;
+        info.voxel_m = c.voxel_m;
+        const auto region =
+            gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
+        CHECK(region.x == c.x);
+        CHECK(region.y == c.y);
+        CHECK(region.z == c.z);
+        const auto far = gkot::region_of(
+            info, request_of(c.tmx, c.tmy, c.tmz, {INT32_MIN, INT32_MAX, -1}, {512, 512, 64}),
+            nullptr);
+        CHECK(far.x == c.x - (std::int64_t{512} << 31));
+        CHECK(far.y == c.y + std::int64_t{INT32_MAX} * 512);
+        CHECK(far.z == c.z - 64);
+    }
+}
+
+TEST_CASE("blocks of the first system keep their numbers and data", "[gkot][blocks]") {
+    struct Case {
+        Material material;
+        std::uint32_t word;
+    };
+    const auto c = GENERATE(values<Case>({
+        {Material::kAir, 0x000},
+        {Material::kGround, 0x003},
+        {Material::kLowVegetation, 0x002},
+        {Material::kMediumVegetation, 0x112},
+        {Material::kHighVegetation, 0x012},
+        {Material::kWall, 0x823},
+        {Material::kRoof, 0x823},
+        {Material::kGreyRoof, 0x823},
+        {Material::kConcrete, 0x823},
+        {Material::kOrangeRoof, 0x123},
+        {Material::kFlatRoof, 0x023},
+        {Material::kRoad, 0x001},
+        {Material::kWater, 0x009},
+    }));
+    DYNAMIC_SECTION(voxel::material_name(c.material)) {
+        CHECK(gkot::block_word(c.material) == c.word);
+    }
+}
+
+TEST_CASE("every material but air is a block, within the bits that words have", "[gkot][blocks]") {
+    for (int i = 1; i < 256; ++i) {
+        INFO("material " << i);
+        const std::uint32_t word = gkot::block_word(static_cast<Material>(i));
+        CHECK((word & 0xff) != 0);
+        CHECK(word <= 0xfff);
+    }
+    CHECK(gkot::block_word(Material::kUnknown) == 0x223);
+    CHECK(gkot::block_word(static_cast<Material>(200)) == gkot::block_word(Material::kUnknown));
+}

@@ -1,0 +1,266 @@
+#include "voxelserver/serve/boxes/box_cache.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "common/thread/on_new_thread.hpp"
+#include "common/thread/start_threads.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/downsample.hpp"
+
+namespace terravox::boxes {
+namespace {
+
+// Length of the prefetch queue: the oldest requests are dropped.
+constexpr std::size_t kMaxAhead = 256;
+
+KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
+                const voxel::InputExtent& reach) {
+    const std::uint64_t hash = frame ? XXH3_64bits(frame->data(), frame->size()) : 0;
+    return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
+}
+
+Item item_of(const KeptBox& kept) {
+    return {kept.checksum, kept.frame, kept.reach};
+}
+
+}  // namespace
+
+BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
+                   const BoxCacheOptions& options)
+    : m_world(world),
+      m_times(times),
+      m_admission(std::max(options.makers, 1), std::max(options.queue, 0)),
+      m_slots(std::max(options.max_requests, 1)),
+      m_downsample(options.downsample),
+      m_ahead_on(options.ahead),
+      m_memory(options.memory_bytes),
+      m_disk(options.file.empty()
+                 ? nullptr
+                 : std::make_unique<DiskCache>(
+                       options.file, options.disk_bytes,
+                       [&world](const voxel::InputExtent& r) { return world.fingerprint(r); })),
+      m_prefetch_queue(kMaxAhead) {
+    // Half as many threads as makers, so that requests in the meantime still find an idle core.
+    if (!options.ahead)
+        return;
+    const auto count = static_cast<std::size_t>(std::max(options.makers / 2, 1));
+    thread::start_threads(
+        m_threads, count, [this] { prefetch_queued(); }, [this] { request_stop(); });
+}
+
+BoxCache::~BoxCache() {
+    close();
+}
+
+void BoxCache::request_stop() {
+    m_admission.close();
+    m_prefetch_queue.close();
+}
+
+void BoxCache::close() {
+    request_stop();
+    const std::lock_guard lock(m_join_mutex);
+    for (std::thread& t : m_threads)
+        if (t.joinable())
+            t.join();
+}
+
+KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
+    // There is nothing solid outside the bounds. Answered without the cache, which requests for all
+    // of space would otherwise flush.
+    const voxel::VoxelBounds& bounds = m_world.info().bounds;
+    if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key))
+        return nullptr;
+    return keep(0, nullptr, footprint(key));
+}
+
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
+    if (auto kept = m_memory.hit(key))
+        return kept;
+    const Slots::Permit permit(m_slots);
+    return get(key, Origin::kCaller);
+}
+
+KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
+    if (auto kept = find(key, Keep::kNo))
+        return kept;
+    // Its children first, each when the machine is idle.
+    if (key.level > 0 && m_downsample)
+        for (int i = 0; i < 8; ++i)
+            if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                            2 * key.bz + (i >> 1 & 1)}))
+                return nullptr;
+    const AdmissionControl::PrefetchPermit permit(m_admission);
+    return permit ? get(key, Origin::kPrefetch) : nullptr;
+}
+
+KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
+    if (auto air = known_air(key))
+        return air;
+    if (auto kept = m_memory.find(key))
+        return kept;
+    auto kept = from_disk(key);
+    if (kept && keep == Keep::kYes)
+        m_memory.put(key, kept, kept->memory_bytes());
+    return kept;
+}
+
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Origin origin) {
+    if (auto air = known_air(key))
+        return air;
+    bool fresh = false;
+    auto out = m_memory.get(
+        key,
+        [&] {
+            fresh = true;
+            if (auto kept = from_disk(key))
+                return kept;
+            return make(key, origin);
+        },
+        [](const KeptBoxPtr& k) { return k->memory_bytes(); });
+    if (fresh && m_listener)
+        m_listener(key);
+    return out;
+}
+
+KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
+    if (!m_disk)
+        return nullptr;
+    const util::StageTimes::Scope timed(m_times, "box cache");
+    const auto item = m_disk->find(Kind::kBox, key);
+    return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
+}
+
+voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
+    if (key.level == 0 || !m_downsample)
+        return m_world.box_with_inputs(key);
+    voxel::BoxWithInputs out;
+    out.reach = footprint(key);
+    if (m_world.column(key.level, key.bx, key.bz).empty())
+        return out;
+    std::array<std::shared_ptr<const voxel::Box>, 8> children;
+    for (int i = 0; i < 8; ++i) {
+        const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                                  2 * key.bz + (i >> 1 & 1)};
+        const auto kept = get(child, origin == Origin::kPrefetch ? origin : Origin::kParent);
+        out.reach.add(kept->reach);
+        children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
+    }
+    std::optional<AdmissionControl::Permit> permit;
+    if (origin != Origin::kPrefetch)
+        permit.emplace(m_admission);
+    const util::StageTimes::Scope timed(m_times, "downsample");
+    out.box = voxel::downsample(key, children);
+    return out;
+}
+
+KeptBoxPtr BoxCache::compressed(const voxel::BoxKey& key, Origin origin) {
+    voxel::BoxWithInputs made = build(key, origin);
+    made.reach.add(footprint(key));
+    std::shared_ptr<const std::string> frame;
+    if (made.box) {
+        const util::StageTimes::Scope timed(m_times, "compression");
+        const auto bytes = voxel::compress(*made.box);
+        frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
+                                                    bytes.size());
+    }
+    return keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
+}
+
+KeptBoxPtr BoxCache::compressed_on_new_thread(const voxel::BoxKey& key) {
+    return thread::on_new_thread(
+        [&] { return compressed(key, Origin::kCaller); },
+        []() -> KeptBoxPtr {
+            throw OverloadedError("make a box: the system has no thread for it");
+        });
+}
+
+KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
+    std::optional<AdmissionControl::Permit> permit;
+    // A box that waits for its children must not occupy a slot that they need.
+    if (origin != Origin::kPrefetch && (key.level == 0 || !m_downsample))
+        permit.emplace(m_admission);
+    KeptBoxPtr kept;
+    try {
+        kept = origin == Origin::kCaller ? compressed_on_new_thread(key) : compressed(key, origin);
+    } catch (const OverloadedError&) {
+        throw;
+    } catch (...) {
+        ++m_failed;
+        throw;
+    }
+    ++m_made;
+    if (origin == Origin::kPrefetch)
+        ++m_made_ahead;
+    if (m_disk)
+        m_disk->put(
+            Kind::kBox, key, item_of(*kept),
+            origin == Origin::kPrefetch ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
+    if (origin == Origin::kCaller)
+        queue_neighbours(key);
+    return kept;
+}
+
+std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept,
+                                                     const voxel::BoxKey& key) {
+    return kept.air() ? nullptr
+                      : voxel::decompress_box(std::as_bytes(std::span(*kept.frame)),
+                                              "box " + voxel::to_string(key));
+}
+
+// Prefetches the boxes above and below it, which share nearly all of its work, and its neighbours.
+void BoxCache::queue_neighbours(const voxel::BoxKey& key) {
+    if (!m_ahead_on)
+        return;
+    std::vector<voxel::BoxKey> wanted;
+    // No world extends so far that this overflows: known_air() has handled such keys before.
+    for (int dz = -1; dz <= 1; ++dz)
+        for (int dx = -1; dx <= 1; ++dx)
+            wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
+    const voxel::ColumnExtent column = m_world.column(key.level, key.bx, key.bz);
+    for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
+        wanted.push_back({key.level, key.bx, by, key.bz});
+    m_prefetch_queue.add(wanted, [&](const voxel::BoxKey& next) {
+        return next != key && !known_air(next) && !m_memory.holds(next);
+    });
+}
+
+void BoxCache::prefetch_queued() {
+    while (const std::optional<voxel::BoxKey> key = m_prefetch_queue.take()) {
+        try {
+            (void)get_ahead(*key);
+        } catch (const std::exception& e) {
+            // A request for it will report the error.
+            util::log_debug("make box {} ahead: {}", voxel::to_string(*key), e.what());
+        }
+    }
+}
+
+BoxCache::Stats BoxCache::stats() const {
+    Stats out;
+    out.memory = m_memory.stats();
+    out.admission = m_admission.counts();
+    out.made = m_made;
+    out.made_ahead = m_made_ahead;
+    out.failed = m_failed;
+    out.ahead_waiting = m_prefetch_queue.size();
+    return out;
+}
+
+std::vector<voxel::BoxKey> BoxCache::in_memory(int level, std::size_t max_keys) const {
+    std::vector<voxel::BoxKey> out;
+    m_memory.each_key([&](const voxel::BoxKey& key) {
+        if (key.level == level && out.size() < max_keys)
+            out.push_back(key);
+    });
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+}  // namespace terravox::boxes

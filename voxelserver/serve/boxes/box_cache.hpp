@@ -1,0 +1,138 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/util/cache.hpp"
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/serve/boxes/admission_control.hpp"
+#include "voxelserver/serve/boxes/disk_cache.hpp"
+#include "voxelserver/serve/boxes/kept_box.hpp"
+#include "voxelserver/serve/boxes/prefetch_queue.hpp"
+
+namespace terravox::boxes {
+
+struct BoxCacheOptions {
+    std::size_t memory_bytes = std::size_t{256} << 20;  ///< limit for compressed boxes
+    int makers = 1;                                     ///< boxes made in parallel, at least 1
+    int queue = 64;           ///< boxes that may wait to be made, at least 0
+    int max_requests = 1024;  ///< calls of get() that may make a box or wait for one, at least 1
+    /// Whether the cache makes boxes above level 0 from their eight children, so that cached
+    /// children are not made again; otherwise the world makes the boxes of every level.
+    bool downsample = true;
+    /// Whether neighbours of requested boxes are prefetched while the machine is idle.
+    bool ahead = true;
+    std::filesystem::path file = {};  ///< disk cache; empty: no disk cache
+    std::uint64_t disk_bytes = std::uint64_t{20} << 30;
+};
+
+/// A cache of boxes in memory and on disk. A box that is in neither is made once, however many
+/// threads request it. Thread-safe.
+///
+/// The world makes boxes of level 0, and those of coarser levels as well unless
+/// BoxCacheOptions::downsample is set. After a requested box was made, its neighbours are
+/// prefetched by separate threads.
+class BoxCache {
+public:
+    /// @param world, times must outlive the cache
+    BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
+             const BoxCacheOptions& options);
+    ~BoxCache();
+    BoxCache(const BoxCache&) = delete;
+    BoxCache& operator=(const BoxCache&) = delete;
+
+    /// @param key with a level of the world
+    /// @return never nullptr
+    /// @throws OverloadedError; Error (or any other exception of the world) when the box cannot be
+    /// made
+    [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
+    enum class Keep { kNo, kYes };
+    /// Looks a box up in memory and on disk; makes nothing.
+    /// @param keep whether a box read from disk is put into memory: kNo for callers that scan many
+    /// boxes
+    /// @return nullptr when it is not cached
+    [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key, Keep keep = Keep::kYes);
+    /// As get(), but with low priority: starts when the machine is idle.
+    /// @return nullptr when the cache is being closed
+    [[nodiscard]] KeptBoxPtr get_ahead(const voxel::BoxKey& key);
+    /// The decompressed box.
+    /// @return nullptr for air
+    [[nodiscard]] static std::shared_ptr<const voxel::Box> unpacked(const KeptBox& kept,
+                                                                    const voxel::BoxKey& key);
+
+    /// Sets a function that is called for every box that has become available (made, or read from
+    /// disk), after find() can find it. It is called from any thread. Must be set before the first
+    /// request.
+    void set_listener(std::function<void(const voxel::BoxKey&)> listener) {
+        m_listener = std::move(listener);
+    }
+
+    /// The slots for waiting requests, for callers that may wait for boxes by other means than
+    /// get().
+    [[nodiscard]] Slots& slots() noexcept { return m_slots; }
+    /// From now on, requests for boxes that are not cached, and requests that wait in the queue,
+    /// fail with OverloadedError.
+    void refuse() { m_admission.refuse(); }
+    [[nodiscard]] bool refusing() const { return m_admission.refusing(); }
+
+    /// Stops prefetching; returns when the boxes in progress are finished. Idempotent.
+    void close();
+
+    struct Stats {
+        util::CacheStats memory;
+        AdmissionControl::Counts admission;
+        std::size_t ahead_waiting = 0;
+        std::uint64_t made = 0;
+        std::uint64_t made_ahead = 0;
+        std::uint64_t failed = 0;
+    };
+    [[nodiscard]] Stats stats() const;
+    /// BoxCacheOptions::downsample.
+    [[nodiscard]] bool makes_coarse_from_fine() const noexcept { return m_downsample; }
+    [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_memory.limit_bytes(); }
+    [[nodiscard]] std::vector<voxel::BoxKey> in_memory(int level, std::size_t max_keys) const;
+    /// nullptr: no disk cache.
+    [[nodiscard]] DiskCache* disk() const noexcept { return m_disk.get(); }
+    [[nodiscard]] voxel::ProvenanceWorld& world() const noexcept { return m_world; }
+
+private:
+    void request_stop();
+    /// Origin of a request: an external caller, a parent box that needs a child, or prefetching.
+    /// The first two wait in the queue; prefetching holds a PrefetchPermit already.
+    enum class Origin { kCaller, kParent, kPrefetch };
+    KeptBoxPtr get(const voxel::BoxKey& key, Origin origin);
+    KeptBoxPtr make(const voxel::BoxKey& key, Origin origin);
+    KeptBoxPtr compressed(const voxel::BoxKey& key, Origin origin);
+    /// Callers may be threads with little stack: those of the web server.
+    KeptBoxPtr compressed_on_new_thread(const voxel::BoxKey& key);
+    voxel::BoxWithInputs build(const voxel::BoxKey& key, Origin origin);
+    [[nodiscard]] KeptBoxPtr known_air(const voxel::BoxKey& key) const;
+    [[nodiscard]] KeptBoxPtr from_disk(const voxel::BoxKey& key);
+    void queue_neighbours(const voxel::BoxKey& key);
+    void prefetch_queued();
+
+    voxel::ProvenanceWorld& m_world;
+    util::StageTimes& m_times;
+    AdmissionControl m_admission;
+    Slots m_slots;
+    const bool m_downsample;
+    const bool m_ahead_on;
+    util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;
+    const std::unique_ptr<DiskCache> m_disk;
+    std::function<void(const voxel::BoxKey&)> m_listener;
+    std::atomic<std::uint64_t> m_made{0};
+    std::atomic<std::uint64_t> m_made_ahead{0};
+    std::atomic<std::uint64_t> m_failed{0};
+
+    PrefetchQueue m_prefetch_queue;
+    std::mutex m_join_mutex;  ///< held while threads are joined
+    std::vector<std::thread> m_threads;
+};
+
+}  // namespace terravox::boxes

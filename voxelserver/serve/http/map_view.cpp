@@ -1,0 +1,128 @@
+#include "voxelserver/serve/http/map_view.hpp"
+
+#include <xxhash.h>
+
+#include <map>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "voxelserver/serve/map/png.hpp"
+
+namespace terravox::http {
+namespace {
+
+// To be incremented when the same boxes are drawn differently.
+constexpr std::uint64_t kDrawing = 1;
+constexpr std::size_t kMaxColumns = 1'000'000;
+
+std::uint64_t appearance_hash(const map::TopColours& colours) {
+    std::string facts = std::to_string(kDrawing) + "|" + std::to_string(colours.true_percent) +
+                        "|" + std::to_string(colours.true_percent_water);
+    for (int i = 0; i < voxel::kMaterialCount; ++i) {
+        const auto& look = colours.palette.of(static_cast<voxel::Material>(i));
+        for (const int channel : {look.colour.r, look.colour.g, look.colour.b})
+            facts += "|" + std::to_string(channel);
+    }
+    return XXH3_64bits(facts.data(), facts.size());
+}
+
+voxel::BoxKey key_of(int z, std::int32_t x, std::int32_t y) {
+    return {z, x, 0, y};
+}
+
+}  // namespace
+
+MapView::MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t memory_bytes)
+    : m_cache(cache),
+      m_look(appearance_hash(colours)),
+      m_tops([this](std::int32_t bx, std::int32_t bz, bool make) { return fetch(bx, bz, make); },
+             std::move(colours), cache.world().info().levels, memory_bytes / 2),
+      m_tiles(cache.world().info(), m_tops, memory_bytes / 2) {
+    m_cache.set_listener([this](const voxel::BoxKey& key) { note(key); });
+}
+
+void MapView::scan_disk() {
+    if (m_cache.disk() != nullptr)
+        m_scan_thread = std::thread([this] { note_kept(); });
+}
+
+MapView::~MapView() {
+    m_cache.close();  // the listener is not called from now on
+    m_stop = true;
+    if (m_scan_thread.joinable())
+        m_scan_thread.join();
+    m_cache.set_listener({});
+}
+
+map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
+    boxes::DiskCache* disk = m_cache.disk();
+    const bool has_zoom = z >= 0 && z < m_tiles.zooms();
+    if (disk != nullptr && has_zoom)
+        if (const auto kept = disk->find(boxes::Kind::kMapTile, key_of(z, x, y));
+            kept && kept->tag == m_look)
+            return {kept->bytes, true, kept->reach};
+    const boxes::Slots::Permit permit(m_cache.slots());
+    const map::Tile tile = m_tiles.get(z, x, y);
+    // Outside the world there are infinitely many empty tiles, which need not be stored.
+    if (disk != nullptr && tile.complete && !tile.reach.empty())
+        disk->put(boxes::Kind::kMapTile, key_of(z, x, y), {m_look, tile.png, tile.reach});
+    return tile;
+}
+
+const std::shared_ptr<const std::string>& MapView::empty_tile() {
+    static const auto tile = std::make_shared<const std::string>(
+        map::png_of(std::vector<map::Rgba8>(std::size_t{map::kTilePx} * map::kTilePx), map::kTilePx,
+                    map::kTilePx));
+    return tile;
+}
+
+std::optional<map::ColumnBoxes> MapView::fetch(std::int32_t bx, std::int32_t bz, bool make) {
+    const voxel::ColumnExtent column = m_cache.world().column(0, bx, bz);
+    map::ColumnBoxes out;
+    for (std::int32_t by = column.by_begin; by < column.by_end; ++by) {
+        const voxel::BoxKey key{0, bx, by, bz};
+        const auto kept = make ? m_cache.get(key) : m_cache.find(key, boxes::BoxCache::Keep::kNo);
+        if (!kept)
+            return std::nullopt;
+        out.boxes.push_back(boxes::BoxCache::unpacked(*kept, key));
+        out.reach.add(kept->reach);
+    }
+    return out;
+}
+
+// A column is shown once all of its boxes are available.
+void MapView::note(const voxel::BoxKey& key) {
+    if (key.level != 0)
+        return;
+    try {
+        const voxel::ColumnExtent column = m_cache.world().column(0, key.bx, key.bz);
+        for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
+            if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo))
+                return;
+        m_tops.note_made(key.bx, key.bz);
+    } catch (const util::Error& e) {
+        // A remote world's server does not respond: the box itself was made, and the request for
+        // it must not fail.
+        util::log_debug("show box {} on the map: {}", voxel::to_string(key), e.what());
+    }
+}
+
+void MapView::note_kept() {
+    try {
+        std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> boxes_of;
+        for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMaxColumns))
+            ++boxes_of[{key.bx, key.bz}];
+        for (const auto& [place, count] : boxes_of) {
+            if (m_stop)
+                return;
+            const auto column = m_cache.world().column(0, place.first, place.second);
+            if (count >= column.by_end - column.by_begin)
+                m_tops.note_made(place.first, place.second);
+        }
+    } catch (const std::exception& e) {
+        util::log_warn("list the boxes on disk: {}; overviews of the map begin empty", e.what());
+    }
+}
+
+}  // namespace terravox::http

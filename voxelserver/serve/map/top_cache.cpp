@@ -1,0 +1,57 @@
+#include "voxelserver/serve/map/top_cache.hpp"
+
+#include <utility>
+
+#include "common/util/error.hpp"
+#include "common/voxel/morton.hpp"
+
+namespace terravox::map {
+
+TopCache::TopCache(FetchColumn fetch, TopColours colours, int zooms, std::size_t limit_bytes)
+    : m_fetch(std::move(fetch)),
+      m_colours(std::move(colours)),
+      m_made(zooms),
+      m_tops(limit_bytes) {}
+
+std::size_t TopCache::PlaceHash::operator()(const Place& place) const noexcept {
+    return static_cast<std::size_t>(voxel::morton_encode(place.bx, 0, place.bz));
+}
+
+std::shared_ptr<const TopCache::Kept> TopCache::kept_of(const ColumnBoxes& column) const {
+    return std::make_shared<const Kept>(Kept{make_top(column.boxes, m_colours), column.reach});
+}
+
+Top TopCache::top(std::int32_t bx, std::int32_t bz, bool make) {
+    const Place place{bx, bz};
+    const auto bytes_of = [](const std::shared_ptr<const Kept>& kept) {
+        return sizeof(Kept) + (kept->top ? sizeof(BoxTop) : 0);
+    };
+    std::shared_ptr<const Kept> kept = m_tops.find(place);
+    if (kept)
+        return {kept->top, true, kept->reach};
+    if (make) {
+        bool made_here = false;
+        const auto make_it = [&] {
+            const auto column = m_fetch(bx, bz, true);
+            if (!column)
+                throw util::Error("make box column " + std::to_string(bx) + "/" +
+                                  std::to_string(bz) + ": no boxes came");
+            made_here = true;
+            return kept_of(*column);
+        };
+        kept = m_tops.get(place, make_it, bytes_of);
+        // Only after it can be found: a caller that sees the new version must find the column.
+        if (made_here)
+            m_made.add(bx, bz);
+    } else {
+        const auto column = m_fetch(bx, bz, false);
+        if (!column)
+            return {};
+        const auto seen = kept_of(*column);
+        // May wait for a thread that makes it now, but that thread has the boxes available too.
+        kept = m_tops.get(place, [&] { return seen; }, bytes_of);
+    }
+    return {kept->top, true, kept->reach};
+}
+
+}  // namespace terravox::map

@@ -1,0 +1,11 @@
+#include "voxelserver/serve/tls/tls_library.hpp"
+
+#include "common/util/beside_program.hpp"
+
+namespace terravox::tls {
+
+void load_library() {
+    (void)util::open_module(TERRAVOX_TLS_LIBRARY, "TLS library");
+}
+
+}  // namespace terravox::tls
