@@ -7,7 +7,7 @@
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/process_check.hpp"
 #include "raytracer/library/state.hpp"
-#include "voxelserver/survey/survey.hpp"
+#include "voxelserver/tools/survey/survey.hpp"
 
 namespace terravox {
 namespace {

@@ -1,7 +1,7 @@
 #include "common/util/error.hpp"
 #include "tests/bench/accuracy/measures.hpp"
 #include "tests/bench/bench.hpp"
-#include "voxelserver/survey/survey.hpp"
+#include "voxelserver/tools/survey/survey.hpp"
 
 namespace terravox::bench::accuracy_survey_entry {
 namespace {

@@ -4,7 +4,7 @@
 #include <gdal_priv.h>
 
 #include "common/util/error.hpp"
-#include "voxelserver/survey/geotiff.hpp"
+#include "voxelserver/tools/survey/geotiff.hpp"
 
 namespace terravox::bench {
 namespace {

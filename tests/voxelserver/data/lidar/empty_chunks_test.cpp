@@ -9,7 +9,7 @@
 #include "tests/voxelserver/data/lidar/las_bytes.hpp"
 #include "voxelserver/data/lidar/chunk_table.hpp"
 #include "voxelserver/data/lidar/spatial_index.hpp"
-#include "voxelserver/laz/point_stream.hpp"
+#include "voxelserver/tools/laz/point_stream.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

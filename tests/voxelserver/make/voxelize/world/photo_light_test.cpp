@@ -8,7 +8,7 @@
 #include "voxelserver/make/voxelize/columns/point_set.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
 #include "voxelserver/make/voxelize/steps/photo_lights.hpp"
-#include "voxelserver/survey/survey.hpp"
+#include "voxelserver/tools/survey/survey.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -1,0 +1,220 @@
+#include "voxelserver/tools/survey/truth.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "common/util/version.hpp"
+#include "voxelserver/tools/survey/true_columns.hpp"
+
+namespace terravox::survey {
+namespace {
+
+// Keys in the order in which they are written: the files are also read by people.
+using Json = nlohmann::ordered_json;
+
+double cm(double v) noexcept {
+    return std::floor(v * 100.0 + 0.5) / 100.0;
+}
+
+Json position(Vec2 p) {
+    return Json::array({cm(p.x + kPlaceEasting_m), cm(p.y + kPlaceNorthing_m)});
+}
+
+Json ring(const std::vector<Vec2>& points) {
+    Json out = Json::array();
+    for (const Vec2 p : points)
+        out.push_back(position(p));
+    return out;
+}
+
+Json buildings_of(const SquareModel& model, const Box2& box) {
+    Json out = Json::array();
+    for (const Building& b : model.buildings()) {
+        if (!b.bounds().overlaps(box))
+            continue;
+        Json building{{"use", name_of(b.use)},         {"roof", name_of(b.roof)},
+                      {"colour", name_of(b.colour)},   {"ground_m", cm(b.ground_m)},
+                      {"eaves_m", cm(b.eaves_m)},      {"ridge_m", cm(b.ridge_m)},
+                      {"footprint", ring(b.outline())}};
+        if (b.open_beneath())
+            building["underside_m"] = cm(b.underside_m);
+        out.push_back(std::move(building));
+    }
+    return out;
+}
+
+Json trees_of(const SquareModel& model, const Box2& box) {
+    Json out = Json::array();
+    for (const Tree& t : model.trees())
+        if (box.expanded(t.radius_m).contains(t.at))
+            out.push_back({{"kind", name_of(t.kind)},
+                           {"at", position(t.at)},
+                           {"ground_m", cm(t.ground_m)},
+                           {"height_m", cm(t.height_m)},
+                           {"crown_radius_m", cm(t.radius_m)}});
+    return out;
+}
+
+Json line_with_levels(const Brook& brook) {
+    Json line = Json::array();
+    Json levels = Json::array();
+    for (const auto& vertex : brook.line) {
+        line.push_back(position(vertex.at));
+        levels.push_back(cm(vertex.level_m));
+    }
+    return {{"kind", "brook"},
+            {"width_m", cm(2.0 * brook.half_width_m)},
+            {"line", line},
+            {"level_m", levels}};
+}
+
+std::optional<Json> river_in(const River& river, const Box2& box) {
+    Json line = Json::array();
+    Json levels = Json::array();
+    Json widths = Json::array();
+    bool inside = false;
+    for (double x = box.x0 - 20.0; x <= box.x1 + 20.0; x += 10.0) {
+        const Vec2 p{x, river.centre_y(x)};
+        inside = inside || box.expanded(20.0).contains(p);
+        line.push_back(position(p));
+        levels.push_back(cm(river.level_m(x)));
+        widths.push_back(cm(2.0 * river.half_width_m(x)));
+    }
+    if (!inside)
+        return std::nullopt;
+    return Json{{"kind", "river"}, {"line", line}, {"level_m", levels}, {"width_m", widths}};
+}
+
+Json waters_of(const SquareModel& model, const Box2& box) {
+    Json out = Json::array();
+    for (const River& river : model.terrain().rivers())
+        if (auto found = river_in(river, box))
+            out.push_back(std::move(*found));
+    for (const Site& site : model.terrain().sites()) {
+        if (site.lake) {
+            const double reach = site.lake->reach_m();
+            const Vec2 c = site.lake->centre;
+            if (Box2{c.x - reach, c.y - reach, c.x + reach, c.y + reach}.overlaps(box))
+                out.push_back({{"kind", "lake"},
+                               {"level_m", cm(site.lake->level_m)},
+                               {"shore", ring(site.lake->shore_ring(128))}});
+        }
+        if (site.brook)
+            for (const auto& vertex : site.brook->line)
+                if (box.expanded(20.0).contains(vertex.at)) {
+                    out.push_back(line_with_levels(*site.brook));
+                    break;
+                }
+    }
+    return out;
+}
+
+Json bridges_of(const SquareModel& model, const Box2& box) {
+    Json out = Json::array();
+    for (const Bridge& b : model.roads().bridges)
+        if (b.bounds().overlaps(box))
+            out.push_back({{"line", ring({b.centre - b.direction * b.half_length_m,
+                                          b.centre + b.direction * b.half_length_m})},
+                           {"deck_m", cm(b.deck_m)},
+                           {"water_m", cm(b.water_m)},
+                           {"width_m", cm(2.0 * b.half_width_m)}});
+    return out;
+}
+
+Json power_line_of(const SquareModel& model, const Box2& box) {
+    Json pylons = Json::array();
+    for (const Pylon& p : model.power_line().pylons)
+        if (box.expanded(kPylonArm_m).contains(p.at))
+            pylons.push_back(
+                {{"at", position(p.at)}, {"ground_m", cm(p.ground_m)}, {"top_m", cm(p.top_m)}});
+    return {{"pylons", pylons}};
+}
+
+Json landmarks_of(const SquareModel& model, const Box2& box) {
+    Json out = Json::array();
+    const auto add = [&](const char* name, Vec2 at, double height_m) {
+        if (box.contains(at))
+            out.push_back({{"name", name}, {"at", position(at)}, {"ground_m", cm(height_m)}});
+    };
+    for (const Site& site : model.terrain().sites()) {
+        if (site.castle)
+            add("castle", site.castle->centre, site.castle->top_m);
+        if (site.island) {
+            add("island", site.island->centre, site.island->top_m);
+            add("island church", site.island->centre, site.island->top_m);
+        }
+        if (box.contains(site.church))
+            add("parish church", site.church, model.ground_m(site.church));
+    }
+    return out;
+}
+
+Json square_of(const SquareExtent& extent) {
+    return {{"name", extent.name()},
+            {"extent_m",
+             {extent.east_m, extent.north_m, extent.east_m + extent.size_m,
+              extent.north_m + extent.size_m}}};
+}
+
+}  // namespace
+
+SquareRaster<float> true_ground(const SquareModel& model) {
+    const int side = model.extent().size_m;
+    const Box2 box = model.extent().box();
+    SquareRaster<float> raster{side, 1, {}};
+    raster.pixels.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+    for (int row = 0; row < side; ++row)
+        for (int column = 0; column < side; ++column)
+            raster.pixels.push_back(
+                static_cast<float>(model.ground_m({box.x0 + column + 0.5, box.y1 - row - 0.5})));
+    return raster;
+}
+
+SquareRaster<std::uint8_t> true_kinds(const SquareModel& model) {
+    SquareRaster<std::uint8_t> raster{model.extent().size_m, 1, {}};
+    const auto columns = true_columns(model);
+    raster.pixels.reserve(columns.size());
+    for (const TrueColumn& column : columns)
+        raster.pixels.push_back(static_cast<std::uint8_t>(column.kind));
+    return raster;
+}
+
+std::string truth_json(const SquareModel& model) {
+    const Box2 box = model.extent().box();
+    Json out = square_of(model.extent());
+    out["version"] = kTruthVersion;
+    out["crs"] = kSurveyCrs;
+    out["landmarks"] = landmarks_of(model, box);
+    out["waters"] = waters_of(model, box);
+    out["bridges"] = bridges_of(model, box);
+    out["power_line"] = power_line_of(model, box);
+    out["buildings"] = buildings_of(model, box);
+    out["trees"] = trees_of(model, box);
+    return out.dump() + "\n";
+}
+
+std::string place_json(const SurveyOptions& options) {
+    Json out{{"version", kTruthVersion},
+             {"generator", std::string("terravox survey ") + kVersion},
+             {"crs", kSurveyCrs}};
+    out["seed"] = options.seed;
+    out["density_per_m2"] = options.density;
+    out["square_m"] = options.square_m;
+    out["squares"] = {{"east", options.squares_east}, {"north", options.squares_north}};
+    out["extent_m"] = {
+        options.origin_east_m, options.origin_north_m,
+        options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
+        options.origin_north_m + std::int64_t{options.square_m} * options.squares_north};
+    out["orthophoto_pixel_m"] = 0.5;
+    if (options.photo_light)
+        out["photo_light"] = {{"azimuth_deg", options.photo_light->azimuth_deg},
+                              {"altitude_deg", options.photo_light->altitude_deg},
+                              {"haze", options.photo_light->haze},
+                              {"clouds", options.photo_light->clouds}};
+    Json names = Json::array();
+    for (const SquareExtent& extent : squares_of(options))
+        names.push_back(square_of(extent));
+    out["files"] = names;
+    return out.dump(2) + "\n";
+}
+
+}  // namespace terravox::survey
