@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "raytracer/core/analysis_bands.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
 
 namespace terravox::analyse {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "raytracer/analyse/column_descent.hpp"
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/core/shade/shading.hpp"
 
 namespace terravox::analyse {
 

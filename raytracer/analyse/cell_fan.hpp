@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/core/shade/shading.hpp"
 
 namespace terravox::analyse {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::analyse {
 

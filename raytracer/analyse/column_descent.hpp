@@ -1,8 +1,8 @@
 #pragma once
 
-#include "raytracer/core/scene_words.hpp"
-#include "raytracer/shade/view.hpp"
-#include "raytracer/walk/traced_ray.hpp"
+#include "raytracer/core/base/scene_words.hpp"
+#include "raytracer/core/shade/view.hpp"
+#include "raytracer/core/walk/traced_ray.hpp"
 
 namespace terravox::analyse {
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/core/shade/shading.hpp"
 
 namespace terravox::analyse {
 

@@ -10,7 +10,7 @@
 #include "raytracer/analyse/cell_plane.hpp"
 #include "raytracer/analyse/column_descent.hpp"
 #include "raytracer/analyse/wall_outline.hpp"
-#include "raytracer/core/building_materials.hpp"
+#include "raytracer/core/base/building_materials.hpp"
 
 namespace terravox::analyse {
 namespace {

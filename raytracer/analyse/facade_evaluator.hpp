@@ -2,7 +2,7 @@
 
 #include "raytracer/analyse/cell_evaluator.hpp"
 #include "raytracer/analyse/plane_light.hpp"
-#include "raytracer/core/scene_words.hpp"
+#include "raytracer/core/base/scene_words.hpp"
 
 namespace terravox::analyse {
 

@@ -7,8 +7,8 @@
 #include "common/util/error.hpp"
 #include "raytracer/analyse/column_descent.hpp"
 #include "raytracer/analyse/sight_line.hpp"
-#include "raytracer/scene/camera.hpp"
-#include "raytracer/walk/walker.hpp"
+#include "raytracer/core/scene/camera.hpp"
+#include "raytracer/core/walk/walker.hpp"
 
 namespace terravox::analyse {
 namespace {

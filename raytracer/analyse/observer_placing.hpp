@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "raytracer/blocks/block_manager.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::analyse {
 

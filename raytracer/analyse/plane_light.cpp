@@ -8,7 +8,7 @@
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/column_descent.hpp"
 #include "raytracer/analyse/evaluator.hpp"
-#include "raytracer/core/thin_materials.hpp"
+#include "raytracer/core/base/thin_materials.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "raytracer/analyse/cell_fan.hpp"
-#include "raytracer/core/analysis_bands.hpp"
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
+#include "raytracer/core/shade/shading.hpp"
 
 namespace terravox::analyse {
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::analyse {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/core/random.hpp"
+#include "raytracer/core/base/random.hpp"
 
 namespace terravox::analyse {
 namespace {

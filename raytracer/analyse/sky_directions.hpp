@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/voxel/colour.hpp"
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::analyse {
 

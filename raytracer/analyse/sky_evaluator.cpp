@@ -2,7 +2,7 @@
 
 #include "raytracer/analyse/bands.hpp"
 #include "raytracer/analyse/column_descent.hpp"
-#include "raytracer/core/random.hpp"
+#include "raytracer/core/base/random.hpp"
 
 namespace terravox::analyse {
 namespace {

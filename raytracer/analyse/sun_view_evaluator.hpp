@@ -1,6 +1,6 @@
 #pragma once
 
-#include "raytracer/shade/shading.hpp"
+#include "raytracer/core/shade/shading.hpp"
 
 namespace terravox::analyse {
 

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "raytracer/core/ray.hpp"
-#include "raytracer/core/scene_words.hpp"
+#include "raytracer/core/base/ray.hpp"
+#include "raytracer/core/base/scene_words.hpp"
 
 namespace terravox::analyse {
 

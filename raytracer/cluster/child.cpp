@@ -16,7 +16,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "raytracer/animate/video.hpp"
+#include "raytracer/core/animate/video.hpp"
 
 extern char** environ;
 

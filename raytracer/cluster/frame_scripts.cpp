@@ -1,8 +1,8 @@
 #include "raytracer/cluster/frame_scripts.hpp"
 
 #include "common/util/shell_words.hpp"
-#include "raytracer/animate/frame_names.hpp"
 #include "raytracer/cluster/manifests.hpp"
+#include "raytracer/core/animate/frame_names.hpp"
 
 namespace terravox::cluster {
 

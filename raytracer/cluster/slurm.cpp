@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/animate/video.hpp"
+#include "raytracer/core/animate/video.hpp"
 
 namespace terravox::cluster {
 namespace {

@@ -11,12 +11,12 @@
 #include "common/util/command_line.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/animate/frame_names.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/core/animate/frame_names.hpp"
+#include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/scene/views.hpp"
 #include "raytracer/farm/checkpoint/input_names.hpp"
-#include "raytracer/output/image_writer.hpp"
-#include "raytracer/scene/views.hpp"
 
 namespace terravox::commands {
 namespace {

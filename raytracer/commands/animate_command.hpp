@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "common/util/error.hpp"
-#include "raytracer/animate/render_frames.hpp"
+#include "raytracer/core/animate/render_frames.hpp"
 
 namespace CLI {
 class App;

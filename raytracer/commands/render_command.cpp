@@ -13,9 +13,9 @@
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/run_report.hpp"
-#include "raytracer/output/image_writer.hpp"
+#include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/scene/scene_io.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/render/render_pool.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace CLI {
 class App;

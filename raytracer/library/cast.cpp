@@ -13,12 +13,12 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/walk/lane_walk.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/ray_order.hpp"
 #include "raytracer/library/state.hpp"
 #include "raytracer/library/steps.hpp"
-#include "raytracer/walk/lane_walk.hpp"
-#include "raytracer/walk/walk.hpp"
 
 namespace terravox {
 namespace {

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "common/voxel/material.hpp"
+#include "raytracer/core/material/material_file.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/state.hpp"
-#include "raytracer/material/material_file.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox {

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "common/thread/parallel.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/passes/passes.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/scene/views.hpp"
 
 namespace terravox {
 namespace {

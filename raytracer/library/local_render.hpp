@@ -5,10 +5,10 @@
 
 #include <cstddef>
 
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/output/tile_sink.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/library/state.hpp"
-#include "raytracer/output/film.hpp"
-#include "raytracer/output/tile_sink.hpp"
-#include "raytracer/shade/view.hpp"
 
 namespace terravox {
 

@@ -3,7 +3,7 @@
 #include <terravox/place.hpp>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox {
 

@@ -6,11 +6,11 @@
 
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/world_options_of.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/log_once.hpp"
 #include "raytracer/library/source_world.hpp"
 #include "raytracer/library/state.hpp"
-#include "raytracer/scene/world_options_of.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 

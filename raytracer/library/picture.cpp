@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "raytracer/core/output/develop.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/local_render.hpp"
-#include "raytracer/output/develop.hpp"
-#include "raytracer/shade/view_maker.hpp"
 
 namespace terravox {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/views.hpp"
 #include "raytracer/library/process_check.hpp"
-#include "raytracer/scene/views.hpp"
 
 namespace terravox {
 

@@ -10,9 +10,9 @@
 #include "common/util/stage_times.hpp"
 #include "common/util/temporary_folder.hpp"
 #include "common/voxel/world.hpp"
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/library/map_frame.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace terravox {
 

@@ -5,9 +5,9 @@
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/material.hpp"
+#include "raytracer/core/material/material_file.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/log_once.hpp"
-#include "raytracer/material/material_file.hpp"
 
 namespace terravox {
 

@@ -8,8 +8,8 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
-#include "raytracer/output/gdal_writing.hpp"
-#include "raytracer/output/progress.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/progress.hpp"
 #include "raytracer/pmtiles/tile_cutter.hpp"
 #include "voxelserver/serve/map/png.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
-#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/pmtiles/web_area.hpp"
 
 namespace terravox::pmtiles {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/output/picture_info.hpp"
+#include "raytracer/core/output/picture_info.hpp"
 #include "raytracer/pmtiles/tile_address.hpp"
 
 namespace terravox::pmtiles {

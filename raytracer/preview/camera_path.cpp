@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::preview {
 namespace {

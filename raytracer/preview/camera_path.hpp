@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/animate/animation.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/animate/animation.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::preview {
 

@@ -1,7 +1,7 @@
 #include "raytracer/preview/command_line.hpp"
 
 #include "common/util/shell_words.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::preview {
 

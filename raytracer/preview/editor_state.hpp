@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/scene_history.hpp"
 #include "raytracer/preview/viewpoint.hpp"
 #include "raytracer/render/loaded_world.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace terravox::preview {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
 
 namespace terravox::preview {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/output/develop.hpp"
+#include "raytracer/core/output/develop.hpp"
 
 namespace terravox::preview {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/output/film.hpp"
-#include "raytracer/shade/view.hpp"
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/shade/view.hpp"
 
 namespace terravox::preview {
 

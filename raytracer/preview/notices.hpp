@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/preview/final_render.hpp"
 #include "raytracer/preview/log_tail.hpp"
 

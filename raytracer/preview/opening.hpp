@@ -6,8 +6,8 @@
 #include <string>
 #include <thread>
 
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/render/loaded_world.hpp"
-#include "raytracer/scene/scene.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::preview {

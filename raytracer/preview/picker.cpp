@@ -7,8 +7,8 @@
 #include "common/geo/crs.hpp"
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/tiles/square_grid.hpp"
-#include "raytracer/walk/walker.hpp"
+#include "raytracer/core/tiles/square_grid.hpp"
+#include "raytracer/core/walk/walker.hpp"
 
 namespace terravox::preview {
 namespace {

@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "raytracer/shade/view.hpp"
-#include "raytracer/walk/walk.hpp"
+#include "raytracer/core/shade/view.hpp"
+#include "raytracer/core/walk/walk.hpp"
 
 namespace terravox::preview {
 

@@ -2,9 +2,9 @@
 
 #include <deque>
 
+#include "raytracer/core/walk/walk.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/processors/processor.hpp"
-#include "raytracer/walk/walk.hpp"
 
 namespace terravox::preview {
 

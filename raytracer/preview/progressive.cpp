@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "raytracer/core/scene/picture_check.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/processors/processor_pool.hpp"
-#include "raytracer/scene/picture_check.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox::preview {
 namespace {

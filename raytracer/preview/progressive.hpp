@@ -7,9 +7,9 @@
 #include <set>
 #include <vector>
 
-#include "raytracer/output/film.hpp"
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/render/passes/passes.hpp"
-#include "raytracer/shade/view_maker.hpp"
 
 namespace terravox::preview {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::preview {
 

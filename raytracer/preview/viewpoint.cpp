@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "raytracer/scene/camera_axes.hpp"
+#include "raytracer/core/scene/camera_axes.hpp"
 
 namespace terravox::preview {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "raytracer/scene/camera.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/camera.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::preview {
 

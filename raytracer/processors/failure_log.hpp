@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/tiles/tile.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 
 namespace terravox::processors {
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::processors {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "raytracer/tiles/tile.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 
 namespace terravox::processors {
 

@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "raytracer/tiles/tile.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 
 namespace terravox::processors {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::processors {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/trace/tile_job.hpp"
+#include "raytracer/core/trace/tile_job.hpp"
 
 namespace terravox::processors {
 

@@ -10,13 +10,13 @@
 #include "common/gzip/gzip.hpp"
 #include "common/util/det_math.hpp"
 #include "common/voxel/material.hpp"
-#include "raytracer/material/material_table.hpp"
-#include "raytracer/material/texture_list.hpp"
-#include "raytracer/material/windows.hpp"
+#include "raytracer/core/material/material_table.hpp"
+#include "raytracer/core/material/texture_list.hpp"
+#include "raytracer/core/material/windows.hpp"
+#include "raytracer/core/sky/dome.hpp"
+#include "raytracer/core/sky/scattering.hpp"
+#include "raytracer/core/sky/sky_table.hpp"
 #include "raytracer/publish/half.hpp"
-#include "raytracer/sky/dome.hpp"
-#include "raytracer/sky/scattering.hpp"
-#include "raytracer/sky/sky_table.hpp"
 
 namespace terravox::publish {
 namespace {

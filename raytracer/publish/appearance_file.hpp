@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "raytracer/material/material_file.hpp"
+#include "raytracer/core/material/material_file.hpp"
 
 namespace terravox::publish {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 #include "voxelserver/out/archive/split.hpp"
 
 namespace terravox::publish {

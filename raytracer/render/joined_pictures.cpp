@@ -6,12 +6,12 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/output/denoise.hpp"
-#include "raytracer/output/film.hpp"
-#include "raytracer/output/image_writer.hpp"
-#include "raytracer/output/tile_stream.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/shade/view_maker.hpp"
+#include "raytracer/core/output/denoise.hpp"
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/output/tile_stream.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 
 namespace terravox::render {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/coordinator/worker_link.hpp"
-#include "raytracer/scene/scene.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::render {

@@ -6,12 +6,12 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/core/output/denoise.hpp"
+#include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/output/tile_stream.hpp"
+#include "raytracer/core/scene/picture_check.hpp"
 #include "raytracer/farm/checkpoint/input_names.hpp"
-#include "raytracer/output/denoise.hpp"
-#include "raytracer/output/image_writer.hpp"
-#include "raytracer/output/tile_stream.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/scene/picture_check.hpp"
 
 namespace terravox::render {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "common/thread/stop_signals.hpp"
 #include "common/util/stage_times.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/render/loaded_world.hpp"
 #include "raytracer/render/render_pool.hpp"
 #include "raytracer/render/statistics.hpp"
-#include "raytracer/shade/view_maker.hpp"
 
 namespace terravox::render {
 

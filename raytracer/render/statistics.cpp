@@ -9,8 +9,8 @@
 #include <string>
 
 #include "common/util/version.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/walk/traced_ray.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/walk/traced_ray.hpp"
 
 namespace terravox::render {
 namespace {

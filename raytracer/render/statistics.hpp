@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/output/picture_info.hpp"
+#include "raytracer/core/output/picture_info.hpp"
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/render/passes/passes.hpp"
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "common/geo/lat_lon.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::solar {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
-#include "raytracer/sky/sun_of.hpp"
+#include "raytracer/core/sky/sun_of.hpp"
 
 namespace terravox::solar {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/geo/time_zone.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::solar {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "common/geo/lat_lon.hpp"
-#include "raytracer/core/ray.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/base/ray.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::solar {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::solar {
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/geo/time_zone.hpp"
-#include "raytracer/sky/sun.hpp"
+#include "raytracer/core/sky/sun.hpp"
 #include "raytracer/solar/sky_light.hpp"
 
 namespace terravox::solar {

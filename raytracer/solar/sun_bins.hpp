@@ -5,7 +5,7 @@
 
 #include "common/geo/lat_lon.hpp"
 #include "common/util/det_math.hpp"
-#include "raytracer/core/ray.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::solar {
 

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "common/geo/sun_position.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::solar {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "raytracer/sky/sun.hpp"
-#include "raytracer/sky/sun_of.hpp"
+#include "raytracer/core/sky/sun.hpp"
+#include "raytracer/core/sky/sun_of.hpp"
 #include "raytracer/solar/sun_bins.hpp"
 #include "raytracer/solar/sun_steps.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/geo/lat_lon.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/solar/weather_file.hpp"
 
 namespace terravox::solar {

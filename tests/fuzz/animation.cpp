@@ -1,5 +1,5 @@
 // Animations: keys, turntable, day, and what they make of a scene.
-#include "raytracer/animate/animation.hpp"
+#include "raytracer/core/animate/animation.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {

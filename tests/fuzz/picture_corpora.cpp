@@ -4,10 +4,10 @@
 
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/farm/checkpoint/records.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "tests/fuzz/corpus.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 #include "tests/raytracer/farm/checkpoint/small_picture.hpp"

@@ -1,5 +1,5 @@
 // Scenes, which come from files, from coordinators and in pictures.
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {

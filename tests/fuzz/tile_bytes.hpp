@@ -3,11 +3,11 @@
 #include <xxhash.h>
 #include <zstd.h>
 
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/raytracer/tiles/synthetic_tiles.hpp"
+#include "tests/raytracer/core/tiles/synthetic_tiles.hpp"
 
-/// Encoded tiles (raytracer/tiles/tile_codec.cpp) as the fuzz targets change them.
+/// Encoded tiles (raytracer/core/tiles/tile_codec.cpp) as the fuzz targets change them.
 namespace terravox::fuzz {
 
 inline constexpr std::size_t kTileChecksumAt = 1;

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/farm/coordinator/farm.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 namespace terravox::test {

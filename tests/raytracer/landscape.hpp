@@ -3,11 +3,11 @@
 #include <memory>
 #include <string>
 
-#include "raytracer/blocks/block_manager.hpp"
-#include "raytracer/output/film.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/passes/passes.hpp"
-#include "raytracer/shade/view_maker.hpp"
 #include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {

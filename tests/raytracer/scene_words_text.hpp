@@ -2,7 +2,7 @@
 
 #include <ostream>
 
-#include "raytracer/core/scene_words.hpp"
+#include "raytracer/core/base/scene_words.hpp"
 
 namespace terravox::core {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::analyse {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "common/voxel/material.hpp"
-#include "raytracer/core/building_materials.hpp"
+#include "raytracer/core/base/building_materials.hpp"
 
 namespace terravox::analyse {
 

@@ -9,7 +9,7 @@
 
 #include "raytracer/analyse/objects/object_sums.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
-#include "raytracer/core/scene_words.hpp"
+#include "raytracer/core/base/scene_words.hpp"
 
 namespace terravox::analyse {
 

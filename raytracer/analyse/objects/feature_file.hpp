@@ -10,8 +10,8 @@
 #include <string>
 
 #include "common/util/atomic_file.hpp"
-#include "raytracer/output/gdal_writing.hpp"
-#include "raytracer/output/picture_info.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/picture_info.hpp"
 
 class OGRGeometry;
 

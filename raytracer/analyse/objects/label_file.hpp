@@ -9,7 +9,7 @@
 #include "common/util/atomic_file.hpp"
 #include "raytracer/analyse/objects/connected_cells.hpp"
 #include "raytracer/analyse/objects/polygon_cells.hpp"
-#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::analyse {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/core/analysis_bands.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/analyse/objects/connected_cells.hpp"
 #include "raytracer/analyse/objects/energy_rows.hpp"
-#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "raytracer/output/stream_formats.hpp"
+#include "raytracer/core/output/stream_formats.hpp"
 
 namespace terravox::analyse {
 namespace {

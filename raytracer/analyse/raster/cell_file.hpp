@@ -5,8 +5,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "raytracer/analyse/raster/raster_bands.hpp"
-#include "raytracer/output/gdal_writing.hpp"
-#include "raytracer/output/tile_sink.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/tile_sink.hpp"
 
 namespace terravox::analyse {
 

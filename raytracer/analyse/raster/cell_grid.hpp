@@ -4,8 +4,8 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/output/picture_info.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::analyse {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "raytracer/output/gdal_writing.hpp"
-#include "raytracer/output/picture_info.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/picture_info.hpp"
 
 namespace terravox::analyse {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "raytracer/analyse/raster/cell_file.hpp"
-#include "raytracer/output/picture_info.hpp"
+#include "raytracer/core/output/picture_info.hpp"
 
 namespace terravox::analyse {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "raytracer/core/analysis_bands.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
 
 namespace terravox::analyse {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "raytracer/output/small_font.hpp"
+#include "raytracer/core/output/small_font.hpp"
 #include "voxelserver/serve/map/png.hpp"
 
 namespace terravox::analyse {

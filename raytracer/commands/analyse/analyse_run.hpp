@@ -2,7 +2,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/commands/analyse/analyse_arguments.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::commands {
 

@@ -8,8 +8,8 @@
 #include "raytracer/analyse/objects/polygon_cells.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace CLI {
 class App;

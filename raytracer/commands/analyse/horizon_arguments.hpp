@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace CLI {
 class App;

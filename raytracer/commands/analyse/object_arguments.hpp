@@ -8,7 +8,7 @@
 #include "common/voxel/world.hpp"
 #include "raytracer/analyse/objects/objects.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace CLI {
 class App;

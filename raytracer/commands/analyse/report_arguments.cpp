@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "raytracer/analyse/report/html_report.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/sky/sun_of.hpp"
+#include "raytracer/core/sky/sun_of.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "common/voxel/world.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/solar/weather_file.hpp"
 
 namespace CLI {

@@ -5,9 +5,9 @@
 
 #include "common/util/cache_dir.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/scene/views.hpp"
-#include "raytracer/scene/world_options_of.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
+#include "raytracer/core/scene/world_options_of.hpp"
 #include "voxelserver/make/voxelize/points/step_switches.hpp"
 #include "voxelserver/make/worlds/open/world_kinds.hpp"
 #include "voxelserver/make/worlds/overlay/additions.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace CLI {

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "common/util/program.hpp"
-#include "raytracer/animate/animation.hpp"
 #include "raytracer/commands/analyse/analyse_command.hpp"
 #include "raytracer/commands/animate_command.hpp"
 #include "raytracer/commands/render_command.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/scene/views.hpp"
+#include "raytracer/core/animate/animation.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
 
 namespace terravox::cluster {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::cluster {
 

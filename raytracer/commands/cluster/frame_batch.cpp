@@ -4,10 +4,10 @@
 #include <sstream>
 
 #include "common/util/beside_program.hpp"
-#include "raytracer/animate/animation.hpp"
-#include "raytracer/animate/frame_names.hpp"
-#include "raytracer/animate/video.hpp"
 #include "raytracer/commands/cluster/batch.hpp"
+#include "raytracer/core/animate/animation.hpp"
+#include "raytracer/core/animate/frame_names.hpp"
+#include "raytracer/core/animate/video.hpp"
 
 namespace terravox::cluster {
 namespace {

@@ -17,7 +17,7 @@
 #include "raytracer/commands/arguments/number_list.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/convert/job_name.hpp"
-#include "raytracer/material/material_file.hpp"
+#include "raytracer/core/material/material_file.hpp"
 #include "voxelserver/make/voxelize/world/dependent_columns.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 #include "voxelserver/make/worlds/open/world_kinds.hpp"

@@ -9,7 +9,7 @@
 #include "common/util/config_dir.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "common/voxel/world.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {

@@ -21,8 +21,8 @@
 #include "raytracer/commands/map/map_file.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/run_report.hpp"
+#include "raytracer/core/scene/picture_check.hpp"
 #include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/scene/picture_check.hpp"
 #include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {

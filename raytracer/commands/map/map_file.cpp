@@ -2,7 +2,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/letter_case.hpp"
-#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/util/atomic_file.hpp"
-#include "raytracer/output/tile_stream.hpp"
+#include "raytracer/core/output/tile_stream.hpp"
 #include "raytracer/pmtiles/map_tiles.hpp"
 
 namespace terravox::commands {

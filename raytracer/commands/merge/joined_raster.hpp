@@ -6,8 +6,8 @@
 #include "common/util/error.hpp"
 #include "raytracer/commands/analyse/object_arguments.hpp"
 #include "raytracer/commands/analyse/report_arguments.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/checkpoint/joined_tiles.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace CLI {
 class App;

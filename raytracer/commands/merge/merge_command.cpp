@@ -12,8 +12,8 @@
 #include "common/voxel/world_json.hpp"
 #include "raytracer/commands/merge/joined_raster.hpp"
 #include "raytracer/commands/run_report.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/render/joined_pictures.hpp"
-#include "raytracer/scene/scene_io.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -16,8 +16,8 @@
 #include "common/util/resident_memory.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/commands/render_pool_arguments.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/preview/app/session.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {

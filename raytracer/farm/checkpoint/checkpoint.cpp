@@ -13,7 +13,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/material/material_file.hpp"
+#include "raytracer/core/material/material_file.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/scene/scene.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::farm {
 

@@ -10,7 +10,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
 namespace {

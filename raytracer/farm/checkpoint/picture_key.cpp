@@ -9,7 +9,7 @@
 #include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::farm {
 namespace {

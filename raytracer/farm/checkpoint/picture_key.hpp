@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/checkpoint/tile_grid.hpp"
-#include "raytracer/scene/scene.hpp"
 
 namespace terravox::farm {
 

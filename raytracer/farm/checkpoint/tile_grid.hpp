@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "raytracer/tiles/tile.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 
 namespace terravox::farm {
 

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/util/cache.hpp"
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/farm/net/farm.pb.h"
 
 namespace terravox::farm {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
 #include "raytracer/processors/processor_pool.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/farm/net/link.hpp"
 #include "raytracer/processors/processor.hpp"
 

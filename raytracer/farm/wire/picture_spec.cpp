@@ -7,10 +7,10 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/material/material_file.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/shade/view_maker.hpp"
-#include "raytracer/sky/sun_of.hpp"
+#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/sky/sun_of.hpp"
 #include "raytracer/solar/analysis_place.hpp"
 #include "raytracer/solar/clock.hpp"
 

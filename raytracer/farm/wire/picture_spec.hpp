@@ -3,8 +3,8 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/net/farm.pb.h"
-#include "raytracer/shade/view.hpp"
 
 namespace terravox::farm {
 

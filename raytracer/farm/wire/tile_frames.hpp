@@ -5,8 +5,8 @@
 #include <random>
 
 #include "common/voxel/box.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/farm/net/farm.pb.h"
-#include "raytracer/tiles/tile.hpp"
 
 namespace terravox::farm {
 

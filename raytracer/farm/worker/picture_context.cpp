@@ -7,9 +7,9 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/stage_times.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/scene/world_options_of.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/world_options_of.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox::farm {

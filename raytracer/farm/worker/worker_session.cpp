@@ -8,8 +8,8 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
 namespace {

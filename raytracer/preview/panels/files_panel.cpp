@@ -6,13 +6,13 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/output/image_writer.hpp"
+#include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
 #include "raytracer/preview/command_line.hpp"
 #include "raytracer/preview/panels/form.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
 #include "raytracer/render/statistics.hpp"
-#include "raytracer/scene/scene_io.hpp"
-#include "raytracer/scene/views.hpp"
 
 namespace terravox::panels {
 namespace {

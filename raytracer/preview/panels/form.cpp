@@ -9,8 +9,8 @@
 #include <cstdlib>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
-#include "raytracer/scene/scene_io.hpp"
 
 namespace terravox::panels {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <variant>
 
-#include "raytracer/scene/scene_fields.hpp"
+#include "raytracer/core/scene/scene_fields.hpp"
 
 namespace terravox::panels {
 

@@ -8,8 +8,8 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/scene_table.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
-#include "raytracer/scene/scene_table.hpp"
 
 namespace terravox::panels {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/core/scene/views.hpp"
 #include "raytracer/preview/pick_tool.hpp"
-#include "raytracer/scene/views.hpp"
 
 namespace terravox::panels {
 

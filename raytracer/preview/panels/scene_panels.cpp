@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/sky/sun_of.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
-#include "raytracer/sky/sun_of.hpp"
 
 namespace terravox::panels {
 namespace {

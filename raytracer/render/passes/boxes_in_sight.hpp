@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "raytracer/scene/camera.hpp"
-#include "raytracer/walk/level_cut.hpp"
+#include "raytracer/core/scene/camera.hpp"
+#include "raytracer/core/walk/level_cut.hpp"
 
 namespace terravox::render {
 

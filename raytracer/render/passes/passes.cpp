@@ -8,10 +8,10 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/output/progress.hpp"
+#include "raytracer/core/output/progress.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/render/passes/boxes_in_sight.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox::render {
 namespace {

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
-#include "raytracer/output/film.hpp"
 #include "raytracer/processors/processor.hpp"
-#include "raytracer/shade/view.hpp"
 
 namespace terravox::render {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/passes/passes.hpp"
-#include "raytracer/shade/view_maker.hpp"
 #include "tests/bench/bench.hpp"
 #include "tests/raytracer/landscape.hpp"
 

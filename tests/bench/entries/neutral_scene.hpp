@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/scene/camera.hpp"
+#include "raytracer/core/scene/camera.hpp"
 #include "tests/bench/bench.hpp"
 
 namespace terravox::bench {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "raytracer/trace/shadow_groups.hpp"
-#include "raytracer/walk/surroundings.hpp"
+#include "raytracer/core/trace/shadow_groups.hpp"
+#include "raytracer/core/walk/surroundings.hpp"
 
 namespace terravox::bench {
 namespace {

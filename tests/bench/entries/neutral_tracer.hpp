@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "raytracer/blocks/block_manager.hpp"
-#include "raytracer/trace/pixel_blocks.hpp"
-#include "raytracer/walk/packet_walk.hpp"
-#include "raytracer/walk/shaft.hpp"
-#include "raytracer/walk/walk.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/trace/pixel_blocks.hpp"
+#include "raytracer/core/walk/packet_walk.hpp"
+#include "raytracer/core/walk/shaft.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "tests/bench/entries/tile_tracer.hpp"
 
 namespace terravox::bench {

@@ -2,8 +2,8 @@
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/scene/camera.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/camera.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 
 namespace {

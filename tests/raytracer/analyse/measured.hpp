@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "raytracer/analyse/raster/cell_grid.hpp"
-#include "raytracer/blocks/block_manager.hpp"
-#include "raytracer/core/analysis_bands.hpp"
-#include "raytracer/output/tile_sink.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
+#include "raytracer/core/output/tile_sink.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/passes/passes.hpp"
-#include "raytracer/shade/view_maker.hpp"
 #include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "common/geo/lat_lon.hpp"
-#include "raytracer/core/ray.hpp"
-#include "raytracer/scene/scene.hpp"
-#include "raytracer/sky/sun.hpp"
+#include "raytracer/core/base/ray.hpp"
+#include "raytracer/core/scene/scene.hpp"
+#include "raytracer/core/sky/sun.hpp"
 #include "raytracer/solar/clear_sky.hpp"
 #include "raytracer/solar/sun_steps.hpp"
 #include "tests/raytracer/analyse/measured.hpp"

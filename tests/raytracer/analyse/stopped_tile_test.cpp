@@ -1,5 +1,5 @@
 // What is measured does not depend on when a thread had to stop, nor on which box was there first.
-#include "raytracer/trace/tile_job.hpp"
+#include "raytracer/core/trace/tile_job.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/period_light.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -2,7 +2,7 @@
 #include <memory>
 #include <utility>
 
-#include "raytracer/shade/view_maker.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/measured.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -12,7 +12,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/pmtiles/tile_cutter.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -2,10 +2,10 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/preview/camera_path.hpp"
 #include "raytracer/preview/command_line.hpp"
 #include "raytracer/preview/scene_history.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

@@ -4,8 +4,8 @@
 #include <random>
 #include <set>
 
-#include "raytracer/tiles/tile_codec.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

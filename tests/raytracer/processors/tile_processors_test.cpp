@@ -11,10 +11,10 @@
 #include <stop_token>
 #include <thread>
 
+#include "raytracer/core/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/processors/green_processor.hpp"
 #include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

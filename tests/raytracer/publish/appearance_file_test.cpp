@@ -9,10 +9,10 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/det_math.hpp"
-#include "raytracer/material/material_table.hpp"
+#include "raytracer/core/material/material_table.hpp"
+#include "raytracer/core/sky/dome.hpp"
+#include "raytracer/core/sky/sky_table.hpp"
 #include "raytracer/publish/half.hpp"
-#include "raytracer/sky/dome.hpp"
-#include "raytracer/sky/sky_table.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

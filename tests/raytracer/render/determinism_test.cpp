@@ -3,9 +3,9 @@
 #include <thread>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/scene/world_options_of.hpp"
+#include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/render/statistics.hpp"
-#include "raytracer/scene/world_options_of.hpp"
-#include "raytracer/shade/view_maker.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 #include "tests/raytracer/pyramid_world.hpp"

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/flushes.hpp"
 #include "tests/common/temporary_folder.hpp"

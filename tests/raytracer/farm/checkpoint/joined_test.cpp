@@ -3,12 +3,12 @@
 #include <fstream>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
-#include "raytracer/output/image_writer.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/raytracer/core/output/picture_reader.hpp"
 #include "tests/raytracer/farm/checkpoint/small_picture.hpp"
-#include "tests/raytracer/output/picture_reader.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
-#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

@@ -3,10 +3,10 @@
 #include <functional>
 
 #include "common/util/error.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/farm/checkpoint/picture_key.hpp"
-#include "raytracer/tiles/tile_plan.hpp"
+#include "tests/raytracer/core/tiles/synthetic_tiles.hpp"
 #include "tests/raytracer/landscape.hpp"
-#include "tests/raytracer/tiles/synthetic_tiles.hpp"
 
 namespace terravox::test {
 

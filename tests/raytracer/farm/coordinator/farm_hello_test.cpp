@@ -3,9 +3,9 @@
 
 #include "common/geo/crs.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/picture_spec.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 

@@ -2,7 +2,7 @@
 #include <functional>
 #include <limits>
 
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 

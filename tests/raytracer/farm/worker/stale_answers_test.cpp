@@ -1,5 +1,5 @@
 // What a worker makes of answers to questions of an earlier picture.
-#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/core/tiles/tile_codec.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/worker/fake_coordinator.hpp"
 

@@ -1,5 +1,5 @@
+#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/farm/worker/picture_context.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/worker/fake_coordinator.hpp"
 

@@ -157,7 +157,7 @@ function packAttributes(
     const properties = words[from + 2 * i]!;
     const colour = words[from + 2 * i + 1]! & 0xffffff;
     const number = properties & 0xff;
-    // As MaterialTable does (raytracer/material/material_table.hpp).
+    // As MaterialTable does (raytracer/core/material/material_table.hpp).
     const material = number < kMaterials ? number : kUnknownMaterial;
     const hasColour = (properties & 0x10000) !== 0 ? kHasColour : 0;
     const tinted = (properties & 0x20000) !== 0 ? kTinted : 0;

@@ -11,7 +11,7 @@ export type Face = {
   readonly ownFirst: number;
   /** 0: nothing is drawn. */
   readonly variants: number;
-  /** Which turns a voxel may choose: see raytracer/material/texture_list.hpp. */
+  /** Which turns a voxel may choose: see raytracer/core/material/texture_list.hpp. */
   readonly turns: number;
   readonly metric: boolean;
   readonly layered: boolean;

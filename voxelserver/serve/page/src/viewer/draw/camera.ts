@@ -1,4 +1,4 @@
-/** A perspective camera as the ray tracer's (raytracer/scene/camera.hpp), in level-0 voxels. */
+/** A perspective camera as the ray tracer's (raytracer/core/scene/camera.hpp), in level-0 voxels. */
 
 export type Vec3 = readonly [number, number, number];
 

@@ -1,4 +1,4 @@
-// From accumulated light to the screen: exposure, a tone curve, sRGB (raytracer/output/develop).
+// From accumulated light to the screen: exposure, a tone curve, sRGB (raytracer/core/output/develop).
 
 uniform highp sampler2D uAccumulated;  // light in rgb, number of samples in a
 uniform vec2 uScale;                   // pixels of the screen to pixels of the picture

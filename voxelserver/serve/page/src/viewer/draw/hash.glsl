@@ -1,5 +1,5 @@
 // 64-bit integers in two words (low, high), for the hashes by which the ray tracer chooses drawings
-// and shades of voxels (raytracer/core/random.hpp).
+// and shades of voxels (raytracer/core/base/random.hpp).
 
 uvec2 add64(uvec2 a, uvec2 b) {
   uint low = a.x + b.x;

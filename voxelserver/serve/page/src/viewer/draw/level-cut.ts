@@ -1,6 +1,6 @@
 /**
  * Which level of boxes represents which part of a world: the quadtree cut of the ray tracer
- * (raytracer/walk/level_cut.hpp), by the same numbers, so that both show the same voxels.
+ * (raytracer/core/walk/level_cut.hpp), by the same numbers, so that both show the same voxels.
  */
 
 /** Half-open, whole level-0 voxels: x east, y up, z south. */

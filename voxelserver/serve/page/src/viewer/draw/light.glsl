@@ -1,4 +1,4 @@
-// Direct light, as integrator "direct" of the ray tracer (raytracer/shade): sun, sky, darkened
+// Direct light, as integrator "direct" of the ray tracer (raytracer/core/shade): sun, sky, darkened
 // corners, haze, water, leaves. One sample of a pixel; what is chosen at random averages over
 // frames.
 

@@ -1,4 +1,4 @@
-// The appearance of materials (raytracer/material), from the tables of appearance.bin
+// The appearance of materials (raytracer/core/material), from the tables of appearance.bin
 // (docs/formats/site.md).
 
 uniform highp sampler2D uMaterials;  // kMaterialTexels texels a row, a row a material
@@ -185,7 +185,7 @@ Pane paneAt(uint style, int mip, vec2 st) {
   return Pane(own.rgb, own.a, glass);
 }
 
-// The windows of a wall, drawn over `texel`: see raytracer/material/windows.cpp.
+// The windows of a wall, drawn over `texel`: see raytracer/core/material/windows.cpp.
 void drawWindows(FacePoint at, ivec3 on, vec2 st, bool alongX, inout Texel texel) {
   const float kFloor_m = 3.0;
   const float kSquare_m = 1.7;
@@ -250,7 +250,7 @@ float swing(float turns) {
   return 16.0 * x * (0.5 - abs(x));
 }
 
-// The slope of water's waves: see raytracer/material/waves.cpp. Phases are those at uWavesAt, which
+// The slope of water's waves: see raytracer/core/material/waves.cpp. Phases are those at uWavesAt, which
 // the page computes in double precision; places are relative to it.
 vec2 waterTilt(vec2 from_m, float footprint_m) {
   const float perX[8] = float[](0.0713, 0.1319, 0.2137, 0.1873, 0.3511, 0.4943, 0.5519, 0.9277);
@@ -363,7 +363,7 @@ uint materialOf(uint attr) {
   return attr >> 24 & 63u;
 }
 
-// How far a photo's colour can be trusted to be that of a voxel: see raytracer/shade/surface.cpp.
+// How far a photo's colour can be trusted to be that of a voxel: see raytracer/core/shade/surface.cpp.
 float believed(uint material, vec3 photo) {
   if (material == kWall) return 0.0;
   bool isSoft = material == kGround || material == kGrass ||

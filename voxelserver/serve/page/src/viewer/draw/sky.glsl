@@ -1,4 +1,4 @@
-// The sky of raytracer/sky without clouds and stars: a table for the sun's altitude, phase
+// The sky of raytracer/core/sky without clouds and stars: a table for the sun's altitude, phase
 // functions, haze. Colours are linear; directions of unit length, y up.
 
 uniform highp sampler2D uSky;      // three texels a node: rayleigh, mie, multiple

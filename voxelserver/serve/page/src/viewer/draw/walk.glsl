@@ -1,5 +1,5 @@
 // Walks rays through the boxes of a cut (docs/adr/0028): the same cells, order of crossings and
-// ties as raytracer/walk, in single precision.
+// ties as raytracer/core/walk, in single precision.
 // Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987; Museth,
 // "Hierarchical Digital Differential Analyzer", SIGGRAPH Talks 2014.
 //

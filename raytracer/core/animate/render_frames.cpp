@@ -1,0 +1,155 @@
+#include "raytracer/core/animate/render_frames.hpp"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "common/util/version.hpp"
+#include "raytracer/core/animate/frame_ledger.hpp"
+#include "raytracer/core/animate/frame_names.hpp"
+#include "raytracer/core/animate/video.hpp"
+#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+
+namespace terravox::animate {
+namespace {
+
+void check(const Animation& animation, const FrameOptions& o, int last) {
+    const auto refuse = [&](const char* flag, int value, int least) {
+        throw util::UsageError(std::string("render the frames: ") + flag + " = " +
+                               std::to_string(value) + "; allowed: " + std::to_string(least) +
+                               " to " + std::to_string(animation.frames() - 1));
+    };
+    if (o.first < 0 || o.first >= animation.frames())
+        refuse("first", o.first, 0);
+    if (last < o.first || last >= animation.frames())
+        refuse("last", last, o.first);
+    if (o.every < 1)
+        throw util::UsageError("render the frames: every = " + std::to_string(o.every) +
+                               "; allowed: 1 and more");
+    if (!o.video.empty() && (o.first != 0 || last != animation.frames() - 1 || o.every != 1))
+        throw util::UsageError(
+            "render the frames: a video is made of all frames; leave out --first, --last and "
+            "--every");
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+// A hash of what a picture depends on; the number of threads is not part of it.
+std::uint64_t fingerprint(const scene::Scene& scene, const std::string& inputs) {
+    return fingerprint_of(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
+                          text_of(material::find_materials(scene.quality.materials)) + "\n" +
+                          kVersion);
+}
+
+bool is_there(const std::filesystem::path& picture) {
+    std::error_code failed;
+    return std::filesystem::is_regular_file(picture, failed) &&
+           std::filesystem::file_size(picture, failed) > 0 && !failed;
+}
+
+/// Files that a killed run has left next to its frames: unfinished files of util::AtomicFile,
+/// ".NAME.part-PID-..." with the frame's extension. Those of a frame are removed when it has been
+/// rendered, except those of a run that is still active.
+class Leftovers {
+public:
+    explicit Leftovers(std::filesystem::path folder) {
+        std::error_code failed;
+        if (folder.empty())
+            folder = ".";
+        for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end;
+             it.increment(failed)) {
+            const std::string name = it->path().filename().string();
+            const std::size_t part = name.find(".part-");
+            if (name.starts_with('.') && part != std::string::npos && part > 1 &&
+                !at_work(name.substr(part + 6)))
+                m_files.emplace(name.substr(1, part - 1) + it->path().extension().string(),
+                                it->path());
+        }
+    }
+    void remove_of(const std::filesystem::path& picture) const {
+        std::error_code ignored;
+        const auto [first, last] = m_files.equal_range(picture.filename().string());
+        for (auto it = first; it != last; ++it)
+            std::filesystem::remove(it->second, ignored);
+    }
+
+private:
+    /// Whether the process that writes a file is still running.
+    /// @param rest what follows ".part-"; nothing is known about other programs' files, so they are
+    /// kept
+    static bool at_work(const std::string& rest) {
+        int pid = 0;
+        const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), pid);
+        if (read.ec != std::errc{} || pid <= 0 || read.ptr == rest.data() + rest.size() ||
+            *read.ptr != '-')
+            return true;
+        return ::kill(pid, 0) == 0 || errno == EPERM;
+    }
+    std::multimap<std::string, std::filesystem::path> m_files;  ///< by the name of the frame
+};
+
+}  // namespace
+
+util::ExitCode render_frames(const Animation& animation, const scene::Scene& base,
+                             const FrameOptions& options, const RenderPicture& render) {
+    const FrameNames names(options.pattern);
+    const int last = options.last < 0 ? animation.frames() - 1 : options.last;
+    check(animation, options, last);
+    if (!options.video.empty())
+        check_video(options.video, names, options.ffmpeg);
+    FrameLedger ledger(names.ledger());
+    const Leftovers leftovers(names.ledger().parent_path());
+    // Before any is rendered, so that an error in a later frame is reported now.
+    std::map<int, std::uint64_t> prints;
+    for (int frame = options.first; frame <= last;
+         frame += std::min(options.every, last - frame + 1))
+        prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
+    int made = 0;
+    int with_holes = 0;
+    int kept = 0;
+    for (const auto& [frame, print] : prints) {
+        const scene::Scene scene = animation.at(frame, base);
+        const std::filesystem::path picture = names.of(frame);
+        if (!options.again && ledger.is_done(frame, print) && is_there(picture)) {
+            ++kept;
+            continue;
+        }
+        if (options.list) {
+            std::printf("%d\n", frame);
+            continue;
+        }
+        if (!options.quiet)
+            std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(),
+                         picture.c_str());
+        const util::ExitCode code = render(scene, picture);
+        leftovers.remove_of(picture);
+        if (code == util::ExitCode::kDone)
+            ledger.add(frame, print);
+        else if (code == util::ExitCode::kHoles)
+            ++with_holes;
+        else
+            return code;
+        ++made;
+    }
+    if (options.list)
+        return util::ExitCode::kDone;
+    if (!options.quiet)
+        std::fprintf(stderr, "%d frames made, %d were done before\n", made, kept);
+    if (with_holes > 0)
+        return util::ExitCode::kHoles;
+    if (!options.video.empty())
+        make_video(options.video, names, animation.frames(), animation.fps(), options.ffmpeg);
+    return util::ExitCode::kDone;
+}
+
+}  // namespace terravox::animate

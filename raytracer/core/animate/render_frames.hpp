@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "common/util/error.hpp"
+#include "raytracer/core/animate/animation.hpp"
+
+namespace terravox::animate {
+
+/// Renders a scene to a picture, completely or not at all, replacing one that may exist.
+/// @return kDone, or kHoles when the picture was written with holes
+/// @throws Error, UsageError
+using RenderPicture =
+    std::function<util::ExitCode(const scene::Scene& scene, const std::filesystem::path& picture)>;
+
+struct FrameOptions {
+    std::string pattern;  ///< pattern of the frames' names: see FrameNames
+    int first = 0;        ///< first frame
+    int last = -1;        ///< last frame, inclusive; -1: the animation's last
+    int every = 1;        ///< render only every n-th frame, from `first` on, for a preview
+    bool again = false;   ///< render frames again that are done
+    /// Writes the numbers of the frames that are still to be rendered to standard output, one per
+    /// line, and renders none.
+    bool list = false;
+    bool quiet = false;
+    /// Identifies the input data: frames of other inputs do not count as done.
+    std::string inputs;
+    std::string video;  ///< video file to make of all frames; empty: none
+    std::string ffmpeg = "ffmpeg";
+};
+
+/// Renders the frames of an animation, in order. A frame that exists, is done, and was made of the
+/// same scene and inputs by the same version of the program is kept, so that an interrupted run can
+/// continue; one with holes is tried again.
+/// @return kHoles when a frame rendered now has holes (then no video is made)
+/// @throws what `render` throws; UsageError before anything is rendered
+[[nodiscard]] util::ExitCode render_frames(const Animation& animation, const scene::Scene& base,
+                                           const FrameOptions& options,
+                                           const RenderPicture& render);
+
+}  // namespace terravox::animate

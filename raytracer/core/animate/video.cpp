@@ -1,0 +1,108 @@
+#include "raytracer/core/animate/video.hpp"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <vector>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+
+extern char** environ;
+
+namespace terravox::animate {
+namespace {
+
+std::string number(double v) {
+    std::array<char, 40> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v).ptr};
+}
+
+bool ends_in(const std::string& text, std::initializer_list<const char*> endings) {
+    return std::any_of(endings.begin(), endings.end(),
+                       [&](const char* e) { return text.ends_with(e); });
+}
+
+/// @return its exit status; 128 or more: ended by a signal
+int run(const std::string& program, std::vector<std::string> arguments) {
+    std::vector<char*> argv;
+    for (std::string& argument : arguments)
+        argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    if (const int failed =
+            ::posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ);
+        failed != 0)
+        throw util::Error("make the video: " + program +
+                          " cannot be started: " + std::strerror(failed));
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0)
+        if (errno != EINTR)
+            throw util::Error("make the video: " + program + " is lost: " + std::strerror(errno));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+std::filesystem::path find_program(const std::string& name) {
+    const auto runs = [](const std::filesystem::path& file) {
+        std::error_code ignored;
+        return std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
+    };
+    if (name.find('/') != std::string::npos)
+        return runs(name) ? std::filesystem::path(name) : std::filesystem::path();
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path != nullptr ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (!folder.empty() && runs(std::filesystem::path(folder) / name))
+            return std::filesystem::path(folder) / name;
+    return {};
+}
+
+void check_video(const std::filesystem::path& file, const FrameNames& frames,
+                 const std::string& program) {
+    const std::string attempt = "make the video " + file.string() + ": ";
+    if (!ends_in(file.string(), {".mp4", ".mkv", ".mov"}))
+        throw util::UsageError(attempt +
+                               "its ending names no kind of video; allowed: .mp4, .mkv, .mov");
+    if (!ends_in(frames.pattern(), {".png", ".jpg", ".jpeg"}))
+        throw util::UsageError(attempt + "of " + frames.pattern() +
+                               "; allowed: frames in .png or .jpg");
+    if (find_program(program).empty())
+        throw util::UsageError(
+            attempt + program +
+            " is not installed; without --video the frames are made all the same");
+    util::check_writable(file);
+}
+
+void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps,
+                const std::string& program) {
+    util::AtomicFile out(file);
+    // Absolute, since ffmpeg takes text before a colon as a protocol, and a leading dash as an
+    // option.
+    const std::string pictures = std::filesystem::absolute(frames.pattern()).string();
+    const std::string target = std::filesystem::absolute(out.temporary_path()).string();
+    const int status =
+        run(find_program(program).string(),
+            {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
+             "-framerate", number(fps), "-start_number", "0", "-i", pictures, "-frames:v",
+             std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
+             // Players require even sizes and subsampled chroma; the colour space is stated.
+             "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt",
+             "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
+             "iec61966-2-1", "-movflags", "+faststart", target});
+    if (status != 0)
+        throw util::Error("make the video " + file.string() + ": " + program +
+                          " failed with status " + std::to_string(status));
+    out.commit();
+}
+
+}  // namespace terravox::animate

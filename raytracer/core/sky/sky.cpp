@@ -1,0 +1,187 @@
+#include "raytracer/core/sky/sky.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "raytracer/core/sky/ambient.hpp"
+#include "raytracer/core/sky/dome.hpp"
+
+namespace terravox::sky {
+namespace {
+
+// How high above the plain without end the eye seems to be: high enough to have haze below it, a
+// quiet ground for a model.
+constexpr double kBackdrop_m = 2500;
+// Directions along each edge of a sampler's cell that its light is summed over.
+constexpr int kFine = 2;
+constexpr int kLowRows = 32, kLowColumns = 64;  // of the lower half, whose light is smooth
+
+voxel::Colour colour_of(const std::array<double, 3>& c) noexcept {
+    const auto channel = [](double v) { return static_cast<float>(std::max(0.0, v)); };
+    return {channel(c[0]), channel(c[1]), channel(c[2])};
+}
+
+Dome::Settings dome_settings(const scene::Scene::Sky& sky, double place_height_m,
+                             core::Vec3 eye_m) {
+    Dome::Settings s;
+    s.turbidity = std::clamp(sky.turbidity, 1.0, 20.0);
+    // Worlds may lie below the sea, or in a game's heights; air is thinner only above it.
+    s.place_height_m = std::clamp(place_height_m, 0.0, 10'000.0);
+    s.clouds = sky.clouds;
+    s.cloud_height_m = std::clamp(sky.cloud_height_m, 100.0, 12'000.0);
+    s.eye_m = eye_m;
+    if (sky.visibility_km && *sky.visibility_km > 0)
+        s.visibility_km = sky.visibility_km;
+    return s;
+}
+
+core::Vec3 direction_at(double y, double turn) noexcept {
+    const double flat = std::sqrt(std::max(0.0, 1 - y * y));
+    const auto both = det::sin_cos(2 * det::kPi * turn);
+    return {flat * both.cos, y, flat * both.sin};
+}
+
+}  // namespace
+
+/// All of it, built once.
+class Sky::Parts {
+public:
+    Parts(const geo::SunPosition& at, const scene::Scene::Sun& sun_settings,
+          const scene::Scene::Sky& sky, double place_height_m, core::Vec3 eye_m)
+        : sun(at, sun_settings.size),
+          dome(sun, dome_settings(sky, place_height_m, eye_m)),
+          strength(static_cast<float>(std::max(0.0, sky.strength))) {
+        if (sky.model == core::SkyModel::kUniform)
+            uniform = colour_of(sky.colour.value_or(std::array<double, 3>{1, 1, 1})) * strength;
+        has_air = sky.visibility_km ? *sky.visibility_km > 0 : !uniform;
+        const voxel::Colour natural =
+            sun_settings.light ? colour_of(*sun_settings.light) * static_cast<float>(sun.share_up())
+                               : dome.sun_light();
+        sun_light = natural * static_cast<float>(std::max(0.0, sun_settings.strength));
+        gather();
+    }
+
+    voxel::Colour radiance(core::Vec3 d) const noexcept {
+        if (uniform)
+            return *uniform;
+        if (d.y >= 0)
+            return dome.radiance(d) * strength;
+        const voxel::Colour left = dome.haze().transmittance(d, kBackdrop_m / -d.y);
+        return ground * left + horizon(d) * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b};
+    }
+    voxel::Colour horizon(core::Vec3 d) const noexcept {
+        return uniform ? *uniform : dome.horizon(d) * strength;
+    }
+
+    const Sun sun;
+    const Dome dome;
+    const float strength;
+    std::optional<voxel::Colour> uniform;
+    bool has_air = true;
+    voxel::Colour sun_light;
+    voxel::Colour ground;
+    AmbientTable ambient;
+    std::array<voxel::Colour, 6> face_ambient;
+    std::optional<SkySampler> sampler;
+
+private:
+    // Step 1: the light of each cell of the upper half, which is all that the ground gets in
+    // addition to the sun. Step 2: the lower half, which is that ground behind haze. Step 3: both
+    // on every normal.
+    void gather() {
+        std::vector<LightFrom> light;
+        std::vector<double> bright;
+        constexpr double kCell_sr = 2 * det::kPi / (SkySampler::kRows * SkySampler::kColumns);
+        voxel::Colour on_ground;
+        for (int row = 0; row < SkySampler::kRows; ++row)
+            for (int column = 0; column < SkySampler::kColumns; ++column) {
+                voxel::Colour mean;
+                for (int i = 0; i < kFine * kFine; ++i) {
+                    const double y = (row + (i / kFine + 0.5) / kFine) / SkySampler::kRows;
+                    const double turn = (column + (i % kFine + 0.5) / kFine) / SkySampler::kColumns;
+                    mean = mean + radiance(direction_at(y, turn)) * (1.0f / (kFine * kFine));
+                }
+                const core::Vec3 d = direction_at((row + 0.5) / SkySampler::kRows,
+                                                  (column + 0.5) / SkySampler::kColumns);
+                on_ground = on_ground + mean * static_cast<float>(d.y * kCell_sr / det::kPi);
+                light.push_back({d, mean, kCell_sr});
+                bright.push_back(static_cast<double>(voxel::luminance(mean)));
+            }
+        sampler.emplace(bright);
+        ground = ground_colour() *
+                 (on_ground + sun_light * static_cast<float>(std::max(0.0, sun.direction().y) *
+                                                             dome.mean_passing()));
+        for (int row = 0; row < kLowRows; ++row)
+            for (int column = 0; column < kLowColumns; ++column) {
+                const core::Vec3 d =
+                    direction_at(-(row + 0.5) / kLowRows, (column + 0.5) / kLowColumns);
+                light.push_back({d, radiance(d), 2 * det::kPi / (kLowRows * kLowColumns)});
+            }
+        ambient = AmbientTable(light);
+        for (std::size_t face = 0; face < face_ambient.size(); ++face) {
+            const core::Vec3 normal = core::normal_of(static_cast<core::Face>(face));
+            face_ambient[face] = uniform ? *uniform : ambient.at(normal);
+        }
+    }
+};
+
+Sky::Sky(const geo::SunPosition& sun, const scene::Scene::Sun& sun_settings,
+         const scene::Scene::Sky& sky_settings, double place_height_m, core::Vec3 eye_m)
+    : m_parts(std::make_shared<Parts>(sun, sun_settings, sky_settings, place_height_m, eye_m)) {}
+
+core::Vec3 Sky::to_sun() const noexcept {
+    return m_parts->sun.direction();
+}
+bool Sky::sun_up() const noexcept {
+    return m_parts->sun.share_up() > 0;
+}
+voxel::Colour Sky::sun_light() const noexcept {
+    return m_parts->sun_light;
+}
+double Sky::sun_radius_rad() const noexcept {
+    return m_parts->sun.radius_rad();
+}
+core::Vec3 Sky::sample_sun(double u, double v) const noexcept {
+    return m_parts->sun.sample(u, v);
+}
+
+voxel::Colour Sky::sun_disc(core::Vec3 d) const noexcept {
+    const double share = m_parts->sun.disc(d);
+    return share > 0
+               ? m_parts->sun_light *
+                     static_cast<float>(share * (m_parts->uniform ? 1 : m_parts->dome.passing(d)))
+               : voxel::Colour{};
+}
+
+voxel::Colour Sky::radiance(core::Vec3 d) const noexcept {
+    return m_parts->radiance(d);
+}
+voxel::Colour Sky::ambient(core::Vec3 normal) const noexcept {
+    return m_parts->uniform ? *m_parts->uniform : m_parts->ambient.at(normal);
+}
+voxel::Colour Sky::ambient(core::Face face) const noexcept {
+    return m_parts->face_ambient[static_cast<std::size_t>(face)];
+}
+bool Sky::uneven() const noexcept {
+    return !m_parts->uniform && m_parts->strength > 0;
+}
+SkySample Sky::sample(double u, double v) const noexcept {
+    return m_parts->sampler->sample(u, v);
+}
+double Sky::pdf(core::Vec3 d) const noexcept {
+    return m_parts->sampler->pdf(d);
+}
+
+Air Sky::air(core::Vec3 d, double metres) const noexcept {
+    if (!m_parts->has_air)
+        return {};
+    const voxel::Colour left = m_parts->dome.haze().transmittance(d, metres);
+    return {left, m_parts->horizon(d) * voxel::Colour{1 - left.r, 1 - left.g, 1 - left.b}};
+}
+
+float Sky::cloud_shadow(core::Vec3 point_m) const noexcept {
+    return m_parts->uniform ? 1 : static_cast<float>(m_parts->dome.sun_passing(point_m));
+}
+
+}  // namespace terravox::sky

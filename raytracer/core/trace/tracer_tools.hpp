@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "raytracer/analyse/evaluator.hpp"
+#include "raytracer/core/walk/lamp_query.hpp"
+#include "raytracer/core/walk/lane_walk.hpp"
+#include "raytracer/core/walk/packet_walk.hpp"
+#include "raytracer/core/walk/shaft.hpp"
+
+namespace terravox::trace {
+
+/// What one thread needs to trace tiles of a view.
+struct TracerTools {
+    /// @param of, blocks must outlive this
+    /// @param pinned_bytes of blocks that the thread may keep from being evicted
+    TracerTools(const shade::View& of, blocks::BlockManager& blocks, std::size_t pinned_bytes)
+        : view(of),
+          reader(blocks, pinned_bytes),
+          walk(reader, of.cut, analyse::thin_things(of)),
+          packets(walk::packet_walk(reader, of.cut, analyse::thin_things(of))),
+          lanes(walk::lane_walk(reader, of.cut, analyse::thin_things(of))),
+          beams(reader, of.cut),
+          shafts(reader, of.cut),
+          surroundings(reader, of.cut),
+          lamps(reader, of.cut),
+          shading(analyse::make_evaluator(of)) {}
+
+    const shade::View& view;
+    walk::BlockReader reader;
+    walk::RayWalk walk;
+    std::optional<walk::PacketWalk> packets;  ///< where the machine has the instructions
+    std::optional<walk::LaneWalk> lanes;      ///< where the machine has the instructions
+    walk::BeamMarch beams;
+    walk::ShaftMarch shafts;
+    walk::Surroundings surroundings;
+    walk::LampQuery lamps;
+    std::unique_ptr<const shade::RayEvaluator> shading;
+    walk::Occluder occluder;
+
+    [[nodiscard]] std::uint64_t steps() const noexcept {
+        return walk.counts().steps + (packets ? packets->counts().steps : 0) +
+               (lanes ? lanes->counts().steps : 0);
+    }
+    [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
+};
+
+}  // namespace terravox::trace
