@@ -7,17 +7,17 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "raytracer/analyse/evaluators/observer_placing.hpp"
 #include "raytracer/analyse/horizon/horizon_maker.hpp"
-#include "raytracer/analyse/observer_placing.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/derived_bands.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
+#include "raytracer/analyse/solar/use_weather.hpp"
+#include "raytracer/analyse/solar/weather_file.hpp"
 #include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/library/guarded.hpp"
 #include "raytracer/library/local_render.hpp"
-#include "raytracer/solar/analysis_place.hpp"
-#include "raytracer/solar/use_weather.hpp"
-#include "raytracer/solar/weather_file.hpp"
 
 namespace terravox {
 namespace {

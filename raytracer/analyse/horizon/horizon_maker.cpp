@@ -10,7 +10,7 @@
 #include "common/util/error.hpp"
 #include "raytracer/analyse/horizon/far_heights.hpp"
 #include "raytracer/analyse/horizon/skyline.hpp"
-#include "raytracer/solar/far_horizon.hpp"
+#include "raytracer/analyse/solar/far_horizon.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "raytracer/solar/far_horizon.hpp"
+#include "raytracer/analyse/solar/far_horizon.hpp"
 
 namespace terravox::analyse {
 

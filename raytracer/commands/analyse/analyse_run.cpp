@@ -16,14 +16,14 @@
 #include "raytracer/analyse/raster/raster.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
+#include "raytracer/analyse/solar/use_weather.hpp"
 #include "raytracer/commands/analyse/own_fields.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/analyse/shadow_times.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
 #include "raytracer/commands/run_report.hpp"
 #include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/solar/analysis_place.hpp"
-#include "raytracer/solar/use_weather.hpp"
 #include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {

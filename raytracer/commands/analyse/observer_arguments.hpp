@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/analyse/observer_placing.hpp"
+#include "raytracer/analyse/evaluators/observer_placing.hpp"
 
 namespace terravox::commands {
 

@@ -12,8 +12,8 @@
 #include "common/util/error.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
 #include "raytracer/commands/analyse/time_arguments.hpp"
-#include "raytracer/solar/analysis_place.hpp"
 
 namespace terravox::commands {
 namespace {

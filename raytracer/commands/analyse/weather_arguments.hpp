@@ -4,9 +4,9 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
+#include "raytracer/analyse/solar/weather_file.hpp"
 #include "raytracer/commands/arguments/world_arguments.hpp"
 #include "raytracer/core/scene/scene.hpp"
-#include "raytracer/solar/weather_file.hpp"
 
 namespace CLI {
 class App;

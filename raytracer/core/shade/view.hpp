@@ -2,6 +2,9 @@
 
 #include <memory>
 
+#include "raytracer/analyse/solar/energy.hpp"
+#include "raytracer/analyse/solar/far_horizon.hpp"
+#include "raytracer/analyse/solar/sun_way.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/material/material_table.hpp"
 #include "raytracer/core/scene/camera.hpp"
@@ -10,9 +13,6 @@
 #include "raytracer/core/tiles/square_grid.hpp"
 #include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/walk/level_cut.hpp"
-#include "raytracer/solar/energy.hpp"
-#include "raytracer/solar/far_horizon.hpp"
-#include "raytracer/solar/sun_way.hpp"
 
 namespace terravox::shade {
 

@@ -7,11 +7,11 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
 #include "raytracer/core/material/material_file.hpp"
 #include "raytracer/core/sky/sun.hpp"
 #include "raytracer/core/sky/sun_of.hpp"
 #include "raytracer/core/walk/surroundings.hpp"
-#include "raytracer/solar/analysis_place.hpp"
 
 namespace terravox::shade {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "raytracer/analyse/evaluator.hpp"
+#include "raytracer/analyse/evaluators/evaluator.hpp"
 #include "raytracer/core/walk/lamp_query.hpp"
 #include "raytracer/core/walk/lane_walk.hpp"
 #include "raytracer/core/walk/packet_walk.hpp"

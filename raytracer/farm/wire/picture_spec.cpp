@@ -7,12 +7,12 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
+#include "raytracer/analyse/solar/clock.hpp"
 #include "raytracer/core/material/material_file.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/shade/view_maker.hpp"
 #include "raytracer/core/sky/sun_of.hpp"
-#include "raytracer/solar/analysis_place.hpp"
-#include "raytracer/solar/clock.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -1,6 +1,6 @@
 #include "raytracer/farm/wire/picture_spec.hpp"
 
-#include "raytracer/solar/sun_way.hpp"
+#include "raytracer/analyse/solar/sun_way.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

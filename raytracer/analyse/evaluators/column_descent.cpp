@@ -1,0 +1,94 @@
+#include "raytracer/analyse/evaluators/column_descent.hpp"
+
+#include <cmath>
+
+#include "common/util/det_math.hpp"
+
+namespace terravox::analyse {
+
+double on_grid(double at) noexcept {
+    constexpr double kSteps = 1024;
+    return std::floor(at * kSteps + 0.5) / kSteps;
+}
+
+walk::TracedRay cell_ray(const core::Ray& ray, std::uint32_t sample) noexcept {
+    walk::TracedRay out;
+    out.ray = {{on_grid(ray.origin.x), ray.origin.y, on_grid(ray.origin.z)}, {0, -1, 0}};
+    out.sample = sample;
+    return out;
+}
+
+double cell_spacing(const shade::View& view) noexcept {
+    const auto& scene = view.scene;
+    return scene.camera.height_m.value_or(0) / scene.output.size_px[1] / view.voxel_m;
+}
+
+walk::TracedRay ray_beside(const shade::View& view, const walk::TracedRay& ray, double east,
+                           double south) noexcept {
+    core::Ray down = ray.ray;
+    down.origin = {down.origin.x + east, view.camera.position().y, down.origin.z + south};
+    walk::TracedRay out = cell_ray(down, ray.sample);
+    out.state = core::RayState(out.ray);
+    if (!out.state.enter(view.cut.entry_bounds()))
+        out.end = walk::WalkEnd::kMiss;
+    return out;
+}
+
+core::VoxelCoord voxel_at(core::Vec3 at, int level) noexcept {
+    const double scale = det::exp2_int(-level);
+    return {core::RayState::floor_to_int(at.x * scale), core::RayState::floor_to_int(at.y * scale),
+            core::RayState::floor_to_int(at.z * scale)};
+}
+
+double top_of(const walk::Hit& hit) noexcept {
+    return static_cast<double>(hit.voxel.y + 1) * det::exp2_int(hit.level);
+}
+
+bool is_ground(voxel::Material material) noexcept {
+    const voxel::Grain grain = voxel::traits_of(material).grain;
+    return grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater;
+}
+
+Descent descent_at(const walk::TracedRay& ray) noexcept {
+    // A ray of below() starts at the bottom of the voxel that it went through: at 0 there is no air
+    // between that voxel and this one.
+    if (ray.hit.t == 0 && !voxel::see_through(ray.medium))
+        return Descent::kCovered;
+    return is_ground(ray.hit.attr.material) ? Descent::kGround : Descent::kContinues;
+}
+
+CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface) noexcept {
+    if (ray.end != walk::WalkEnd::kHit || ray.hit.hole)
+        return CellStep::kNothing;
+    if (surface == core::AnalysisSurface::kTop)
+        return CellStep::kMeasure;
+    // Grass and crops as high as a voxel or two are what people stand in, not what shades them.
+    if (ray.hit.attr.material == voxel::Material::kLowVegetation)
+        return CellStep::kMeasure;
+    switch (descent_at(ray)) {
+        case Descent::kGround: return CellStep::kMeasure;
+        case Descent::kCovered: break;
+        case Descent::kContinues: return CellStep::kDescend;
+    }
+    return CellStep::kNothing;
+}
+
+bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept {
+    return ray.end != walk::WalkEnd::kHit && !view.horizon.hides(ray.ray.origin, ray.ray.direction);
+}
+
+walk::TracedRay below(const walk::TracedRay& ray) noexcept {
+    const walk::Hit& hit = ray.hit;
+    walk::TracedRay out;
+    out.ray = ray.ray;
+    out.ray.origin.y = static_cast<double>(hit.voxel.y) * det::exp2_int(hit.level);
+    out.state = core::RayState(out.ray);
+    out.state.start_in({hit.voxel.x, hit.voxel.y - 1, hit.voxel.z}, hit.level);
+    out.sample = ray.sample;
+    out.stream = ray.stream;
+    out.depth = 1;
+    out.medium = hit.attr.material;
+    return out;
+}
+
+}  // namespace terravox::analyse

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "raytracer/analyse/evaluators/cell_fan.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
+#include "raytracer/core/shade/shading.hpp"
+
+namespace terravox::analyse {
+
+/// Gathers the light of a period on a plane, by a ray in each direction of the view's light from
+/// one point. Whatever blocks a ray blocks all of its direction's light, but crowns, which let a
+/// share of it through, whatever their thickness.
+///
+/// What is known while rays are on their way is kept in the bands of the cell. Band 0 counts holes
+/// and stays what it is.
+class PlaneLight {
+public:
+    /// What counts for light from behind the plane, which only the surroundings reflect.
+    enum class Behind : std::uint8_t {
+        kSeen,  ///< what rays find there, past what the plane belongs to
+        kFree,  ///< no ray is sent: the surroundings in front are lit as in the open
+    };
+
+    PlaneLight(const shade::View& view, Behind behind) noexcept;
+
+    /// The directions of fans of a stream, for the evaluator that they belong to.
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const noexcept;
+
+    /// Begins, and sends the first rays. What the bands held before is lost.
+    /// @param normal of unit length, y >= 0; x east, y up, z south
+    /// @param kept a number that result() gives back
+    /// @param start of start_at(): fans that follow rays through crowns find its voxel again
+    /// @return whether that was all: there is no direction to look into
+    [[nodiscard]] bool begin(core::Vec3 normal, float kept, const FanStart& start,
+                             shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const;
+    /// Takes a fan at its end, none of whose rays has met a hole.
+    /// @param evaluator whose fan it is
+    /// @return whether that was all
+    [[nodiscard]] bool take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
+                                const shade::RayEvaluator& evaluator, shade::SampleSum& sum,
+                                std::vector<walk::TracedRay>& next) const;
+    /// Takes a ray through crowns at its end, which has met no hole.
+    /// @return whether that was all
+    [[nodiscard]] bool take_through_crowns(const walk::TracedRay& ray, shade::SampleSum& sum,
+                                           std::vector<walk::TracedRay>& next) const;
+
+    /// Light on the plane, kWh/m2.
+    struct Result {
+        double beam = 0;
+        double diffuse = 0;
+        double reflected = 0;
+        double sky_view = 0;  ///< share of the light of an even sky, [0, 1]
+        float sun_hours = 0;
+        core::Vec3 normal;
+        float kept = 0;
+        [[nodiscard]] double total() const noexcept { return beam + diffuse + reflected; }
+    };
+    /// @param bands of a cell whose light is complete
+    [[nodiscard]] Result result(const core::Bands& bands) const noexcept;
+    /// Place of the number given to begin() among the bands, from begin() on.
+    static constexpr std::size_t kKept = core::kMaxBands - 1;
+
+private:
+    /// Sends fans from direction `first` on, until there is one that has rays.
+    [[nodiscard]] bool send(const FanStart& start, std::size_t first, shade::SampleSum& sum,
+                            std::vector<walk::TracedRay>& next) const;
+    [[nodiscard]] std::size_t count() const noexcept;
+    [[nodiscard]] core::Vec3 direction(std::size_t index) const noexcept;
+    /// Sends a ray of a fan once more from where it came, through crowns: what has blocked it is
+    /// not known.
+    void send_through_crowns(const walk::TracedRay& fan, std::size_t index,
+                             std::vector<walk::TracedRay>& next) const;
+    /// Sends a blocked ray on through crowns.
+    /// @return false: what has blocked it lets no light through
+    [[nodiscard]] bool goes_on_through_crowns(const walk::TracedRay& ray,
+                                              std::vector<walk::TracedRay>& next) const;
+
+    /// Whether light that meets a material on its way through crowns goes on.
+    [[nodiscard]] bool lets_through(voxel::Material material) const noexcept;
+
+    const shade::View& m_view;
+    const Behind m_behind;
+    const bool m_crowns_shine;  ///< blocked rays are sent once more, through crowns
+    const bool m_thin_passes;   ///< things of core::is_thin() end no ray on its way through crowns
+};
+
+}  // namespace terravox::analyse

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+
+#include "raytracer/analyse/solar/clear_sky.hpp"
+#include "raytracer/analyse/solar/crown_light.hpp"
+#include "raytracer/analyse/solar/energy.hpp"
+#include "raytracer/analyse/solar/sun_bins.hpp"
+#include "raytracer/analyse/solar/sun_steps.hpp"
+
+namespace terravox::solar {
+
+/// Day of the year of a clock time, from 1.
+[[nodiscard]] int day_number(const geo::DateTime& clock) noexcept;
+
+/// Adds up the light of the steps of a period, by the bins of a scene's analysis.
+class LightSums {
+public:
+    /// @throws UsageError as SunBins and CrownLight
+    LightSums(const scene::Scene& scene, const geo::MapPlace& place);
+
+    /// Adds the light of a step.
+    /// @param shines_h hours of it that count as sunshine
+    /// @throws UsageError as check_directions()
+    void add(const SunStep& step, const Irradiance& light, double shines_h);
+    /// Adds light of the sky that comes evenly, kWh/m2 on a level surface.
+    /// @param month 1 to 12
+    void add_even(double kwh_m2, int month) noexcept;
+    /// The sums, without the directions of the sky.
+    [[nodiscard]] Energy take();
+
+private:
+    void add(const LightDirection& light);
+
+    const CrownLight m_crowns;
+    const bool m_is_perez;
+    const bool m_is_binned;
+    const SunBins m_bins;
+    std::map<SunBins::Place, LightDirection> m_found;
+    Energy m_energy;
+};
+
+}  // namespace terravox::solar
