@@ -15,7 +15,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/worker_command.hpp"
 #include "raytracer/commands/world_command.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace {
 

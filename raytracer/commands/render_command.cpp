@@ -15,7 +15,7 @@
 #include "raytracer/commands/run_report.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "raytracer/core/scene/scene.hpp"
-#include "raytracer/render/render_pool.hpp"
+#include "raytracer/farm/render/render_pool.hpp"
 
 namespace CLI {
 class App;

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "raytracer/render/statistics.hpp"
+#include "raytracer/farm/render/statistics.hpp"
 
 namespace CLI {
 class App;

@@ -7,8 +7,8 @@
 #include "common/thread/parallel.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"
-#include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/passes/passes.hpp"
+#include "raytracer/farm/processors/thread_processor.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 
 namespace terravox {
 namespace {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "raytracer/core/scene/scene.hpp"
+#include "raytracer/farm/render/loaded_world.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/scene_history.hpp"
 #include "raytracer/preview/viewpoint.hpp"
-#include "raytracer/render/loaded_world.hpp"
 
 namespace terravox::preview {
 

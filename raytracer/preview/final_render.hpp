@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace terravox::preview {
 

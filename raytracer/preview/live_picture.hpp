@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "raytracer/farm/render/render_pool.hpp"
 #include "raytracer/preview/frame_times.hpp"
 #include "raytracer/preview/hole_watch.hpp"
 #include "raytracer/preview/pane.hpp"
@@ -12,7 +13,6 @@
 #include "raytracer/preview/probe_retry.hpp"
 #include "raytracer/preview/progressive.hpp"
 #include "raytracer/preview/screen_developer.hpp"
-#include "raytracer/render/render_pool.hpp"
 
 namespace terravox::preview {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "raytracer/processors/green_processor.hpp"
+#include "raytracer/farm/processors/green_processor.hpp"
 
 namespace terravox::preview {
 namespace {

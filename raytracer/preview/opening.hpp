@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "raytracer/core/scene/scene.hpp"
-#include "raytracer/render/loaded_world.hpp"
+#include "raytracer/farm/render/loaded_world.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::preview {

@@ -3,8 +3,8 @@
 #include <deque>
 
 #include "raytracer/core/walk/walk.hpp"
+#include "raytracer/farm/processors/processor.hpp"
 #include "raytracer/preview/layers.hpp"
-#include "raytracer/processors/processor.hpp"
 
 namespace terravox::preview {
 

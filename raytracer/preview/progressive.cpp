@@ -5,7 +5,7 @@
 
 #include "raytracer/core/scene/picture_check.hpp"
 #include "raytracer/core/tiles/tile_plan.hpp"
-#include "raytracer/processors/processor_pool.hpp"
+#include "raytracer/farm/processors/processor_pool.hpp"
 
 namespace terravox::preview {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "raytracer/core/output/film.hpp"
 #include "raytracer/core/shade/view_maker.hpp"
-#include "raytracer/render/passes/passes.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 
 namespace terravox::preview {
 

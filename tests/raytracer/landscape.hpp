@@ -6,8 +6,8 @@
 #include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/core/output/film.hpp"
 #include "raytracer/core/shade/view_maker.hpp"
-#include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/passes/passes.hpp"
+#include "raytracer/farm/processors/thread_processor.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {

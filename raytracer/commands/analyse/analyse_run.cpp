@@ -23,7 +23,7 @@
 #include "raytracer/commands/analyse/shadow_times.hpp"
 #include "raytracer/commands/analyse/weather_arguments.hpp"
 #include "raytracer/commands/run_report.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 #include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {

@@ -9,7 +9,7 @@
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/core/scene/scene.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace CLI {
 class App;

@@ -2,8 +2,8 @@
 
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/commands/analyse/analyse_arguments.hpp"
-#include "raytracer/render/loaded_world.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/loaded_world.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace terravox::commands {
 

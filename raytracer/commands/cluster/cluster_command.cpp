@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <memory>
 
-#include "raytracer/cluster/manifests.hpp"
 #include "raytracer/commands/cluster/bake.hpp"
 #include "raytracer/commands/cluster/job.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/animate/frame_names.hpp"
+#include "raytracer/farm/cluster/manifests.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/cluster/slurm.hpp"
-#include "raytracer/cluster/slurm_scripts.hpp"
 #include "raytracer/commands/cluster/forwarded_arguments.hpp"
+#include "raytracer/farm/cluster/slurm.hpp"
+#include "raytracer/farm/cluster/slurm_scripts.hpp"
 
 namespace terravox::cluster {
 

@@ -16,7 +16,7 @@
 #include "common/util/error.hpp"
 #include "common/util/file_lock.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/cluster/child.hpp"
+#include "raytracer/farm/cluster/child.hpp"
 #include "voxelserver/out/country/task.hpp"
 #include "voxelserver/out/country/task_queue.hpp"
 #include "voxelserver/out/country/task_record.hpp"

@@ -10,7 +10,7 @@
 #include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
 #include "common/util/shell_words.hpp"
-#include "raytracer/cluster/array_job.hpp"
+#include "raytracer/farm/cluster/array_job.hpp"
 
 namespace terravox::commands {
 namespace {

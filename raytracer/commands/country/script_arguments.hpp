@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "raytracer/cluster/manifests.hpp"
-#include "raytracer/cluster/slurm_scripts.hpp"
+#include "raytracer/farm/cluster/manifests.hpp"
+#include "raytracer/farm/cluster/slurm_scripts.hpp"
 #include "voxelserver/out/country/plan_folder.hpp"
 
 namespace CLI {

@@ -22,7 +22,7 @@
 #include "raytracer/commands/render_pool_arguments.hpp"
 #include "raytracer/commands/run_report.hpp"
 #include "raytracer/core/scene/picture_check.hpp"
-#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 #include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::commands {

@@ -15,7 +15,7 @@
 #include "raytracer/commands/analyse/own_fields.hpp"
 #include "raytracer/commands/analyse/raster_outputs.hpp"
 #include "raytracer/commands/run_report.hpp"
-#include "raytracer/render/joined_pictures.hpp"
+#include "raytracer/farm/render/joined_pictures.hpp"
 
 namespace terravox::commands {
 namespace {

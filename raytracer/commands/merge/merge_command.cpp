@@ -13,7 +13,7 @@
 #include "raytracer/commands/merge/joined_raster.hpp"
 #include "raytracer/commands/run_report.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/render/joined_pictures.hpp"
+#include "raytracer/farm/render/joined_pictures.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -15,7 +15,7 @@
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/farm/net/refusal_log.hpp"
-#include "raytracer/processors/processor_pool.hpp"
+#include "raytracer/farm/processors/processor_pool.hpp"
 
 namespace terravox::farm {
 

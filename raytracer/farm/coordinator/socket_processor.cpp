@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "raytracer/core/tiles/tile_codec.hpp"
+#include "raytracer/farm/processors/processor_pool.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
-#include "raytracer/processors/processor_pool.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/farm/net/link.hpp"
-#include "raytracer/processors/processor.hpp"
+#include "raytracer/farm/processors/processor.hpp"
 
 namespace terravox::farm {
 

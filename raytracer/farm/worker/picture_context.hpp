@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "raytracer/farm/net/link.hpp"
+#include "raytracer/farm/processors/thread_processor.hpp"
 #include "raytracer/farm/wire/picture_spec.hpp"
 #include "raytracer/farm/worker/coordinator_world.hpp"
-#include "raytracer/processors/thread_processor.hpp"
 #include "voxelserver/make/worlds/remote/http_access.hpp"
 
 namespace terravox::farm {

@@ -8,9 +8,9 @@
 #include "common/util/log.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
+#include "raytracer/farm/processors/thread_processor.hpp"
 #include "raytracer/farm/wire/hello.hpp"
 #include "raytracer/farm/wire/tile_frames.hpp"
-#include "raytracer/processors/thread_processor.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {

@@ -9,10 +9,10 @@
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"
+#include "raytracer/farm/render/statistics.hpp"
 #include "raytracer/preview/command_line.hpp"
 #include "raytracer/preview/panels/form.hpp"
 #include "raytracer/preview/panels/widgets.hpp"
-#include "raytracer/render/statistics.hpp"
 
 namespace terravox::panels {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/farm/render/render_pool.hpp"
 #include "raytracer/preview/editor_state.hpp"
-#include "raytracer/render/render_pool.hpp"
 
 namespace terravox::panels {
 

@@ -6,8 +6,8 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/core/shade/view_maker.hpp"
-#include "raytracer/processors/thread_processor.hpp"
-#include "raytracer/render/passes/passes.hpp"
+#include "raytracer/farm/processors/thread_processor.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/bench/bench.hpp"
 #include "tests/raytracer/landscape.hpp"
 

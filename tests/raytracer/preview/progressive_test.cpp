@@ -5,12 +5,12 @@
 #include <thread>
 
 #include "common/util/error.hpp"
+#include "raytracer/farm/processors/green_processor.hpp"
+#include "raytracer/farm/processors/processor_pool.hpp"
 #include "raytracer/preview/hole_watch.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/picker.hpp"
 #include "raytracer/preview/probe_processor.hpp"
-#include "raytracer/processors/green_processor.hpp"
-#include "raytracer/processors/processor_pool.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "common/voxel/changed_error.hpp"
-#include "raytracer/render/passes/boxes_in_sight.hpp"
+#include "raytracer/farm/render/passes/boxes_in_sight.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "raytracer/core/walk/walk.hpp"
-#include "raytracer/render/statistics.hpp"
+#include "raytracer/farm/render/statistics.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

@@ -1,4 +1,4 @@
-#include "raytracer/render/joined_pictures.hpp"
+#include "raytracer/farm/render/joined_pictures.hpp"
 
 #include <fstream>
 

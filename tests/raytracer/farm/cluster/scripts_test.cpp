@@ -1,0 +1,328 @@
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/util/error.hpp"
+#include "common/util/shell_words.hpp"
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
+#include "raytracer/farm/cluster/frame_scripts.hpp"
+#include "raytracer/farm/cluster/manifests.hpp"
+#include "raytracer/farm/cluster/slurm_scripts.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using namespace terravox::cluster;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kHostile = "it's \"a\" $(touch never) `x` \\ *\nü";
+
+/// A folder with a program that writes its arguments down, each with a zero byte behind.
+struct Stage {
+    Stage() {
+        fs::create_directories(work());
+        std::ofstream(program()) << "#!/bin/bash\nprintf '%s\\0' \"$@\" > "
+                                 << "\"$(dirname \"$0\")/said\"\n";
+        fs::permissions(program(), fs::perms::owner_all);
+        place.program = program();
+        place.work = work();
+    }
+    [[nodiscard]] fs::path work() const { return folder.path() / "a work 'folder'"; }
+    [[nodiscard]] fs::path program() const { return folder.path() / "the program"; }
+
+    /// Runs a script as Slurm would.
+    /// @return the arguments that the program was called with
+    std::vector<std::string> called(const std::string& script,
+                                    const std::vector<std::string>& environment,
+                                    const std::vector<std::string>& arguments = {}) {
+        const fs::path file = folder.path() / "script";
+        std::ofstream(file) << script;
+        REQUIRE(run_to_end({"bash", "-n", file.string()}).status == 0);
+        Command command{"env"};
+        command.insert(command.end(), environment.begin(), environment.end());
+        command.insert(command.end(), {"bash", file.string()});
+        command.insert(command.end(), arguments.begin(), arguments.end());
+        done = run_to_end(command);
+        std::ifstream in(folder.path() / "said");
+        std::vector<std::string> out;
+        for (std::string word; std::getline(in, word, '\0');)
+            out.push_back(word);
+        return out;
+    }
+
+    TemporaryFolder folder;
+    JobPlace place;
+    Finished done;
+};
+
+/// The lines of a script that Slurm reads, which end at the first command.
+std::vector<std::string> asked(const std::string& script) {
+    std::vector<std::string> out;
+    std::istringstream in(script);
+    for (std::string line; std::getline(in, line) && (line.starts_with("#") || line.empty());)
+        if (line.starts_with("#SBATCH "))
+            out.push_back(line.substr(8));
+    return out;
+}
+
+bool has(const std::vector<std::string>& lines, const std::string& line) {
+    return std::find(lines.begin(), lines.end(), line) != lines.end();
+}
+
+}  // namespace
+
+TEST_CASE("tasks render their own run of frames with the arguments as given",
+          "[cluster][scripts]") {
+    Stage stage;
+    const std::string script = frames_script(
+        stage.place, {stage.program().string(), "animate", kHostile, "-o", "%d.png"}, {{3, 12}, 4});
+    const std::vector<std::string> as_given{"animate", kHostile, "-o", "%d.png"};
+    struct Case {
+        const char* name;
+        std::string task;
+        std::vector<std::string> arguments;
+        std::string first;
+        std::string last;
+    };
+    const auto c = GENERATE(values<Case>({{"first", "0", {"0"}, "3", "6"},
+                                          {"last, shorter", "2", {"0"}, "11", "12"},
+                                          {"of a second array", "0", {"1"}, "7", "10"},
+                                          {"by hand", "1", {}, "7", "10"}}));
+    DYNAMIC_SECTION(c.name) {
+        auto expected = as_given;
+        expected.insert(expected.end(), {"--first", c.first, "--last", c.last});
+        CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=" + c.task}, c.arguments) == expected);
+    }
+    CHECK_FALSE(fs::exists(stage.work() / "never"));
+}
+
+TEST_CASE("a task's resources are requested in the lines that Slurm reads", "[cluster][scripts]") {
+    Stage stage;
+    const auto whole = asked(pool_script(stage.place, {"host:1", "", "/t/token"}));
+    CHECK(has(whole, "--exclusive"));
+    CHECK(has(whole, "--mem=0"));
+    CHECK(has(whole, "--requeue"));
+    stage.place.needs = {
+        8, 4000, "long", "4:00:00", {"--account=film --qos=low", "--constraint=avx2"}};
+    const auto part = asked(pool_script(stage.place, {"host:1", "", "/t/token"}));
+    for (const char* line :
+         {"--cpus-per-task=8", "--mem=4000M", "--partition=long", "--time=4:00:00",
+          "--account=film --qos=low", "--constraint=avx2", "--output=logs/worker-%A_%a.txt"})
+        CHECK(has(part, line));
+    CHECK_FALSE(has(part, "--exclusive"));
+    CHECK(has(asked(coordinator_script(stage.place, {"x"}, "", "/a")), "--no-requeue"));
+}
+
+TEST_CASE("what would leave its line in a script is refused", "[cluster][scripts]") {
+    const auto refused = [](Needs needs) { CHECK_THROWS_AS(needs.check(), util::UsageError); };
+    refused({1, 1, "a b", "", {}});
+    refused({1, 1, "a\nrm", "", {}});
+    refused({1, 1, "", "4:00 --x", {}});
+    refused({1, 1, "", "", {"account"}});
+    refused({1, 1, "", "", {"--qos=a\n#SBATCH --x"}});
+    CHECK_NOTHROW(Needs{1, 1, "a-b_c.d", "1-04:00:00", {"--qos=a -A b"}}.check());
+}
+
+TEST_CASE("workers join with what the node has", "[cluster][scripts]") {
+    Stage stage;
+    stage.place.needs.cpus = 4;
+    stage.place.needs.memory_mib = 2000;
+    const std::string token = (stage.folder.path() / kHostile).string();
+    CHECK(stage.called(pool_script(stage.place, {"host:7879", "", token}),
+                       {"SLURM_ARRAY_TASK_ID=0"}) ==
+          std::vector<std::string>{"worker", "--once", "--idle-s", "600", "--token-file", token,
+                                   "--threads", "4", "--memory-mib", "1500", "--join",
+                                   "host:7879"});
+    SECTION("where the coordinator is a job, at the address in its file") {
+        const fs::path file = stage.folder.path() / kHostile;
+        std::ofstream(file) << "node7:20001\n";
+        const auto words =
+            stage.called(pool_script(stage.place, {"", file, token}), {"SLURM_ARRAY_TASK_ID=0"});
+        REQUIRE(words.size() == 12);
+        CHECK(words[11] == "node7:20001");
+    }
+}
+
+TEST_CASE("a coordinator that is a job publishes its address", "[cluster][scripts]") {
+    Stage stage;
+    const fs::path file = stage.folder.path() / kHostile;
+    const auto words =
+        stage.called(coordinator_script(stage.place, {stage.program().string(), "render", kHostile},
+                                        "the-host", file),
+                     {"SLURM_JOB_ID=123456"});
+    REQUIRE(words.size() == 4);
+    CHECK(words[1] == kHostile);
+    CHECK(words[2] == "--listen");
+    std::ifstream in(file);
+    std::string address;
+    REQUIRE(std::getline(in, address));
+    CHECK(address == "the-host" + words[3]);
+    CHECK(std::stoi(words[3].substr(1)) >= 23456);
+    CHECK_FALSE(fs::exists(file.string() + ".part"));
+}
+
+TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
+    Stage stage;
+    const std::string pattern = "it's 100 $frames/%03d of.png";
+    const std::string script = merge_frames_script(
+        stage.place, pattern, {8, 11}, {stage.program().string(), "animate", "--video", kHostile});
+    const fs::path frames = stage.work() / "it's 100 $frames";
+    fs::create_directories(frames);
+    for (const char* name : {"008 of.png", "009 of.png", "010 of.png"})
+        std::ofstream(frames / name) << "x";
+    std::ofstream(frames / "011 of.png");  // empty: not there
+    CHECK(stage.called(script, {}).empty());
+    CHECK(stage.done.status == 1);
+    CHECK(stage.done.err ==
+          "missing: it's 100 $frames/011 of.png\nterravox: join the frames: 1 are missing\n");
+    std::ofstream(frames / "011 of.png") << "x";
+    CHECK(stage.called(script, {}) == std::vector<std::string>{"animate", "--video", kHostile});
+    CHECK(stage.done.status == 0);
+    CHECK_THROWS_AS(merge_frames_script(stage.place, "a.png", {0, 1}, {}), util::UsageError);
+}
+
+TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]") {
+    Stage stage;
+    const std::string picture = (stage.folder.path() / kHostile / "a picture.exr").string();
+    const std::string script =
+        parts_script(stage.place, {stage.program().string(), "render", "w", "-o", picture}, 5);
+    CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=2"}, {"0"}) ==
+          std::vector<std::string>{"render", "w", "-o", picture, "--resume", "--part", "3/5"});
+    CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=1"}, {"3"}).back() == "5/5");
+    const auto joined = stage.called(
+        merge_parts_script(stage.place, {"-o", kHostile, "-o", "b.png"}, 2, picture), {});
+    CHECK(joined == std::vector<std::string>{
+                        "merge", farm::checkpoint_path(picture, farm::Part{1, 2}).string(),
+                        farm::checkpoint_path(picture, farm::Part{2, 2}).string(), "-o", kHostile,
+                        "-o", "b.png"});
+}
+
+TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scripts]") {
+    Stage stage;
+    CHECK(stage.called(bake_script(stage.place, "animate", {kHostile, "-o", "x"}, 7),
+                       {"SLURM_ARRAY_TASK_ID=6"}) ==
+          std::vector<std::string>{"cluster", "bake", "--for", "animate", "--part", "7/7", kHostile,
+                                   "-o", "x"});
+}
+
+TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
+    Stage stage;
+    const FrameJob job{"a film",    {stage.program().string(), "animate", kHostile},
+                       "%d.png",    stage.work().string(),
+                       {{0, 9}, 4}, "v.mp4",
+                       2,           1000};
+    const auto json = nlohmann::json::parse(openjd_array(array_of_frames(job)));
+    CHECK(json["specificationVersion"] == "jobtemplate-2023-09");
+    CHECK(json["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"] == "0-2");
+    CHECK(json["steps"][1]["dependencies"][0]["dependsOn"] == "Frames");
+    const std::string script = json["steps"][0]["script"]["embeddedFiles"][0]["data"];
+    CHECK(stage.called(script, {}, {"2"}) ==
+          std::vector<std::string>{"animate", kHostile, "--first", "8", "--last", "9"});
+    auto braces = job;
+    braces.animate.push_back("{{Task.Param.Task}}");
+    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
+    braces.animate.back() = "\xff";
+    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
+}
+
+TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kubernetes]") {
+    // As Kubernetes does: $$ is a dollar, $(NAME) would be a variable's value.
+    const auto expanded = [](const std::string& text) {
+        std::string out;
+        for (std::size_t i = 0; i < text.size(); ++i) {
+            if (text[i] == '$' && i + 1 < text.size() && text[i + 1] == '$')
+                ++i;
+            else if (text[i] == '$')
+                out += "<expanded>";
+            out += text[i];
+        }
+        return out;
+    };
+    Stage stage;
+    const PodPlace place{"image:1", "worlds", "/data", 3};
+    const auto frames = nlohmann::json::parse(kubernetes_array(
+        array_of_frames({"film",
+                         {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
+                         "%d.png",
+                         "",
+                         {{0, 9}, 4},
+                         "",
+                         2,
+                         1000}),
+        place));
+    const auto& spec = frames["items"][0]["spec"];
+    CHECK(spec["completions"] == 3);
+    CHECK(spec["completionMode"] == "Indexed");
+    const auto& command = spec["template"]["spec"]["containers"][0]["command"];
+    CHECK(
+        stage.called(expanded(command[2]), {"JOB_COMPLETION_INDEX=1"}) ==
+        std::vector<std::string>{"animate", kHostile, "$(HOME) $$", "--first", "4", "--last", "7"});
+
+    const auto pool =
+        nlohmann::json::parse(kubernetes_pool("film", {"p", "render", "$(HOME)"}, 2, 1000, place));
+    CHECK(pool["items"][1]["spec"]["template"]["spec"]["containers"][0]["command"][2] ==
+          "$$(HOME)");
+    CHECK(pool["items"][2]["spec"]["parallelism"] == 3);
+    for (const std::size_t item : {1U, 2U})
+        CHECK(pool["items"][item]["spec"]["template"]["spec"]["containers"][0]["env"]
+                  .back()["name"] == "TERRAVOX_FARM_TOKEN");
+    CHECK(pool.dump().find("secretKeyRef") != std::string::npos);
+    for (const char* name : {"", "Film", "-a", "a_b", "a.b"})
+        CHECK_THROWS_AS(place.check(name), util::UsageError);
+    CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), util::UsageError);
+    CHECK_THROWS_AS((PodPlace{"i", "w", "data"}.check("a")), util::UsageError);
+}
+
+namespace {
+
+/// An array whose tasks call the stage's program.
+ArrayJob array_of(const Stage& stage, int tasks) {
+    ArrayJob job;
+    job.name = "land";
+    job.tasks_name = "shards";
+    job.join_name = "join";
+    job.tasks = tasks;
+    job.task_body = [program = stage.program().string()](const std::string& task) {
+        return "exec " + util::shell_word(program) + " \"task " + task + "\"\n";
+    };
+    job.join_body = "exec " + util::shell_word(stage.program().string()) + " join\n";
+    return job;
+}
+
+}  // namespace
+
+TEST_CASE("tasks of an array know their number, and the join follows", "[cluster][scripts]") {
+    Stage stage;
+    const ArrayJob job = array_of(stage, 3);
+    CHECK(stage.called(array_tasks_script(stage.place, job), {"SLURM_ARRAY_TASK_ID=2"}, {"1001"}) ==
+          std::vector<std::string>{"task 1003"});
+    CHECK(stage.called(array_join_script(stage.place, job), {}) ==
+          std::vector<std::string>{"join"});
+    CHECK(has(asked(array_tasks_script(stage.place, job)), "--job-name=terravox-shards"));
+}
+
+TEST_CASE("arrays are submitted one after the other, and the join after all of them",
+          "[cluster][scripts]") {
+    Stage stage;
+    const fs::path sbatch = stage.folder.path() / "sbatch";
+    std::ofstream(sbatch) << "#!/bin/bash\nhere=$(dirname \"$0\")\n"
+                             "printf '%s\\n' \"$*\" >> \"$here/submitted\"\n"
+                             "wc -l < \"$here/submitted\"\n";
+    fs::permissions(sbatch, fs::perms::owner_all);
+    const std::string script = submission_script(stage.work(), array_of(stage, 1500), 7);
+    (void)stage.called(script, {"PATH=" + stage.folder.path().string() + ":/usr/bin:/bin"});
+    REQUIRE(stage.done.status == 0);
+    CHECK(stage.done.out == "submitted: tasks 1:2, join 3\n");
+    std::ifstream in(stage.folder.path() / "submitted");
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);)
+        lines.push_back(line);
+    CHECK(lines == std::vector<std::string>{
+                       "--parsable --array=0-1000%7 shards.sbatch 0",
+                       "--parsable --array=0-498%7 --dependency=afterany:1 shards.sbatch 1001",
+                       "--parsable --dependency=afterany:1:2 join.sbatch"});
+}
