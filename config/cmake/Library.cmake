@@ -5,7 +5,7 @@ include_guard(GLOBAL)
 # terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS] | OPTIMISE_LITTLE | COMMAND_LINE]
 #                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
-#   IN_MODULE           a part of shared objects, too (voxelserver/serve/module, raytracer/library), and
+#   IN_MODULE           a part of shared objects, too (voxelserver/serve/module, raytracer/apps/library), and
 #                       compiled for them
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
 #   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;

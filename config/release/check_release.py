@@ -79,9 +79,9 @@ def wrong_versions(root, version):
     for place, found in manifest_versions(root):
         if found != version:
             yield f"{place} has version {found}; CMakeLists.txt has {version}"
-    project = text_of(root, "raytracer/python/pyproject.toml")
-    if 'dynamic = ["version"]' not in project or 'input = "../../CMakeLists.txt"' not in project:
-        yield "raytracer/python/pyproject.toml does not read its version from CMakeLists.txt"
+    project = text_of(root, "raytracer/apps/python/pyproject.toml")
+    if 'dynamic = ["version"]' not in project or 'input = "../../../CMakeLists.txt"' not in project:
+        yield "raytracer/apps/python/pyproject.toml does not read its version from CMakeLists.txt"
     control = text_of(root, "config/debian/control")
     if re.search(rf"{VERSION}(?!\S)", re.sub(r"(?m)^Standards-Version:.*$", "", control)):
         yield "config/debian/control names a version; it comes from CMakeLists.txt"

@@ -31,12 +31,12 @@ SOURCES = (
 PAGE = "voxelserver/serve/page"
 OF_PAGE = (".hpp", "/CMakeLists.txt")
 LASZIP = "build/deps/laszip"
-PROJECT = "raytracer/python/pyproject.toml"
+PROJECT = "raytracer/apps/python/pyproject.toml"
 # What pyproject.toml says of the places of others, there and at the top.
 PLACES = (
-    ('cmake.source-dir = "../.."', 'cmake.source-dir = "."'),
-    ('wheel.packages = ["terravox"]', 'wheel.packages = ["raytracer/python/terravox"]'),
-    ('input = "../../CMakeLists.txt"', 'input = "CMakeLists.txt"'),
+    ('cmake.source-dir = "../../.."', 'cmake.source-dir = "."'),
+    ('wheel.packages = ["terravox"]', 'wheel.packages = ["raytracer/apps/python/terravox"]'),
+    ('input = "../../../CMakeLists.txt"', 'input = "CMakeLists.txt"'),
 )
 
 

@@ -83,7 +83,7 @@ in_wheel_tools() {
 build_wheel() {
     local python=$1 folder=$2 raw status
     raw=$(mktemp -d "$ROOT/build/wheels.XXXXXX") || return
-    in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/python" --no-deps \
+    in_wheel_tools "$python" -m pip wheel "$ROOT/raytracer/apps/python" --no-deps \
         --no-build-isolation --disable-pip-version-check --wheel-dir "$raw" \
         --config-settings "cmake.define.CURL_DIR=$GEO_DIR/lib/cmake/CURL" \
         --config-settings cmake.define.OPENSSL_USE_STATIC_LIBS=ON \

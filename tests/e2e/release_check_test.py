@@ -18,7 +18,7 @@ READ = (
     "docs/guide/install.md",
     "grabber/package.json",
     "grabber/package-lock.json",
-    "raytracer/python/pyproject.toml",
+    "raytracer/apps/python/pyproject.toml",
     "voxelserver/serve/page/package.json",
     "voxelserver/serve/page/package-lock.json",
 )

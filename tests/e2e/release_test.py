@@ -170,7 +170,7 @@ class Sources(Case):
             about = archive.extractfile(f"{top}/PKG-INFO").read().decode()
             project = archive.extractfile(f"{top}/pyproject.toml").read().decode()
         parts = ["CMakeLists.txt", "LICENSE", "build/deps/laszip/src/laszip_dll.cpp"]
-        parts += ["config/materials.toml", "raytracer/python/terravox/__init__.py"]
+        parts += ["config/materials.toml", "raytracer/apps/python/terravox/__init__.py"]
         parts += [f"voxelserver/serve/page/{name}" for name in ("CMakeLists.txt", "appearance.hpp")]
         for name in parts:
             self.assertIn(f"{top}/{name}", names)

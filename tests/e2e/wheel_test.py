@@ -111,7 +111,11 @@ class Wheel(Case):
             with self.subTest(version):
                 python = self.installed(f"python3.{version}", wheel)
                 run = Run(
-                    [python, "-B", ROOT / "tests" / "raytracer" / "python" / "package_test.py"],
+                    [
+                        python,
+                        "-B",
+                        ROOT / "tests" / "raytracer" / "apps" / "python" / "package_test.py",
+                    ],
                     environment={"PATH": os.environ["PATH"], "HOME": str(self.folder)},
                     timeout_s=3600,
                 )

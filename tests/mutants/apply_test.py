@@ -21,7 +21,7 @@ def has_entry(name):
     """Whether a file of the tests registers an entry of this name, built here or not."""
     scripts = [
         TESTS / "e2e" / f"{name.removeprefix('e2e_')}.py",
-        TESTS / "raytracer" / "python" / f"{name.removeprefix('python_')}.py",
+        TESTS / "raytracer" / "apps" / "python" / f"{name.removeprefix('python_')}.py",
     ]
     if name.startswith(("e2e_", "python_")):
         return any(script.exists() for script in scripts)

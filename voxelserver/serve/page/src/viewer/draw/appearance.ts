@@ -1,5 +1,5 @@
 /**
- * appearance.bin (docs/formats/site.md): how materials look, and the sky, as raytracer/publish
+ * appearance.bin (docs/formats/site.md): how materials look, and the sky, as raytracer/apps/publish
  * writes them. Checked and typed; numbers that would lead outside of a texture are refused.
  */
 

@@ -1,0 +1,237 @@
+#include "raytracer/apps/commands/analyse/analyse_run.hpp"
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/thread/parallel.hpp"
+#include "common/thread/stop_signals.hpp"
+#include "common/util/log.hpp"
+#include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/analyse/raster/raster.hpp"
+#include "raytracer/analyse/raster/shadow_cube.hpp"
+#include "raytracer/analyse/raster/sight_summary.hpp"
+#include "raytracer/analyse/solar/analysis_place.hpp"
+#include "raytracer/analyse/solar/use_weather.hpp"
+#include "raytracer/apps/commands/analyse/own_fields.hpp"
+#include "raytracer/apps/commands/analyse/raster_outputs.hpp"
+#include "raytracer/apps/commands/analyse/shadow_times.hpp"
+#include "raytracer/apps/commands/analyse/weather_arguments.hpp"
+#include "raytracer/apps/commands/run_report.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
+#include "voxelserver/out/export/core/part.hpp"
+
+namespace terravox::commands {
+namespace {
+
+/// The scene of an analysis, without its camera: that depends on the world.
+scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
+    scene::Scene scene = args.world.scene();
+    scene.analysis.kind = kind;
+    if (kind == core::AnalysisKind::kSun)
+        choose_sun_kind(args.sun, args.world, scene);
+    if (kind == core::AnalysisKind::kEnergy)
+        refuse_day_and_period("energy", args.world, scene);
+    scene.quality.level = 0;
+    // A voxel covers at most a cell.
+    scene.quality.detail = 1;
+    if (args.level) {
+        scene.quality.level = *args.level;
+        scene.quality.detail = 0;
+    }
+    return scene;
+}
+
+/// @return nullopt for the whole raster
+/// @throws UsageError for what is no part, and for files that only a whole raster has
+std::optional<farm::Part> part_of(const AnalyseArguments& args) {
+    if (args.part.empty())
+        return std::nullopt;
+    const std::optional<farm::Part> part = farm::Part::parse(args.part);
+    if (!part)
+        throw util::UsageError("analyse: --part " + args.part +
+                               "; allowed: " + farm::Part::kAllowed);
+    const std::array<std::pair<const char*, bool>, 4> of_all = {
+        {{"--report", !args.reports.page.empty()},
+         {"--map", !args.reports.map.empty()},
+         {"--objects", !args.objects.file.empty()},
+         {"--json", args.as_json}}};
+    for (const auto& [option, is_given] : of_all)
+        if (is_given)
+            throw util::UsageError(std::string("analyse: --part with ") + option +
+                                   ", which needs all parts; allowed: " + option +
+                                   " of terravox merge");
+    return part;
+}
+
+class AnalyseRun {
+public:
+    AnalyseRun(const AnalyseArguments& args, core::AnalysisKind kind)
+        : m_args(args), m_kind(kind) {}
+
+    util::ExitCode run() {
+        const RenderPool pool = check_arguments();
+        open_world();
+        place_grid();
+        complete_scene();
+        const thread::StopSignals signals;
+        render::PictureRenderer renderer(m_loaded, pool, m_scene,
+                                         m_args.verbosity.quiet || m_args.as_json, signals.token());
+        if (!m_args.sun.times.empty())
+            return report(write_shadow_times(m_args, m_scene, m_grid, *m_loaded, renderer));
+        return make_raster(renderer, signals.token());
+    }
+
+private:
+    using RenderPool = render::RenderPoolOptions;
+
+    /// Rejects what cannot be before any work is done.
+    RenderPool check_arguments() {
+        check_report_targets(m_args.reports);
+        check_times_arguments(m_args);
+        m_selection.area = area_of("analyse", m_args.grid);
+        m_scene = scene_of(m_args, m_kind);
+        (void)relief_of(m_scene);
+        m_part = part_of(m_args);
+        check_object_arguments(m_args.objects, m_scene, !m_args.facades.file.empty());
+        check_facade_arguments(m_args.facades, m_scene, m_part.has_value());
+        check_horizon_arguments(m_args.horizon, m_scene);
+        m_weather = read_weather(m_args.weather, m_args.world);
+        return m_args.render_pool.options(m_scene);
+    }
+
+    void open_world() {
+        m_loaded = std::make_shared<render::LoadedWorld>(m_args.world.options(m_scene), m_scene);
+        const bool needs_sun = core::needs_sun_way(m_kind) || m_kind == core::AnalysisKind::kEnergy;
+        if (needs_sun && !world().centre)
+            throw util::UsageError("analyse " + std::string(core::word_of(m_kind)) + ": '" +
+                                   world().title +
+                                   "' has no place on Earth; allowed: worlds with a CRS");
+    }
+
+    void place_grid() {
+        m_grid = analyse::grid_over(world(), exports::part_of(world(), m_selection).bounds,
+                                    m_args.grid.resolution_m);
+        analyse::look_at_cells(m_grid, world(), m_scene);
+    }
+
+    /// What the scene takes from files and from the world.
+    void complete_scene() {
+        if (m_weather)
+            solar::use_weather(*m_weather, *solar::place_of(m_scene, world().centre), m_scene);
+        use_horizon(m_args.horizon, world(), m_scene);
+        if (!m_args.objects.file.empty() || !m_args.objects.polygons.empty())
+            m_objects.emplace(m_args.objects, m_scene, m_grid, world());
+        if (m_kind == core::AnalysisKind::kSight)
+            m_scene.analysis.observers = analyse::place_observers(
+                observers_of(m_args.observers, world()), m_scene, m_loaded->blocks);
+    }
+
+    util::ExitCode make_raster(render::PictureRenderer& renderer, const std::stop_token& stop) {
+        std::optional<analyse::CellFile> cells;
+        std::optional<analyse::SightSummary> seen;
+        const auto begin = [&]() -> output::TileSink& {
+            cells.emplace(m_args.output, m_scene.analysis.kind, m_grid.columns, m_grid.rows,
+                          m_scene.quality.tile.in_picture(m_grid.columns));
+            return *cells;
+        };
+        const auto write = [&](const render::RenderStatistics& statistics) {
+            seen = write_cells(*cells, renderer, statistics, stop);
+        };
+        const render::KeepOptions keep{m_args.resume, true, m_part};
+        render::RenderStatistics statistics =
+            m_part ? renderer.render(m_scene, {m_args.output}, keep, m_start)
+                   : renderer.render_tiles(m_scene, m_args.output, begin, write, keep, m_start);
+        if (!m_args.facades.file.empty()) {
+            const std::vector<analyse::ObjectPolygon> polygons = polygons_given();
+            make_facades(m_args.facades, {m_scene, m_grid, world(), renderer, stop, polygons},
+                         *cells, statistics);
+        }
+        const util::ExitCode code = report(statistics);
+        if (seen)
+            print(*seen);
+        return code;
+    }
+
+    std::optional<analyse::SightSummary> write_cells(analyse::CellFile& cells,
+                                                     const render::PictureRenderer& renderer,
+                                                     const render::RenderStatistics& statistics,
+                                                     const std::stop_token& stop) {
+        const util::StageTimes::Scope timed(m_loaded->times, "write the raster");
+        output::PictureInfo info =
+            render::picture_info(renderer.view(), world(), statistics, false);
+        const Reported what{world(),
+                            m_scene,
+                            m_grid,
+                            own_fields(m_scene.analysis.kind),
+                            m_args.world.additions,
+                            m_args.weather,
+                            statistics.counts.holes.size()};
+        return write_outputs(cells, {m_args.output, m_args.reports, m_objects}, what,
+                             std::move(info),
+                             thread::thread_count(m_scene.processing.threads.value_or(0)), stop);
+    }
+
+    util::ExitCode report(const render::RenderStatistics& statistics) const {
+        if (!m_args.verbosity.quiet && (m_part || !m_args.as_json)) {
+            if (m_args.verbosity.verbose)
+                render::print_statistics(statistics, m_loaded->times);
+            print_files(statistics);
+        }
+        return report_gaps(statistics, "raster");
+    }
+
+    void print_files(const render::RenderStatistics& statistics) const {
+        if (m_part) {
+            std::printf("wrote %s in %.1f s: terravox merge makes a raster of all parts\n",
+                        farm::checkpoint_path(m_args.output, m_part).c_str(), statistics.seconds);
+            return;
+        }
+        std::printf("wrote %s in %.1f s\n", m_args.output.c_str(), statistics.seconds);
+        for (const std::string& file :
+             {m_args.objects.file, m_args.facades.file, m_args.reports.map, m_args.reports.page})
+            if (!file.empty())
+                std::printf("wrote %s\n", file.c_str());
+    }
+
+    void print(const analyse::SightSummary& seen) const {
+        if (m_args.as_json)
+            std::printf("%s\n", analyse::json_of(seen).c_str());
+        else if (!m_args.verbosity.quiet)
+            std::printf("%s", analyse::table_of(seen).c_str());
+    }
+
+    [[nodiscard]] const voxel::WorldInfo& world() const { return m_loaded->world->info(); }
+    [[nodiscard]] std::vector<analyse::ObjectPolygon> polygons_given() const {
+        return m_objects ? m_objects->polygons() : std::vector<analyse::ObjectPolygon>{};
+    }
+
+    const AnalyseArguments& m_args;
+    const core::AnalysisKind m_kind;
+    const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+    scene::Scene m_scene;
+    exports::Selection m_selection;
+    std::optional<farm::Part> m_part;
+    std::optional<solar::WeatherFile> m_weather;
+    std::shared_ptr<render::LoadedWorld> m_loaded;
+    analyse::CellGrid m_grid;
+    std::optional<PlannedObjects> m_objects;
+};
+
+}  // namespace
+
+util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind) {
+    util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
+    if (args.sun.times.empty())
+        analyse::check_raster_target(args.output);
+    else
+        analyse::ShadowCube::check_target(args.output);
+    return AnalyseRun(args, kind).run();
+}
+
+}  // namespace terravox::commands

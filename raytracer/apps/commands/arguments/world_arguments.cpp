@@ -1,0 +1,108 @@
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+
+#include <algorithm>
+#include <CLI/CLI.hpp>
+
+#include "common/util/cache_dir.hpp"
+#include "common/util/log.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
+#include "raytracer/core/scene/world_options_of.hpp"
+#include "voxelserver/make/voxelize/points/step_switches.hpp"
+#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/overlay/additions.hpp"
+
+namespace terravox::commands {
+
+scene::Scene WorldArguments::scene() const {
+    return scene::compose_scene({scene::file_layer(scene_file), scene::fields_layer(fields)});
+}
+
+worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
+    worlds::WorldOptions out = scene::world_options_of(scene);
+    out.inputs = inputs;
+    out.orthophotos = orthophoto_paths();
+    out.additions = additions;
+    out.cache_dir = util::cache_dir(cache);
+    return out;
+}
+
+namespace {
+
+/// @param sections as for add_opening_arguments
+bool is_flag(const std::string& path, const std::vector<std::string>& sections) {
+    // Set by the name of the analysis.
+    if (path == "analysis.kind")
+        return false;
+    const std::string section = path.substr(0, path.find('.'));
+    if (sections.empty())
+        return section != "analysis";
+    return std::any_of(sections.begin(), sections.end(), [&](const std::string& listed) {
+        return listed == section || listed == path;
+    });
+}
+
+}  // namespace
+
+std::string world_inputs_help() {
+    return worlds::allowed_inputs();
+}
+
+void add_world_arguments(CLI::App& command, WorldArguments& args) {
+    command.add_option("inputs", args.inputs, world_inputs_help())->required();
+    add_opening_arguments(command, args, {});
+}
+
+void add_opening_arguments(CLI::App& command, WorldArguments& args,
+                           const std::vector<std::string>& sections) {
+    command
+        .add_option("--ortho", args.orthophotos,
+                    "orthophoto, or a folder of them; may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--add", args.additions,
+                    std::string("planned object that is put into the world; may be given several "
+                                "times: ") +
+                        overlay::kAdditionForms)
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--cache", args.cache,
+                       "folder that keeps prepared LiDAR squares for the next run; none: nothing "
+                       "on disk (default: ~/.cache/terravox)");
+    command.footer(
+        "A voxel server or web server that requires a token gets TERRAVOX_SERVER_TOKEN of the "
+        "environment if TERRAVOX_SERVER_ORIGIN names it:\n"
+        "http(s)://host[:port], over http this machine alone. No other server is sent it.\n\n" +
+        voxelize::steps_help());
+    command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
+    command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")
+        ->capture_default_str();
+    for (const scene::SceneFlag& flag : scene::scene_flags()) {
+        if (!is_flag(flag.path, sections))
+            continue;
+        const std::string section = flag.path.substr(0, flag.path.find('.'));
+        const auto keep = [&args, path = flag.path](const std::string& text) {
+            // Here, since only the parser knows by which of its names the flag was typed.
+            if (const std::string fault = scene::find_fault(path, text, scene::flag_of(path));
+                !fault.empty())
+                throw CLI::ValidationError(fault);
+            args.fields.emplace_back(path, text);
+        };
+        command.add_option_function<std::string>(flag.names, keep, flag.help)
+            ->type_name(flag.is_switch ? "yes|no" : "VALUE")
+            ->group("Scene: " + section);
+        if (flag.former.empty())
+            continue;
+        const auto keep_former = [keep, flag](const std::string& text) {
+            util::log_warn("{} is called {} now; a later version will refuse the former name",
+                           flag.former, flag.names);
+            keep(text);
+        };
+        command.add_option_function<std::string>(flag.former, keep_former)->group("");
+    }
+}
+
+}  // namespace terravox::commands

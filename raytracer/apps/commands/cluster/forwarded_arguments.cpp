@@ -1,0 +1,130 @@
+#include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "common/util/program.hpp"
+#include "raytracer/apps/commands/analyse/analyse_command.hpp"
+#include "raytracer/apps/commands/animate_command.hpp"
+#include "raytracer/apps/commands/render_command.hpp"
+#include "raytracer/core/animate/animation.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/core/scene/views.hpp"
+
+namespace terravox::cluster {
+namespace {
+
+const std::vector<std::string> kOfWholeRaster = {"--report", "--map", "--objects", "--polygons"};
+
+std::function<util::ExitCode()> add_command(CLI::App& app, const std::string& name) {
+    if (name == "animate")
+        return commands::add_animate_command(app, {});
+    return name == "analyse" ? commands::add_analyse_command(app)
+                             : commands::add_render_command(app);
+}
+
+std::vector<std::string> values_of(const CLI::App& command, const std::string& option) {
+    const CLI::Option* found = command.get_option_no_throw(option);
+    return found == nullptr ? std::vector<std::string>{} : found->results();
+}
+
+std::string value_of(const CLI::App& command, const std::string& option,
+                     const std::string& otherwise = {}) {
+    const auto values = values_of(command, option);
+    return values.empty() ? otherwise : values.back();
+}
+
+bool is_option(const std::string& word, const std::string& name) {
+    return word == name || word.starts_with(name + "=") ||
+           (name.size() == 2 && word.starts_with(name));
+}
+
+}  // namespace
+
+std::vector<std::string> words_of_command(const std::string& command) {
+    if (command == "render" || command == "animate")
+        return {command};
+    return {"analyse", command};
+}
+
+ForwardedArguments ForwardedArguments::read(const std::string& command,
+                                            const std::vector<std::string>& words) {
+    const std::vector<std::string> beginning = words_of_command(command);
+    const std::string text =
+        beginning.size() > 1 ? beginning.front() + " " + beginning.back() : command;
+    if (words.empty() || words.front().starts_with('-'))
+        throw util::UsageError(
+            "cluster: " + (words.empty() ? "no world" : "unknown option " + words.front()) +
+            "; allowed: options of the cluster, then the arguments of `terravox " + text +
+            "`, which begin with the " + (command == "animate" ? "animation" : "world") +
+            "; --help lists them");
+    CLI::App app;
+    const auto run = add_command(app, beginning.front());
+    std::vector<const char*> argv{"terravox"};
+    for (const std::string& word : beginning)
+        argv.push_back(word.c_str());
+    for (const std::string& word : words)
+        argv.push_back(word.c_str());
+    if (util::parse_arguments(app, static_cast<int>(argv.size()), argv.data()))
+        throw util::UsageError("cluster: --help among the arguments of `terravox " + text +
+                               "`; allowed: before them");
+    const CLI::App* found = &app;
+    for (const std::string& word : beginning)
+        found = found->get_subcommand(word);
+    const CLI::App& parsed = *found;
+    ForwardedArguments out;
+    out.command = command;
+    out.words = words;
+    out.world.inputs = values_of(parsed, "inputs");
+    out.world.orthophotos = values_of(parsed, "--ortho");
+    out.world.scene_file = value_of(parsed, "--scene");
+    out.world.cache = value_of(parsed, "--cache");
+    out.world.log_level = value_of(parsed, "--log", out.world.log_level);
+    for (const scene::SceneFlag& flag : scene::scene_flags())
+        for (const std::string& name : {flag.names.substr(0, flag.names.find(',')), flag.former})
+            if (!name.empty() && !values_of(parsed, name).empty())
+                out.world.fields.emplace_back(flag.path, value_of(parsed, name));
+    out.outputs = values_of(parsed, "--output");
+    out.animation = value_of(parsed, "animation");
+    out.video = value_of(parsed, "--video");
+    for (const std::string& name : kOfWholeRaster)
+        if (const std::string value = value_of(parsed, name); !value.empty())
+            out.of_whole_raster.insert(out.of_whole_raster.end(), {name, value});
+    return out;
+}
+
+std::vector<std::string> ForwardedArguments::take_of_whole_raster() {
+    if (is_analysis())
+        take(kOfWholeRaster);
+    return std::exchange(of_whole_raster, {});
+}
+
+void ForwardedArguments::take(const std::vector<std::string>& names) {
+    for (auto it = words.begin(); it != words.end();) {
+        const auto name = std::find_if(names.begin(), names.end(),
+                                       [&](const std::string& n) { return is_option(*it, n); });
+        if (name == names.end())
+            ++it;
+        else
+            it = words.erase(it, std::min(words.end(), it + (*it == *name ? 2 : 1)));
+    }
+}
+
+bool ForwardedArguments::has(const std::string& name) const {
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return is_option(word, name); });
+}
+
+scene::Scene ForwardedArguments::base_scene() const {
+    std::vector<scene::SceneLayer> layers{scene::file_layer(world.scene_file)};
+    if (!animation.empty())
+        layers.push_back(
+            [this](scene::Scene& scene) { animate::Animation::read(animation).apply_base(scene); });
+    layers.push_back(scene::fields_layer(world.fields));
+    return scene::compose_scene(layers);
+}
+
+}  // namespace terravox::cluster

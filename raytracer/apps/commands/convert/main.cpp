@@ -1,0 +1,7 @@
+#include "raytracer/apps/commands/arguments/programs.hpp"
+#include "raytracer/apps/commands/convert/convert_command.hpp"
+
+int main(int argc, char** argv) {
+    return terravox::util::run_program_of(terravox::commands::kConvert, argc, argv,
+                                          terravox::commands::add_convert_options);
+}

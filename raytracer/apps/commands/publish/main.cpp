@@ -1,0 +1,7 @@
+#include "raytracer/apps/commands/arguments/programs.hpp"
+#include "raytracer/apps/commands/publish/publish_command.hpp"
+
+int main(int argc, char** argv) {
+    return terravox::util::run_program_of(terravox::commands::kPublish, argc, argv,
+                                          terravox::commands::add_publish_options);
+}

@@ -1,0 +1,129 @@
+#include "raytracer/apps/library/state.hpp"
+
+#include <terravox/error.hpp>
+
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/apps/library/process_check.hpp"
+#include "raytracer/core/scene/views.hpp"
+
+namespace terravox {
+
+namespace {
+
+WorldInfo info_of(const voxel::WorldInfo& world, const MapFrame& frame) {
+    WorldInfo out;
+    out.title = world.title;
+    out.bounds = frame.bounds_of(world.framed_bounds());
+    out.block = {0, world.framed_bounds().min, world.framed_bounds().max};
+    out.voxel_m = world.voxel_m;
+    out.map_units = frame.units();
+    out.levels = world.levels;
+    out.crs = world.crs;
+    out.crs_wkt = world.crs_wkt;
+    if (world.centre)
+        out.centre = {world.centre->lat_deg, world.centre->lon_deg};
+    out.convergence_deg = world.centre ? world.centre->convergence_deg : 0;
+    out.licence = world.licence;
+    out.attribution = world.attribution;
+    return out;
+}
+
+}  // namespace
+
+WorldState::WorldState(const scene::Scene& settings, const OpenWorld& open,
+                       util::TemporaryFolder files)
+    : folder(std::move(files)),
+      world(open(times)),
+      frame(world->info()),
+      info(info_of(world->info(), frame)),
+      blocks(*world, static_cast<std::size_t>(settings.processing.memory_mib) << 20,
+             world->useful_concurrency(
+                 thread::thread_count(settings.processing.threads.value_or(0)))) {}
+
+voxel::VoxelBounds WorldState::block_over(const std::optional<MapBounds>& bounds, int level) const {
+    check_level(level);
+    const voxel::WorldInfo& all = world->info();
+    if (bounds)
+        return frame.block_over(*bounds, level, all.bounds);
+    return frame.block_over(frame.bounds_of(all.framed_bounds()), level, all.framed_bounds());
+}
+
+voxel::VoxelBounds WorldState::columns_over(const std::optional<MapBounds>& area, int level) const {
+    check_level(level);
+    const voxel::WorldInfo& all = world->info();
+    MapBounds wanted = area.value_or(frame.bounds_of(all.framed_bounds()));
+    wanted.bottom = -std::numeric_limits<double>::infinity();
+    wanted.top = std::numeric_limits<double>::infinity();
+    return frame.block_over(wanted, level, all.bounds);
+}
+
+void WorldState::check_level(int level) const {
+    const int levels = world->info().levels;
+    if (level < 0 || level >= levels)
+        throw util::UsageError("read the world '" + world->info().title +
+                               "': level = " + std::to_string(level) + "; allowed: 0 to " +
+                               std::to_string(levels - 1));
+}
+
+std::shared_ptr<WorldState> make_state(const scene::Scene& settings, const OpenWorld& open,
+                                       util::TemporaryFolder files) {
+    note_process();
+    auto state = std::make_unique<WorldState>(settings, open, std::move(files));
+    return {state.release(), [](WorldState* made) {
+                if (has_threads_here())
+                    delete made;
+            }};
+}
+
+scene::Scene settings_of(const OpenOptions& options) {
+    for (const auto& [path, text] : options.fields) {
+        const std::string section = path.substr(0, path.find('.'));
+        if (section != "world" && section != "generated" && section != "processing")
+            throw util::UsageError("open a world: field '" + path + "' = " + text +
+                                   "; allowed: those of world, generated and processing");
+    }
+    scene::Scene out = scene::compose_scene({scene::fields_layer(options.fields)});
+    if (!options.crs.empty())
+        out.world.crs = options.crs;
+    if (!options.classes.empty())
+        out.world.classes = options.classes;
+    if (options.voxel_m)
+        out.world.voxel_m = *options.voxel_m;
+    return out;
+}
+
+void check_threads(int threads) {
+    constexpr int kMost = 1024;
+    if (threads < 0 || threads > kMost)
+        throw util::UsageError("use threads: " + std::to_string(threads) + "; allowed: 0 to " +
+                               std::to_string(kMost));
+}
+
+WorldCall::WorldCall(const WorldState& state, int threads) : m_state(state) {
+    check_threads(threads);
+    // Others that are under way need one answer for each box.
+    if (m_state.calls++ == 0)
+        m_state.blocks.forget_holes();
+}
+
+WorldCall::~WorldCall() {
+    --m_state.calls;
+}
+
+std::size_t WorldCall::checked(std::size_t holes) const {
+    if (holes > 0)
+        m_state.blocks.check_world();
+    return holes;
+}
+
+void check_stop(const Control& control) {
+    if (control.stop.stop_requested())
+        throw Stopped("stopped");
+}
+
+}  // namespace terravox

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "raytracer/apps/pmtiles/archive_writer.hpp"
+#include "raytracer/apps/pmtiles/web_area.hpp"
+
+namespace terravox::pmtiles {
+
+/// Metadata of the tiles, for the pages that show them.
+struct MapTexts {
+    std::string title;
+    std::string attribution;  ///< HTML
+    std::uint64_t holes = 0;  ///< boxes that could not be loaded
+};
+
+/// @throws Error where tiles of a format cannot be made here
+void check_tile_format(TileFormat format);
+
+/// Cuts a map into the tiles of all zooms of an area, and writes them as a PMTiles archive. The
+/// same map gives the same bytes with any number of threads. Logs each zoom.
+/// @param map as for TileCutter
+/// @param area of that map
+/// @param threads 0: one per core
+/// @param quiet shows no progress
+/// @param is_stopped asked for each tile, in any thread
+/// @return how many tiles there are
+/// @throws Error as TileCutter and check_tile_format(), and "interrupted"
+std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& area,
+                              const std::filesystem::path& out, TileFormat format,
+                              const MapTexts& texts, int threads, bool quiet,
+                              const std::function<bool()>& is_stopped);
+
+}  // namespace terravox::pmtiles

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "raytracer/apps/preview/frame_times.hpp"
+#include "raytracer/apps/preview/hole_watch.hpp"
+#include "raytracer/apps/preview/pane.hpp"
+#include "raytracer/apps/preview/probe_processor.hpp"
+#include "raytracer/apps/preview/probe_retry.hpp"
+#include "raytracer/apps/preview/progressive.hpp"
+#include "raytracer/apps/preview/screen_developer.hpp"
+#include "raytracer/farm/render/render_pool.hpp"
+
+namespace terravox::preview {
+
+/// The scene that must be rendered to show a layer in a pane, without exposure and tone, which need
+/// no new rendering.
+/// @param resolution ratio of the picture's pixels to the pane's, along an edge
+[[nodiscard]] scene::Scene scene_to_show(Layer layer, const scene::Scene& scene, double resolution,
+                                         const Pane& pane);
+
+/// The edge of the first pass's pixels for the next picture, a power of two, chosen so that a first
+/// pass takes between 8 and 30 ms.
+/// @param first_s time that the last first pass took
+[[nodiscard]] int next_first_step(int first_step, double first_s) noexcept;
+
+/// The picture in the window. It is rendered progressively by a render pool, and starts again when
+/// the scene changes, or when a missing box has arrived. Used by one thread.
+///
+/// The clock is a parameter; times of a picture itself are those of Progressive.
+class LivePicture {
+public:
+    using Clock = Progressive::Clock;
+
+    /// @param blocks, times outlive the picture
+    /// @param source as that of RenderPool
+    /// @throws as RenderPool
+    LivePicture(const render::RenderPoolOptions& render_pool, blocks::BlockManager& blocks,
+                const farm::BoxSource& source, FrameTimes& times);
+
+    /// Retries boxes that the finished picture lacks, at growing intervals. To be called each
+    /// frame.
+    /// @param may_retry a retry may succeed
+    /// @return whether a missing box has been loaded, so that the next update() should start again
+    [[nodiscard]] bool has_missing_box_arrived(bool may_retry, Clock::time_point now);
+
+    /// Starts the picture again if the scene differs from the picture's; a first pass in progress
+    /// may continue for 50 ms.
+    /// @param wanted from scene_to_show()
+    /// @param restart whether to start again in any case
+    /// @param changed_at when a change may have been made
+    /// @throws util::Error for a scene that cannot be rendered; it is not tried again
+    void update(const scene::Scene& wanted, Layer layer, bool restart, Clock::time_point changed_at,
+                Clock::time_point now);
+    /// Starts the measurement of the time to the next first picture; to be called once before the
+    /// first update().
+    void note_change(Clock::time_point changed_at);
+    /// As Progressive::work().
+    /// @throws what a tile threw; the picture is stopped then
+    void work(Clock::time_point until) { m_picture.work(until); }
+    /// The next update() starts again, although the scene is the same.
+    void invalidate() { m_shown.reset(); }
+    /// Ends the measurement of the last change's time, as an error ended its picture.
+    void forget_change() { m_changed_at.reset(); }
+
+    /// Develops the tiles that are new.
+    /// @param output exposure and tone
+    /// @return rows of screen() that changed
+    [[nodiscard]] RowRange develop(const scene::Scene::Output& output) {
+        return m_developer.update(m_picture, output, m_layer);
+    }
+    [[nodiscard]] const ScreenPicture& screen() const noexcept { return m_developer.screen(); }
+    /// To be called when the window shows screen(). If this is the first picture after a change,
+    /// its time is recorded, and the resolution of the next first pass is adapted to it.
+    void note_shown(Clock::time_point now);
+    void stop() noexcept { m_picture.stop(); }
+
+    [[nodiscard]] const Progressive& progressive() const noexcept { return m_picture; }
+    [[nodiscard]] render::RenderPool& render_pool() noexcept { return m_render_pool; }
+    /// Whether the picture is being computed, or will be.
+    [[nodiscard]] bool busy() const noexcept { return m_picture.busy() || m_changed_at; }
+    /// Number of boxes that a probe layer (is_probe) should show and that are not in memory.
+    [[nodiscard]] std::size_t missing() const noexcept { return m_probe ? m_probe->missing() : 0; }
+    [[nodiscard]] std::uint64_t started_count() const noexcept { return m_started_count; }
+
+private:
+    [[nodiscard]] std::shared_ptr<processors::TileProcessor> begin(const shade::View& view);
+    void update_layer(const scene::Scene& wanted, Layer layer, Clock::time_point now);
+    void start(const scene::Scene& wanted, int first_step, Clock::time_point now);
+
+    blocks::BlockManager& m_blocks;
+    FrameTimes& m_times;
+    render::RenderPool m_render_pool;
+    std::shared_ptr<ProbeProcessor> m_probe;  ///< set while a probe layer is shown
+    Progressive m_picture;
+    HoleWatch m_holes;
+    ScreenDeveloper m_developer;
+    ProbeRetry m_probe_retry;
+    std::optional<scene::Scene> m_shown;  ///< the picture's scene; nullopt: to be started again
+    Layer m_layer = Layer::kBeauty;
+    int m_first_step = 8;
+    /// When the change was made that the picture in progress will show; nullopt once it is shown.
+    std::optional<Clock::time_point> m_changed_at;
+    Clock::time_point m_started_at;
+    Clock::time_point m_idle_since;
+    std::uint64_t m_started_count = 0;
+};
+
+}  // namespace terravox::preview

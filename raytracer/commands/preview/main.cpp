@@ -1,7 +1,0 @@
-#include "raytracer/commands/arguments/programs.hpp"
-#include "raytracer/commands/preview/preview_command.hpp"
-
-int main(int argc, char** argv) {
-    return terravox::util::run_program_of(terravox::commands::kPreview, argc, argv,
-                                          terravox::commands::add_preview_options);
-}

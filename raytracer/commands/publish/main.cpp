@@ -1,7 +1,0 @@
-#include "raytracer/commands/arguments/programs.hpp"
-#include "raytracer/commands/publish/publish_command.hpp"
-
-int main(int argc, char** argv) {
-    return terravox::util::run_program_of(terravox::commands::kPublish, argc, argv,
-                                          terravox::commands::add_publish_options);
-}
