@@ -2,7 +2,7 @@
 """Which folder includes which, and what its namespace is: config/layers.toml says what is allowed.
 
 Each include that is not allowed is named, each namespace that no folder of its file has, and each
-library of a CMakeLists.txt that links more or less than its sources include.
+library that links more or less than its sources include.
 
 python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
 python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of top folders
@@ -21,8 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAYERS = pathlib.Path("config", "layers.toml")
 TOP_FOLDERS = ("common", "voxelserver", "raytracer")  # each includes itself and those before it
 LIBRARY = re.compile(r"\bterravox_library\(\s*(\w+)([^()]*)\)")
-LIBRARY_KEYWORDS = {"SOURCES", "PUBLIC", "PRIVATE"}
-ALIAS = re.compile(r"\badd_library\(terravox::(\w+) ALIAS")
+ADDED = re.compile(r"\badd_library\(terravox_(\w+) (?:STATIC|INTERFACE|SHARED|MODULE)([^()]*)\)")
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
 NAMESPACE = re.compile(r"^(?:inline )?namespace (terravox[\w:]*) \{$(?P<body>.*?)^\}", re.M | re.S)
 DECLARATIONS = re.compile(r"(\s*(class|struct|enum class) [^;{]*;)+\s*")
@@ -65,10 +64,11 @@ def folder_of(file):
 
 
 class Libraries:
-    """The libraries that CMakeLists.txt of the top folders define, and what each folder links.
+    """The libraries that the lists of the wings define, and what each folder links.
 
-    The libraries of one folder are taken together; programs, and libraries that are not made by
-    terravox_library(), are not looked at.
+    A library is of the folder in which its sources lie, one without sources of the folder with its
+    name. The libraries of one folder are taken together; programs, and libraries that are not made
+    by terravox_library(), are not looked at.
     """
 
     def __init__(self, root):
@@ -82,19 +82,31 @@ class Libraries:
                     self._take(file.parent.relative_to(root).as_posix(), text)
 
     def _take(self, folder, text):
-        for name in ALIAS.findall(text):
-            self.folder_of_library[name] = folder
+        for target, sources in ADDED.findall(text):
+            source = (sources.split() or [""])[-1]
+            self.folder_of_library[target] = folder_of(f"{folder}/{source}")
         for name, arguments in LIBRARY.findall(text):
-            self.folder_of_library[name] = folder
-            linked = self.linked.setdefault(folder, {"PUBLIC": set(), "PRIVATE": set()})
+            words = {"PUBLIC": [], "PRIVATE": [], "SOURCES": []}
             keyword = None
             for word in arguments.split():
-                if word in LIBRARY_KEYWORDS:
+                if word in words:
                     keyword = word
-                elif keyword == "SOURCES":
-                    self.sources.setdefault(name, []).append(word)
-                elif keyword in linked and word.startswith("terravox::"):
-                    linked[keyword].add(word.removeprefix("terravox::"))
+                elif keyword:
+                    words[keyword].append(word)
+            own = (
+                folder_of(f"{folder}/{words['SOURCES'][0]}")
+                if words["SOURCES"]
+                else (f"{folder}/{name}")
+            )
+            self.folder_of_library[name] = own
+            self.sources[name] = words["SOURCES"]
+            linked = self.linked.setdefault(own, {"PUBLIC": set(), "PRIVATE": set()})
+            for keyword, found in linked.items():
+                found |= {
+                    w.removeprefix("terravox::")
+                    for w in words[keyword]
+                    if w.startswith("terravox::")
+                }
 
     def folders(self, folder, keyword):
         names = self.linked[folder][keyword]
@@ -218,7 +230,7 @@ def wrong_links(code, libraries):
     wrong = []
     for folder, (by_header, by_source) in included.items():
         public, private = (libraries.folders(folder, k) for k in ("PUBLIC", "PRIVATE"))
-        own = f"{folder}/CMakeLists.txt:"
+        own = f"the libraries of {folder}:"
         wanted = by_header | by_source
         wrong += [f"{own} does not link {f}" for f in sorted(wanted - public - private)]
         wrong += [f"{own} links {f}, which is not included" for f in sorted(public - wanted)]
@@ -234,7 +246,7 @@ def wrong_links(code, libraries):
 def unsorted_sources(libraries):
     """One line for each library whose list of sources is not sorted."""
     return [
-        f"{libraries.folder_of_library[name]}/CMakeLists.txt: the sources of {name} are not sorted"
+        f"{libraries.folder_of_library[name]}: the sources of {name} are not sorted"
         for name, sources in libraries.sources.items()
         if sources != sorted(sources)
     ]
@@ -291,7 +303,7 @@ class TheCheckItself(unittest.TestCase):
         a, b, c = "common/a/a.hpp", "voxelserver/b/b.hpp", "common/c/c.hpp"
         own = '"common/a" = []\n'
         good = own + '"voxelserver/b" = ["common/a"]\n'
-        list_a, list_b = "common/a/CMakeLists.txt", "voxelserver/b/CMakeLists.txt"
+        list_a, list_b = "common/CMakeLists.txt", "voxelserver/CMakeLists.txt"
         of_a = f'#include "{a}"\n'
         elsewhere = "namespace terravox::c {\nint x;\n}\n"
         libraries = {list_a: "terravox_library(a)\n"}
@@ -321,22 +333,22 @@ class TheCheckItself(unittest.TestCase):
                 own,
             ),
             (
-                f"{list_b}: does not link common/a",
+                "voxelserver/b: does not link common/a",
                 {a: "", b: of_a, **libraries, list_b: "terravox_library(b)  # terravox::a\n"},
                 good,
             ),
             (
-                f"{list_a}: links terravox::b, which is not included",
+                "common/a: links terravox::b, which is not included",
                 {a: "", list_a: "terravox_library(a PUBLIC terravox::b)\n"},
                 own,
             ),
             (
-                f"{list_b}: common/a is PUBLIC: a header includes it",
+                "voxelserver/b: common/a is PUBLIC: a header includes it",
                 {a: "", b: of_a, **libraries, list_b: "terravox_library(b PRIVATE terravox::a)\n"},
                 good,
             ),
             (
-                f"{list_b}: common/a is PRIVATE: no header includes it",
+                "voxelserver/b: common/a is PRIVATE: no header includes it",
                 {
                     a: "",
                     b: "",
@@ -347,8 +359,8 @@ class TheCheckItself(unittest.TestCase):
                 good,
             ),
             (
-                f"{list_a}: the sources of a are not sorted",
-                {a: "", list_a: "terravox_library(a SOURCES b.cpp a.cpp)\n"},
+                "common/a: the sources of a are not sorted",
+                {a: "", list_a: "terravox_library(a SOURCES a/b.cpp a/a.cpp)\n"},
                 own,
             ),
             (

@@ -1,12 +1,12 @@
-# One folder, one library: what a folder needs stands in its own CMakeLists.txt, and a program that
-# links it gets no more than that.
+# One folder, one library, and one CMakeLists.txt a wing: what a folder needs stands with its library,
+# and a program that links it gets no more than that.
 include_guard(GLOBAL)
 
 # terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS] | OPTIMISE_LITTLE | COMMAND_LINE]
 #                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
-#   IN_MODULE           a part of shared objects, too (voxelserver/serve/module, raytracer/apps/library), and
-#                       compiled for them
+#   IN_MODULE           a part of shared objects, too (voxelserver/serve/module,
+#                       raytracer/apps/library), and compiled for them
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
 #   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;
 #                       compiled with -O1, which takes two thirds of the time
