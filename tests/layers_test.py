@@ -4,12 +4,17 @@
 Each include that is not allowed is named, each namespace that no folder of its file has, and each
 library that links more or less than its sources include.
 
+Each wing (a door of the house) has a budget of lines in the same file, and docs/architecture.md a
+plan of wings, folders and lines, which is made here.
+
 python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
-python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of top folders
+python3 tests/layers_test.py --lines   # prints the lines of each folder and wing
+python3 tests/layers_test.py --plan    # writes the plan in docs/architecture.md
 """
 
 import argparse
 import collections
+import os
 import pathlib
 import re
 import sys
@@ -19,6 +24,11 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAYERS = pathlib.Path("config", "layers.toml")
+DOCUMENT = pathlib.Path("docs", "architecture.md")
+PLAN = re.compile(r"(<!-- plan \(tests/layers_test.py --plan\) -->\n).*?(<!-- /plan -->)", re.S)
+COUNTED = (".cpp", ".hpp", ".ts", ".css", ".glsl", ".html", ".js", ".mjs", ".py", ".sh")
+NOT_COUNTED = {"node_modules", "dist", "dist-test", "__pycache__"}
+OFF = 0.03  # of its lines a wing may grow or shrink before its plan is stale
 TOP_FOLDERS = ("common", "voxelserver", "raytracer")  # each includes itself and those before it
 LIBRARY = re.compile(r"\bterravox_library\(\s*(\w+)([^()]*)\)")
 ADDED = re.compile(r"\badd_library\(terravox_(\w+) (?:STATIC|INTERFACE|SHARED|MODULE)([^()]*)\)")
@@ -203,6 +213,7 @@ def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
     namespaces = layers.pop("namespaces", {})
+    layers.pop("wings", None)
     libraries = Libraries(root)
     return [
         *wrong_includes(code, layers),
@@ -213,6 +224,7 @@ def problems(root):
         *wrong_links(code, libraries),
         *unsorted_sources(libraries),
         *includes_of_tests(root),
+        *problems_of_wings(root),
     ]
 
 
@@ -265,21 +277,106 @@ def includes_of_tests(root):
     return wrong
 
 
+class Wings:
+    """The doors of the house: the lines of each, without those of wings inside of it."""
+
+    def __init__(self, root, table):
+        self.table = table
+        self.lines = collections.Counter()
+        self.folders = collections.defaultdict(set)
+        self.all_lines = collections.Counter()  # by folder
+        for top in sorted({name.split("/")[0] for name in table}):
+            for path, folders, files in os.walk(root / top):
+                folders[:] = sorted(set(folders) - NOT_COUNTED)
+                for file in files:
+                    if file.endswith(COUNTED):
+                        self._take(pathlib.Path(path, file), root)
+
+    def _take(self, file, root):
+        name = file.relative_to(root).as_posix()
+        own = [wing for wing in self.table if name.startswith(wing + "/")]
+        if own:
+            wing = max(own, key=len)
+            count = len(file.read_text(encoding="utf-8").splitlines())
+            self.lines[wing] += count
+            self.all_lines[folder_of(name)] += count
+            rest = folder_of(name).removeprefix(wing).strip("/")
+            self.folders[wing].add(rest.split("/")[0])
+
+    def over_budget(self):
+        """One line for each wing that has more lines than its budget."""
+        return [
+            f"{wing}: {self.lines[wing]} lines, and its budget in {LAYERS} is {row['at_most']}; "
+            "take something away, or raise it there and say why"
+            for wing, row in self.table.items()
+            if self.lines[wing] > row["at_most"]
+        ]
+
+    def plan(self):
+        rows = [
+            "",
+            "| wing | lines | at most | what is in it | folders |",
+            "|---|---:|---:|---|---|",
+        ]
+        for wing, row in self.table.items():
+            lines = f"{round(self.lines[wing], -2):,}"
+            folders = (
+                ", ".join(sorted(self.folders[wing] - {""})) if row.get("folders", True) else ""
+            )
+            rows.append(f"| {wing} | {lines} | {row['at_most']:,} | {row['holds']} | {folders} |")
+        return "\n".join([*rows, "", ""])
+
+    def wrong_plan(self, document):
+        """What is stale in a document with a plan."""
+        found = PLAN.search(document)
+        if not found:
+            return [f"{DOCUMENT}: it has no plan of the wings"]
+        written = {}
+        for line in found[0].splitlines():
+            cells = [cell.strip() for cell in line.strip("|").split("|")]
+            if len(cells) == 5:
+                written[cells[0]] = cells[1:]
+        wrong = []
+        for line in self.plan().splitlines()[3:]:
+            if line:
+                wing, lines, *rest = (cell.strip() for cell in line.strip("|").split("|"))
+                then, *old = written.get(wing, ["0"])
+                now, then = (int(number.replace(",", "") or 0) for number in (lines, then))
+                if old != rest or abs(now - then) > max(OFF * now, 100):
+                    wrong.append(f"{DOCUMENT}: the row of {wing} is stale")
+        return wrong + [
+            f"{DOCUMENT}: {wing} is no wing"
+            for wing in written.keys() - self.table.keys() - {"wing", "---"}
+        ]
+
+
+def problems_of_wings(root):
+    table = tomllib.loads((root / LAYERS).read_text(encoding="utf-8")).get("wings", {})
+    wings = Wings(root, table)
+    wrong = wings.over_budget()
+    document = root / DOCUMENT
+    if table and document.exists():
+        stale = wings.wrong_plan(document.read_text(encoding="utf-8"))
+        wrong += stale
+        if stale:
+            wrong.append("to write it anew: python3 tests/layers_test.py --plan")
+    return wrong
+
+
 def print_lines(root):
-    lines = collections.Counter()
-    for name in Code(root).files:
-        lines[folder_of(name)] += len((root / name).read_text(encoding="utf-8").splitlines())
-    grabber = sum(
-        len(f.read_text(encoding="utf-8").splitlines())
-        for f in (root / "grabber" / "src").rglob("*.ts")
-    )
-    total = sum(lines.values()) + grabber
-    for top in TOP_FOLDERS:
-        own = sum(count for folder, count in lines.items() if folder.split("/")[0] == top)
-        print(f"{top:42} {own:7} {own / total:6.1%}")
-        for folder in sorted(folder for folder in lines if folder.startswith(top + "/")):
-            print(f"  {folder:40} {lines[folder]:7}")
-    print(f"{'grabber':42} {grabber:7} {grabber / total:6.1%}")
+    wings = Wings(root, tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))["wings"])
+    for wing, row in wings.table.items():
+        print(f"{wing:42} {wings.lines[wing]:7} of {row['at_most']:7}")
+        for folder, lines in sorted(wings.all_lines.items()):
+            if max((w for w in wings.table if f"{folder}/".startswith(w + "/")), key=len) == wing:
+                print(f"  {folder:40} {lines:7}")
+
+
+def write_plan(root):
+    wings = Wings(root, tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))["wings"])
+    document = root / DOCUMENT
+    text = document.read_text(encoding="utf-8")
+    document.write_text(PLAN.sub(lambda m: m[1] + wings.plan() + m[2], text), encoding="utf-8")
 
 
 class Layers(unittest.TestCase):
@@ -307,6 +404,11 @@ class TheCheckItself(unittest.TestCase):
         of_a = f'#include "{a}"\n'
         elsewhere = "namespace terravox::c {\nint x;\n}\n"
         libraries = {list_a: "terravox_library(a)\n"}
+        wing = '[wings]\n"common/a" = {{ at_most = {}, holds = "base" }}\n'
+        plan = (
+            "<!-- plan (tests/layers_test.py --plan) -->\n| common/a | 0 | 1 | base |  |\n"
+            "<!-- /plan -->\n"
+        )
         for said, files, layers in (
             ("", {a: "", b: of_a}, good),
             (f"{b}: includes {a}", {a: "", b: of_a}, own + '"voxelserver/b" = []\n'),
@@ -369,6 +471,15 @@ class TheCheckItself(unittest.TestCase):
                 good,
             ),
             ("knows no network", {a: "#include <sys/socket.h>\n"}, own),
+            ("", {a: "\n"}, own + wing.format(1)),
+            ("common/a: 2 lines, and its budget", {a: "\n\n"}, own + wing.format(1)),
+            ("has no plan", {a: "", DOCUMENT.as_posix(): ""}, own + wing.format(1)),
+            (
+                "the row of common/a is stale",
+                {a: "", DOCUMENT.as_posix(): plan},
+                own + wing.format(2),
+            ),
+            ("", {a: "", DOCUMENT.as_posix(): plan}, own + wing.format(1)),
         ):
             with self.subTest(said):
                 found = "\n".join(self.tree(files, layers))
@@ -378,8 +489,11 @@ class TheCheckItself(unittest.TestCase):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--lines", action="store_true")
+    parser.add_argument("--plan", action="store_true")
     wanted, rest = parser.parse_known_args()
     if wanted.lines:
         print_lines(ROOT)
+    elif wanted.plan:
+        write_plan(ROOT)
     else:
         unittest.main(argv=[sys.argv[0], *rest])
