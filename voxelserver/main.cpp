@@ -4,7 +4,6 @@
 
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/serve/server/options.hpp"
 #include "voxelserver/serve/server/serve.hpp"
 
 namespace {

@@ -5,7 +5,6 @@
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -16,14 +15,39 @@
 #include <numbers>
 #include <system_error>
 
-#include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
-#include "common/geo/gdal_error_scope.hpp"
-#include "common/geo/proj_check.hpp"
-#include "common/util/beside_program.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 
 namespace terravox::geo {
+
+namespace {
+
+// Where memory is short, PROJ may still find a coordinate reference system that it has read before,
+// although it has just failed to read another one.
+bool has_memory() noexcept {
+    try {
+        check_memory_for_gdal();
+        return true;
+    } catch (...) {
+        return false;
+    }
+}
+
+}  // namespace
+
+void check_proj_is_usable(const std::string& attempt) {
+    const GdalErrorScope errors;
+    constexpr int kKnownToAll = 4326;  // WGS 84
+    OGRSpatialReference known;
+    if (has_memory() && known.importFromEPSG(kKnownToAll) == OGRERR_NONE)
+        return;
+    throw ProjUnusableError(attempt +
+                            ": PROJ cannot use its database (package proj-data), or lacks memory "
+                            "or descriptors for it");
+}
+
 namespace {
 
 // A library into which PROJ is compiled has PROJ's database next to it: that of the system may be

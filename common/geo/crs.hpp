@@ -1,14 +1,58 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/geo/lat_lon.hpp"
+#include "common/util/error.hpp"
+
+namespace terravox::geo {
+
+/// The longest accepted text of a coordinate reference system (CRS), in bytes: the capacity of a
+/// variable length record of a LAS file.
+inline constexpr std::size_t kLongestCrsText = 65'535;
+
+/// The three accepted notations of a CRS.
+enum class CrsNotation {
+    kCode,  ///< AUTHORITY:CODE or AUTHORITY:CODE+CODE, of EPSG, ESRI, IGNF or OGC
+    kWkt,   ///< well-known text, version 1 or 2
+    kProj,  ///< a PROJ string: +proj=utm +zone=33
+};
+
+/// Decides by the first characters only; the rest is not checked.
+[[nodiscard]] CrsNotation notation_of(std::string_view text) noexcept;
+
+/// Checks the text of a CRS before it is passed to PROJ, which opens any path that such a text
+/// names: in +nadgrids, +init and +grids, in PARAMETERFILE, in EXTENSION["PROJ4"], in METHOD["PROJ
+/// ..."], in GEOIDMODEL["PROJ ..."]. Only text that is known to name no file passes: fixed lists of
+/// authorities, of WKT keywords (nested at most 16 deep) and of PROJ parameters. A geoid of a
+/// vertical datum may be given by a bare file name, as it is in many data files: heights are never
+/// converted, so that file is never searched for. Thread-safe; reads nothing but the text.
+/// @return what is wrong, as the end of a message; empty when the text is accepted
+[[nodiscard]] std::string fault_of_crs_text(std::string_view text);
+
+/// PROJ cannot read its own database: the text of the coordinate reference system is not at fault.
+class ProjUnusableError : public util::Error {
+public:
+    using util::Error::Error;
+};
+
+/// Must be called when PROJ has failed to parse something, before the text is blamed: without
+/// memory, file descriptors or its database, PROJ rejects every text and does not report why.
+/// Thread-safe.
+/// @param attempt  the beginning of the message, such as "read the coordinate reference system
+/// 'EPSG:3794'"
+/// @throws ProjUnusableError
+void check_proj_is_usable(const std::string& attempt);
+
+}  // namespace terravox::geo
 
 class OGRSpatialReference;
 class OGRCoordinateTransformation;
@@ -21,7 +65,7 @@ namespace terravox::geo {
 class Crs {
 public:
     /// Parses text that a user entered. No text can make PROJ open a file or access the network
-    /// (crs_text.hpp).
+    /// (see above).
     /// @param text EPSG:n (ESRI, IGNF and OGC too, EPSG:n+m with a vertical system), WKT 1 or 2, or
     /// a PROJ string
     /// @throws UsageError naming the text when it is refused or cannot be parsed

@@ -1,4 +1,4 @@
-#include "common/geo/crs_text.hpp"
+#include "common/geo/crs.hpp"
 
 #include <algorithm>
 #include <array>

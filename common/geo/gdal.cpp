@@ -8,7 +8,7 @@
 
 #include "common/geo/gdal_messages.hpp"
 #include "common/geo/raster_gate.hpp"
-#include "common/util/free_memory.hpp"
+#include "common/util/process_memory.hpp"
 
 namespace terravox::geo {
 namespace {

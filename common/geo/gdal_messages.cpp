@@ -9,8 +9,8 @@
 #include <new>
 #include <string>
 
-#include "common/util/end_of_program.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::geo {
 namespace {

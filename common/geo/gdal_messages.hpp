@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cpl_error.h>
+#include <algorithm>
+#include <string>
 
 namespace terravox::geo {
 
@@ -14,7 +16,7 @@ void CPL_STDCALL drop_gdal_message(CPLErr severity, CPLErrorNum number,
 
 /// Like drop_gdal_message(), but prints messages that do not end the program as GDAL prints them,
 /// each on one line: since they quote files, special characters are escaped
-/// (common/util/printable.hpp).
+/// (common/util/text.hpp).
 void CPL_STDCALL print_gdal_message(CPLErr severity, CPLErrorNum number,
                                     const char* message) noexcept;
 
@@ -29,5 +31,28 @@ void take_tiff_messages() noexcept;
 
 /// To be called on the same thread when GDAL has returned: from now on abort() has other reasons.
 void forget_missing_memory() noexcept;
+
+/// RAII guard: during its lifetime GDAL's messages on this thread are kept for our own errors
+/// instead of being printed to standard error.
+class GdalErrorScope {
+public:
+    GdalErrorScope() {
+        CPLPushErrorHandler(drop_gdal_message);
+        CPLErrorReset();
+    }
+    ~GdalErrorScope() {
+        CPLPopErrorHandler();
+        forget_missing_memory();
+    }
+    GdalErrorScope(const GdalErrorScope&) = delete;
+    GdalErrorScope& operator=(const GdalErrorScope&) = delete;
+
+    /// GDAL's last message as one line.
+    [[nodiscard]] static std::string reason() {
+        std::string text = CPLGetLastErrorMsg();
+        std::replace(text.begin(), text.end(), '\n', ' ');
+        return text.empty() ? "no reason given" : text;
+    }
+};
 
 }  // namespace terravox::geo

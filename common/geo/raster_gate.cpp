@@ -4,7 +4,6 @@
 #include <cpl_minixml.h>
 #include <gdal_frmts.h>
 #include <gdal_priv.h>
-
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -15,14 +14,68 @@
 #include <utility>
 #include <vector>
 
-#include "common/geo/crs_text.hpp"
-#include "common/geo/side_files.hpp"
-#include "common/geo/virtual_raster.hpp"
-#include "common/geo/whole_grid.hpp"
-#include "common/geo/whole_tiff.hpp"
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::geo {
+namespace {
+
+std::string upper(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    return text;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> side_files(const std::filesystem::path& raster) {
+    std::vector<std::string> endings{".wld", ".prj", ".tab", ".hdr"};
+    // The extension of a world file is the raster's first and last letter, or all of it, followed
+    // by a w.
+    if (const std::string own = util::lower_extension(raster); own.size() > 2) {
+        endings.push_back(own + "w");
+        endings.push_back({'.', own[1], own.back(), 'w'});
+    }
+    std::vector<std::filesystem::path> out;
+    for (const std::string& ending : endings)
+        for (const std::string& any_case : {ending, upper(ending)})
+            out.push_back(std::filesystem::path(raster).replace_extension(any_case));
+    for (const char* ending : {".aux.xml", ".hdr", ".HDR", ".ovr", ".OVR", ".msk", ".MSK"})
+        out.push_back(std::filesystem::path(raster) += ending);
+    return out;
+}
+
+namespace {
+
+// As isspace() of the C locale, without its call for each byte.
+bool is_space(char c) noexcept {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+}  // namespace
+
+std::optional<std::string> find_lost_values_of_grid(const std::filesystem::path& file,
+                                                    std::uint64_t values) {
+    constexpr std::size_t kBlock_bytes = std::size_t{1} << 20;
+    std::ifstream in(file, std::ios::binary);
+    std::vector<char> block(kBlock_bytes);
+    std::uint64_t words = 0;
+    bool is_in_word = false;
+    while (in && words < values) {
+        in.read(block.data(), static_cast<std::streamsize>(block.size()));
+        for (std::streamsize i = 0; i < in.gcount(); ++i) {
+            const bool is_word = !is_space(block[static_cast<std::size_t>(i)]);
+            words += is_word && !is_in_word ? 1U : 0U;
+            is_in_word = is_word;
+        }
+    }
+    if (words >= values)
+        return std::nullopt;
+    if (!in.eof())
+        throw util::Error("read " + file.string() + " to its end: it cannot be read");
+    return "it has fewer than the " + std::to_string(values) + " values that its header states";
+}
 
 namespace fs = std::filesystem;
 

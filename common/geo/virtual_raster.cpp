@@ -1,4 +1,4 @@
-#include "common/geo/virtual_raster.hpp"
+#include "common/geo/raster_gate.hpp"
 
 #include <cpl_minixml.h>
 
@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-#include "common/geo/crs_text.hpp"
+#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::geo {
 

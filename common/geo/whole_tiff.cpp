@@ -1,4 +1,4 @@
-#include "common/geo/whole_tiff.hpp"
+#include "common/geo/raster_gate.hpp"
 
 #include <gdal_priv.h>
 
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "common/geo/gdal_error_scope.hpp"
+#include "common/geo/gdal_messages.hpp"
 
 namespace terravox::geo {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::png {
 namespace {

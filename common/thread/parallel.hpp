@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "common/thread/tsan_order.hpp"
-#include "common/util/free_memory.hpp"
+#include "common/util/process_memory.hpp"
 
 namespace terravox::thread {
 

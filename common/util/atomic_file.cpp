@@ -15,7 +15,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "common/util/write_all.hpp"
 
 namespace terravox::util {
 namespace {

@@ -1,16 +1,20 @@
 #include "common/util/command_line.hpp"
 
-#include <CLI/CLI.hpp>
-
+#include <unistd.h>
 #include <algorithm>
+#include <cerrno>
+#include <CLI/CLI.hpp>
+#include <cstring>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
-#include "common/util/near_words.hpp"
-#include "common/util/option_tables.hpp"
+#include "common/util/folders.hpp"
+#include "common/util/program.hpp"
+#include "common/util/text.hpp"
+#include "common/util/version.hpp"
 
 namespace terravox::util {
 namespace {
@@ -401,6 +405,32 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error, Arg
     if (const CLI::Option* const option = option_in(path, error.what()))
         return attempt(path) + describe_value(*option, error, arguments);
     return attempt(path) + error.what() + "; --help lists what is allowed";
+}
+
+int run_program_of(const CommandWithProgram& command, int argc, char** argv,
+                   const AddOptions& add_options) {
+    return run_program([&] {
+        CLI::App app{command.description, std::string(command.listed_by) + " " + command.name};
+        app.set_version_flag("--version", std::string("terravox ") + kVersion);
+        const auto run = add_options(app);
+        if (const auto answered = parse_arguments(app, argc, argv))
+            return *answered;
+        return static_cast<int>(run());
+    });
+}
+
+void list_command(CLI::App& app, const CommandWithProgram& command) {
+    app.add_subcommand(command.name, command.description);
+}
+
+void go_on_as(const CommandWithProgram& command, int argc, char** argv) {
+    if (argc < 2 || std::string_view(argv[1]) != command.name)
+        return;
+    std::string program = beside_program(command.program).string();
+    argv[1] = program.data();
+    ::execv(program.c_str(), argv + 1);
+    throw Error(std::string("run ") + command.name + ": cannot start " + program + ": " +
+                std::strerror(errno) + "; it belongs in the folder of this program");
 }
 
 }  // namespace terravox::util

@@ -2,17 +2,23 @@
 
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::util {
 
@@ -130,6 +136,165 @@ bool is_named(int fd, const fs::path& name) noexcept {
     struct stat named{};
     return ::fstat(fd, &open) == 0 && ::stat(name.c_str(), &named) == 0 &&
            open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+int write_all(int fd, std::span<const std::byte> bytes) noexcept {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            return errno;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+void raise_open_file_limit() noexcept {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max)
+        return;
+    limit.rlim_cur = limit.rlim_max;
+    // On failure the limit is unchanged, and so are the limits on connections that depend on it.
+    (void)::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& path) {
+    const auto fail = [&](const char* what) {
+        return Error("map the file " + path.string() + ": " + what);
+    };
+    // Opening a pipe would block until it has a writer.
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0) {
+        if (errno == ENOENT || errno == ENOTDIR)
+            return nullptr;
+        throw fail(std::strerror(errno));
+    }
+    struct stat facts{};
+    const bool known = ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
+    const auto size = static_cast<std::size_t>(known ? facts.st_size : 0);
+    void* data =
+        known && size > 0 ? ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0) : nullptr;
+    const int code = errno;
+    ::close(file);
+    if (!known)
+        throw fail("not a plain file");
+    if (data == MAP_FAILED)
+        throw fail(std::strerror(code));
+    return std::shared_ptr<const MappedFile>(
+        new MappedFile(static_cast<const std::byte*>(data), size));
+}
+
+MappedFile::~MappedFile() {
+    if (m_size > 0)
+        ::munmap(const_cast<std::byte*>(m_data), m_size);
+}
+
+bool readable(std::span<const std::byte> part) noexcept {
+    if (part.empty())
+        return true;
+#ifdef MADV_POPULATE_READ
+    static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    const auto begin = reinterpret_cast<std::uintptr_t>(part.data()) / page * page;
+    const auto end = reinterpret_cast<std::uintptr_t>(part.data() + part.size());
+    // The check uses the mapping itself, so that no file needs to stay open for it. Pages that were
+    // read are kept, so an interrupted call makes progress when it is repeated.
+    int rc = -1;
+    do
+        rc = ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_READ);
+    while (rc != 0 && (errno == EINTR || errno == EAGAIN));
+    return rc == 0 || (errno != EFAULT && errno != EHWPOISON);
+#else
+    return true;
+#endif
+}
+
+namespace {
+
+/// The whole file. Locks of open file descriptions (OFD) rather than flock(): they can be queried
+/// without being taken, and NFS passes them on.
+struct flock whole_file() noexcept {
+    struct flock lock{};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    return lock;
+}
+
+Error failed(const std::filesystem::path& file) {
+    return Error("lock " + file.string() + ": " + std::strerror(errno));
+}
+
+/// Writes the process and the machine into the file; only messages show it, so a full disk does not
+/// matter.
+void sign(int fd) noexcept {
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) != 0)
+        host[0] = '?';
+    std::array<char, 320> line{};
+    const int size = std::snprintf(line.data(), line.size(), "process %d of %s\n",
+                                   static_cast<int>(::getpid()), host.data());
+    if (size <= 0 || ::ftruncate(fd, 0) != 0)
+        return;
+    [[maybe_unused]] const auto written =
+        ::pwrite(fd, line.data(), static_cast<std::size_t>(size), 0);
+}
+
+}  // namespace
+
+std::optional<FileLock> FileLock::try_take(const std::filesystem::path& file) {
+    for (;;) {
+        FileLock out(open_to_write(file, O_RDWR | O_CREAT, 0644, "lock " + file.string()));
+        struct flock lock = whole_file();
+        if (::fcntl(out.m_fd, F_OFD_SETLK, &lock) != 0) {
+            if (errno == EAGAIN || errno == EACCES)
+                return std::nullopt;
+            throw failed(file);
+        }
+        // Else the one who had the lock has removed the file meanwhile, and a third one may lock
+        // the next file of that name.
+        if (is_named(out.m_fd, file)) {
+            sign(out.m_fd);
+            return out;
+        }
+    }
+}
+
+bool FileLock::is_taken(const std::filesystem::path& file) {
+    const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        if (errno == ENOENT)
+            return false;
+        throw failed(file);
+    }
+    struct flock lock = whole_file();
+    const bool asked = ::fcntl(fd, F_OFD_GETLK, &lock) == 0;
+    const int code = errno;
+    ::close(fd);
+    errno = code;
+    if (!asked)
+        throw failed(file);
+    return lock.l_type != F_UNLCK;
+}
+
+std::string FileLock::holder(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    std::string line;
+    constexpr std::size_t kMost = 300;
+    if (!std::getline(in, line) || line.empty() || line.size() > kMost)
+        return "another process";
+    return printable(line);
+}
+
+FileLock::FileLock(FileLock&& other) noexcept : m_fd(std::exchange(other.m_fd, -1)) {}
+
+FileLock& FileLock::operator=(FileLock&& other) noexcept {
+    std::swap(m_fd, other.m_fd);
+    return *this;
+}
+
+FileLock::~FileLock() {
+    if (m_fd >= 0)
+        ::close(m_fd);
 }
 
 }  // namespace terravox::util

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -60,5 +63,70 @@ template <class Is>
     }
     return false;
 }
+
+/// Writes all bytes at the position of an open file, in as many calls as that takes.
+/// @return 0, or errno of the call that failed: then some of the bytes may be written
+[[nodiscard]] int write_all(int fd, std::span<const std::byte> bytes) noexcept;
+
+/// Raises this process's limit of open file descriptors to its maximum (the soft limit becomes the
+/// hard one): a server needs some for each client.
+void raise_open_file_limit() noexcept;
+
+/// A whole file mapped read-only into memory. The pages are the system's page cache: they cost
+/// memory only while they are used. Immutable, thread-safe. Only for prepared squares: files in a
+/// cache folder of this user that are written by Terravox programs only, under a temporary name
+/// first, and replaced by renaming, so that no page of a mapping changes. They are hundreds of
+/// megabytes of points, shared by several processes; readable() and a checksum per patch detect one
+/// that was damaged by a disk or by hand. Files from elsewhere (archives, surveys, images) are read
+/// into memory instead: truncating a file while its mapping is read ends the program (SIGBUS).
+class MappedFile {
+public:
+    /// @return nullptr when there is no such file
+    /// @throws Error when it cannot be read
+    static std::shared_ptr<const MappedFile> open(const std::filesystem::path& path);
+    ~MappedFile();
+    MappedFile(const MappedFile&) = delete;
+    MappedFile& operator=(const MappedFile&) = delete;
+    [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {m_data, m_size}; }
+
+private:
+    MappedFile(const std::byte* data, std::size_t size) noexcept : m_data(data), m_size(size) {}
+    const std::byte* m_data;
+    std::size_t m_size;
+};
+
+/// Prefaults the pages of a part of a mapped file in one go. Accessing pages that no longer exist
+/// would end the program (SIGBUS).
+/// @return false when the file no longer holds them: truncated in place, or its disk fails; always
+/// true before Linux 5.14
+[[nodiscard]] bool readable(std::span<const std::byte> part) noexcept;
+
+/// A lock that one process has at a time: on a file, which stays when the lock ends, unless its
+/// holder removes it before that. It ends with the process, however that ends, and works between
+/// machines where the file system passes locks on, as NFS does. Movable, not thread-safe.
+class FileLock {
+public:
+    /// Creates the file where it does not exist. Within one process, too, a file is locked once.
+    /// @return nullopt while another has the lock
+    /// @throws Error when the file cannot be opened or locked
+    [[nodiscard]] static std::optional<FileLock> try_take(const std::filesystem::path& file);
+
+    /// Whether anybody has the lock. Does not take it, not even for a moment, and creates nothing.
+    /// @throws Error when the file exists but cannot be read
+    [[nodiscard]] static bool is_taken(const std::filesystem::path& file);
+
+    /// Who has the lock, or had it last: "process 4711 of node7".
+    [[nodiscard]] static std::string holder(const std::filesystem::path& file);
+
+    FileLock(FileLock&& other) noexcept;
+    FileLock& operator=(FileLock&& other) noexcept;
+    FileLock(const FileLock&) = delete;
+    FileLock& operator=(const FileLock&) = delete;
+    ~FileLock();
+
+private:
+    explicit FileLock(int fd) : m_fd(fd) {}
+    int m_fd = -1;
+};
 
 }  // namespace terravox::util

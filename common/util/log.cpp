@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "common/util/near_words.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::util {
 namespace {

@@ -13,7 +13,7 @@ enum class LogFormat {
 };
 
 /// Sends the log to standard error, exactly one line per message; special characters in messages
-/// are escaped (printable.hpp).
+/// are escaped (text.hpp).
 /// @param level trace, debug, info, warn, error or off
 /// @throws UsageError for another level
 void set_up_log(const std::string& level, LogFormat format = LogFormat::kText);

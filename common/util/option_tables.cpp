@@ -1,4 +1,4 @@
-#include "common/util/option_tables.hpp"
+#include "common/util/command_line.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

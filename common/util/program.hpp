@@ -8,10 +8,8 @@
 #include <span>
 
 #include "common/util/command_line.hpp"
-#include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
-#include "common/util/option_tables.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::util {
 

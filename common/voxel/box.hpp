@@ -8,10 +8,28 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/voxel/material.hpp"
 
 namespace terravox::voxel {
+
+/// Interleaves three coordinates, x in the lowest bit of each triple, then y, then z. Each
+/// coordinate is taken modulo 2^21 (so [-2^20, 2^20) is one to one); the result has 63 bits. The
+/// result is the same on every CPU; uses BMI2 (pdep) where available.
+/// Ref: Morton, "A computer oriented geodetic data base and a new technique in file sequencing",
+/// IBM 1966.
+[[nodiscard]] std::uint64_t morton_encode(std::int32_t x, std::int32_t y, std::int32_t z) noexcept;
+
+/// The same with shifts and masks only: the reference for tests, and the implementation for CPUs
+/// without BMI2.
+[[nodiscard]] std::uint64_t morton_encode_portable(std::int32_t x, std::int32_t y,
+                                                   std::int32_t z) noexcept;
+
+struct MortonCoord {
+    std::int32_t x, y, z;  ///< each in [-2^20, 2^20)
+};
+[[nodiscard]] MortonCoord morton_decode(std::uint64_t code) noexcept;
 
 inline constexpr int kBoxSizeX = 64;
 inline constexpr int kBoxSizeY = 256;
@@ -130,5 +148,17 @@ private:
 [[nodiscard]] constexpr int child_bit(int x, int y, int z) noexcept {
     return (x & 3) | (z & 3) << 2 | (y & 3) << 4;
 }
+
+inline constexpr const char* kBoxMediaType = "application/vnd.terravox.box";
+
+/// Compresses the box's blob to one zstd frame (docs/formats/box.md). The same box and level give
+/// the same bytes on every machine.
+[[nodiscard]] std::vector<std::byte> compress(const Box& box, int zstd_level = 1);
+
+/// The inverse of compress(), for untrusted input.
+/// @param origin names the box in error messages
+/// @throws Error for a damaged or foreign frame, or one whose declared size exceeds that of any box
+[[nodiscard]] std::shared_ptr<const Box> decompress_box(std::span<const std::byte> frame,
+                                                        const std::string& origin);
 
 }  // namespace terravox::voxel

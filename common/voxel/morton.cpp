@@ -1,4 +1,4 @@
-#include "common/voxel/morton.hpp"
+#include "common/voxel/box.hpp"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "common/util/error.hpp"
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 
 namespace terravox::voxel {
 

@@ -13,9 +13,24 @@
 #include <vector>
 
 #include "common/geo/lat_lon.hpp"
+#include "common/util/error.hpp"
 #include "common/voxel/box.hpp"
 
 namespace terravox::voxel {
+
+/// The data of a world have changed since it was opened. This is not a hole: boxes read before and
+/// boxes read now may not match, so the output in progress must be abandoned.
+class ChangedError : public util::Error {
+public:
+    using util::Error::Error;
+};
+
+/// The server that a world comes from does not respond, or refuses the request. The state of the
+/// box is unknown: a later request may succeed.
+class UnreachableError : public util::Error {
+public:
+    using util::Error::Error;
+};
 
 /// An axis-aligned block of voxels, half-open: min <= coordinate < max, in voxels of level 0.
 struct VoxelBounds {
@@ -223,5 +238,17 @@ public:
     /// depends on (settings, frame, algorithm versions).
     [[nodiscard]] virtual Fingerprint fingerprint(const InputExtent& reach) const = 0;
 };
+
+inline constexpr int kWorldVersion = 2;  ///< version of the HTTP interface: /v2
+
+/// The response body of GET /v2/world (docs/formats/http.md).
+[[nodiscard]] std::string world_to_json(const WorldInfo& info);
+
+/// The inverse of world_to_json(), for untrusted text.
+/// @param origin names the text in error messages
+/// @throws Error for a wrong version, a missing or invalid value, or bounds that are too large for
+/// the number of levels: the boxes of the coarsest level over them are at most 16,384 on an edge
+/// and 4,194,304 in all, so that rendering a world of air terminates
+[[nodiscard]] WorldInfo world_from_json(const std::string& text, const std::string& origin);
 
 }  // namespace terravox::voxel

@@ -1,17 +1,43 @@
-#include "common/voxel/world_json.hpp"
-
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/place_json.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::voxel {
+namespace {
+
+double angle(const nlohmann::json& in, const char* name, double limit_deg) {
+    const auto value = in.at(name).get<double>();
+    if (!(value >= -limit_deg && value <= limit_deg))
+        throw util::Error("read the centre of a world: " + std::string(name) + " = " +
+                          std::to_string(value) +
+                          "; allowed: " + std::to_string(static_cast<int>(-limit_deg)) + " to " +
+                          std::to_string(static_cast<int>(limit_deg)));
+    return value;
+}
+
+}  // namespace
+
+nlohmann::json place_to_json(const geo::MapPlace& place) {
+    return {{"lat_deg", place.lat_deg},
+            {"lon_deg", place.lon_deg},
+            {"convergence_deg", place.convergence_deg}};
+}
+
+geo::MapPlace place_from_json(const nlohmann::json& json) {
+    geo::MapPlace out{{angle(json, "lat_deg", 90), angle(json, "lon_deg", 360)}, 0};
+    if (json.contains("convergence_deg"))
+        out.convergence_deg = angle(json, "convergence_deg", 360);
+    return out;
+}
 
 using nlohmann::json;
 

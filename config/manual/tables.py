@@ -8,7 +8,7 @@ import subprocess
 
 @dataclasses.dataclass(frozen=True)
 class Option:
-    """One row of a help: see common/util/option_tables.hpp."""
+    """One row of a help: see common/util/command_line.hpp."""
 
     names: tuple
     positional: str

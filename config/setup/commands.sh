@@ -42,7 +42,7 @@ program_of() {
 }
 
 # edit_distance WORD WORD: prints how many letters to insert, remove, replace, or swap with their
-# neighbour turn one into the other, as common/util/near_words.hpp counts them.
+# neighbour turn one into the other, as common/util/text.hpp counts them.
 edit_distance() {
     local a=$1 b=$2 before=() last=() row=() i j least
     for ((j = 0; j <= ${#b}; j++)); do last[j]=$j; done
@@ -66,7 +66,7 @@ edit_distance() {
 }
 
 # near_command WORD COMMAND...: prints the command that is nearest to a mistyped word, nothing where
-# none is near, by the limits of common/util/near_words.hpp.
+# none is near, by the limits of common/util/text.hpp.
 near_command() {
     local typed=${1,,} name edits longer fewest=4 near=
     ((${#typed} <= 20)) || return 0

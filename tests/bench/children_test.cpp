@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "common/util/resident_memory.hpp"
+#include "common/util/process_memory.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <csignal>
 
-#include "common/util/end_of_program.hpp"
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 
 namespace terravox::test {

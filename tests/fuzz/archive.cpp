@@ -2,7 +2,7 @@
 #include <xxhash.h>
 
 #include "common/voxel/archive/archive_format.hpp"
-#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 #include "common/voxel/world.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -2,9 +2,9 @@
 // The first byte says how long the parts are.
 #include <algorithm>
 
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/make/worlds/remote/box_batch.hpp"
+#include "voxelserver/make/worlds/remote/batch_client.hpp"
 
 namespace terravox::fuzz {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {

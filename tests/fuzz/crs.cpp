@@ -1,7 +1,7 @@
 // Coordinate reference systems as texts, as in point clouds, archives and replies of servers.
 #include "common/geo/crs.hpp"
 
-#include "common/geo/gdal_error_scope.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -4,12 +4,11 @@
 #include <optional>
 #include <utility>
 
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 #include "raytracer/farm/net/stream.hpp"
-#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/wire/picture_spec.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 
 namespace terravox::fuzz {

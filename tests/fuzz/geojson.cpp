@@ -10,7 +10,7 @@
 #include "raytracer/analyse/objects/polygon_cells.hpp"
 #include "tests/common/voxel/array_world.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/make/worlds/overlay/additions.hpp"
+#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -1,5 +1,5 @@
 // LAS and LAZ files: header, records, chunk table, points, and the index inside (COPC).
-#include "common/geo/gdal_error_scope.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 #include "voxelserver/data/lidar/spatial_index.hpp"

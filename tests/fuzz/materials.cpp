@@ -1,5 +1,5 @@
 // Material files, which coordinators send to workers.
-#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/material/appearance.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {

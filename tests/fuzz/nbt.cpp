@@ -2,7 +2,7 @@
 #include "voxelserver/make/worlds/minecraft/nbt.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk.hpp"
-#include "voxelserver/make/worlds/minecraft/level_dat.hpp"
+#include "voxelserver/make/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::fuzz {
 namespace {

@@ -2,12 +2,11 @@
 // FOLDER/TARGET.
 #include <cstdio>
 
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/farm/checkpoint/records.hpp"
-#include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "tests/fuzz/corpus.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 #include "tests/raytracer/farm/checkpoint/small_picture.hpp"

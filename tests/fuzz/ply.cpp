@@ -1,5 +1,5 @@
 // PLY point clouds: header, vertices as text and as numbers, the CRS of a comment.
-#include "common/geo/gdal_error_scope.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/data/ply/ply_source.hpp"
 

@@ -1,5 +1,5 @@
 // Region files: the table, chunks in their sectors, how they are packed, and their blocks.
-#include "voxelserver/make/worlds/minecraft/region_file.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk.hpp"

@@ -1,5 +1,5 @@
 // What a voxel server, an archive or a coordinator says of its world.
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {

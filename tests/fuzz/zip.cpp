@@ -1,10 +1,10 @@
 // ZIP files that should hold a Minecraft world: names, entries, and the world that they make.
 #include <algorithm>
 
-#include "voxelserver/make/worlds/minecraft/zip_source.hpp"
+#include "voxelserver/make/worlds/minecraft/source.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
-#include "voxelserver/make/worlds/minecraft/chunk_reader.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 #include "voxelserver/make/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::fuzz {

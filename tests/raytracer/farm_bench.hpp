@@ -10,8 +10,7 @@
 
 #include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/farm/coordinator/farm.hpp"
-#include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
 #include "tests/raytracer/landscape.hpp"
 

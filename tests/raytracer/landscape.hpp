@@ -4,8 +4,8 @@
 #include <string>
 
 #include "raytracer/core/blocks/block_manager.hpp"
-#include "raytracer/core/output/film.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/output/picture.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/common/voxel/array_world.hpp"

@@ -3,15 +3,14 @@
 #include <cstdint>
 
 #include "common/voxel/box.hpp"
-#include "common/voxel/morton.hpp"
 
 /// The layout of a box archive, version 1 (docs/formats/box-archive.md). Little-endian; the
 /// structures below are stored in the file byte for byte.
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
-inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};   ///< shard.hpp
-inline constexpr char kChangeMagic[8] = {'T', 'V', 'X', 'C', 'H', 'G', '\r', '\n'};  ///< change.hpp
+inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};   ///< archive_parts.hpp
+inline constexpr char kChangeMagic[8] = {'T', 'V', 'X', 'C', 'H', 'G', '\r', '\n'};  ///< archive_parts.hpp
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr const char* kEnding = ".tvx";
 

@@ -1,4 +1,4 @@
-#include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 
 #include <xxhash.h>
 #include <zstd.h>
@@ -9,7 +9,7 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/pyramid_world.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::voxel::archive {
 namespace {

@@ -1,12 +1,11 @@
-#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 
 #include <algorithm>
 #include <array>
 #include <fstream>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_index.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 
 namespace terravox::voxel {
 namespace {

@@ -13,7 +13,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::voxel {
 namespace {

@@ -3,13 +3,52 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "common/voxel/archive/archive_format.hpp"
-#include "common/voxel/archive/entry_runs.hpp"
 #include "common/voxel/world.hpp"
+
+namespace terravox::voxel::archive {
+
+/// The entries of an archive that is being written, which may be more than fit into memory: a part
+/// of them is sorted and written to a file without a name as soon as it is large, and the parts are
+/// merged in the end. Not thread-safe.
+/// Ref: Knuth, "The Art of Computer Programming", volume 3, chapter 5.4, External Sorting, 1973.
+class EntryRuns {
+public:
+    static constexpr std::size_t kRunEntries = std::size_t{1} << 20;
+
+    /// @param near a file in whose folder there is room
+    /// @param run_entries that are in memory at a time, 32 bytes each; at least 1
+    explicit EntryRuns(std::filesystem::path near, std::size_t run_entries = kRunEntries)
+        : m_near(std::move(near)), m_run_entries(run_entries) {}
+    ~EntryRuns();
+    EntryRuns(const EntryRuns&) = delete;
+    EntryRuns& operator=(const EntryRuns&) = delete;
+
+    /// @throws Error when the file cannot be written
+    void add(const Entry& entry);
+    [[nodiscard]] std::uint64_t size() const noexcept { return m_spilled + m_run.size(); }
+    /// Calls back with all entries, in the order of an index (before()).
+    /// @throws Error when the file cannot be read; what `visit` throws
+    void each_sorted(const std::function<void(const Entry&)>& visit);
+
+private:
+    void spill();
+    [[nodiscard]] std::string attempt() const;
+
+    const std::filesystem::path m_near;
+    const std::size_t m_run_entries;
+    std::vector<Entry> m_run;
+    std::uint64_t m_spilled = 0;  ///< entries in the file, in runs of m_run_entries
+    int m_fd = -1;
+};
+
+}  // namespace terravox::voxel::archive
 
 namespace terravox::voxel {
 
@@ -50,10 +89,10 @@ public:
     /// @param damage number of places where the world's data are damaged
     /// @throws Error
     void finish(std::size_t damage = 0);
-    /// The same for a shard (shard.hpp): a file that archives are merged of.
+    /// The same for a shard (archive_parts.hpp): a file that archives are merged of.
     /// @param facts what ends the file: json_of(Shard)
     void finish_shard(const std::string& facts);
-    /// The same for a change (change.hpp): a file that replaces a part of an archive.
+    /// The same for a change (archive_parts.hpp): a file that replaces a part of an archive.
     /// @param facts what ends the file: json_of(Change)
     void finish_change(const std::string& facts);
 
@@ -81,3 +120,25 @@ private:
 };
 
 }  // namespace terravox::voxel
+
+namespace terravox::voxel::archive {
+
+/// Removes what a writer has written, unless it is released: nothing stays of a call that failed.
+class Unfinished {
+public:
+    /// @param writer whose file nobody else writes
+    explicit Unfinished(const ArchiveWriter& writer) : m_file(writer.unfinished_file()) {}
+    ~Unfinished() {
+        std::error_code ignored;
+        if (!m_file.empty())
+            std::filesystem::remove(m_file, ignored);
+    }
+    Unfinished(const Unfinished&) = delete;
+    Unfinished& operator=(const Unfinished&) = delete;
+    void release() noexcept { m_file.clear(); }
+
+private:
+    std::filesystem::path m_file;
+};
+
+}  // namespace terravox::voxel::archive

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "common/util/error.hpp"
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::voxel::archive {
 namespace {

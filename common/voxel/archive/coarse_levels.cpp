@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/thread/in_order.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::voxel::archive {

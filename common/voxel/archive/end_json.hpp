@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 
 namespace terravox::voxel::archive {
 

@@ -1,4 +1,4 @@
-#include "common/voxel/archive/entry_runs.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
 
 #include <unistd.h>
 
@@ -10,7 +10,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "common/util/write_all.hpp"
 
 namespace terravox::voxel::archive {
 namespace {

@@ -3,7 +3,7 @@ import type { Argument, Command, Option } from 'commander';
 
 /**
  * What --help says of a command and its subcommands, in the form of
- * common/util/option_tables.hpp: man pages and completions are made of it.
+ * common/util/command_line.hpp: man pages and completions are made of it.
  */
 export type OptionTable = {
   readonly name: string;

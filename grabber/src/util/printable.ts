@@ -2,7 +2,7 @@
  * Characters by which a text could speak to the terminal or reorder what is next to it, for a class
  * of a regular expression: control characters (C0, DEL, C1), line and paragraph separators,
  * bidirectional marks, embeddings, overrides and isolates. The same as in
- * common/util/printable.hpp.
+ * common/util/text.hpp.
  */
 export const kHarmful = '\\p{Cc}\\u2028\\u2029\\u061c\\u200e\\u200f\\u202a-\\u202e\\u2066-\\u2069';
 

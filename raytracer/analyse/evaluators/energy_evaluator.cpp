@@ -6,8 +6,7 @@
 #include <cstddef>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/analyse/evaluators/bands.hpp"
-#include "raytracer/analyse/evaluators/column_descent.hpp"
+#include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 
 namespace terravox::analyse {
 namespace {

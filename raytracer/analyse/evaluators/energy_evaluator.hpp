@@ -1,7 +1,6 @@
 #pragma once
 
 #include "raytracer/analyse/evaluators/cell_evaluator.hpp"
-#include "raytracer/analyse/evaluators/cell_plane.hpp"
 #include "raytracer/analyse/evaluators/plane_light.hpp"
 
 namespace terravox::analyse {

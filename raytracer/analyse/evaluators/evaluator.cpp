@@ -1,12 +1,11 @@
 #include "raytracer/analyse/evaluators/evaluator.hpp"
 
+#include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 #include "raytracer/analyse/evaluators/energy_evaluator.hpp"
 #include "raytracer/analyse/evaluators/facade_evaluator.hpp"
-#include "raytracer/analyse/evaluators/sight_evaluator.hpp"
+#include "raytracer/analyse/evaluators/sight.hpp"
 #include "raytracer/analyse/evaluators/sky_evaluator.hpp"
 #include "raytracer/analyse/evaluators/sun_evaluator.hpp"
-#include "raytracer/analyse/evaluators/sun_view_evaluator.hpp"
-#include "raytracer/analyse/evaluators/terrain_evaluator.hpp"
 
 namespace terravox::analyse {
 

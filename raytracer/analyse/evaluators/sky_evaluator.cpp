@@ -1,10 +1,106 @@
 #include "raytracer/analyse/evaluators/sky_evaluator.hpp"
 
-#include "raytracer/analyse/evaluators/bands.hpp"
-#include "raytracer/analyse/evaluators/column_descent.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "common/util/det_math.hpp"
+#include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 #include "raytracer/core/base/random.hpp"
 
 namespace terravox::analyse {
+namespace {
+
+/// The generator of a lattice of `count` points: coprime with it, and near its golden section,
+/// where the points lie most evenly. Ref: Korobov lattices; for Fibonacci numbers this is the
+/// Fibonacci lattice.
+int lattice_generator(int count) {
+    constexpr double kGolden = 0.6180339887498949;
+    const int ideal = static_cast<int>(count * kGolden + 0.5);
+    for (int off = 0;; ++off)
+        for (const int g : {ideal + off, ideal - off})
+            if (g > 0 && g < count + 1 && std::gcd(g, count) == 1)
+                return g;
+}
+
+/// The square of the shortest distance of two points of a lattice of `count` points on a torus.
+double gap2_of(std::int64_t count, std::int64_t generator) noexcept {
+    double out = 1;
+    for (std::int64_t i = 1; i < count; ++i) {
+        const std::int64_t j = i * generator % count;
+        const auto u = static_cast<double>(std::min(i, count - i)) / static_cast<double>(count);
+        const auto v = static_cast<double>(std::min(j, count - j)) / static_cast<double>(count);
+        out = std::min(out, u * u + v * v);
+    }
+    return out;
+}
+
+/// The generator of a lattice of `sets` times as many points, which is made of shifted copies of
+/// this one: that with the widest gaps.
+std::int64_t refined_generator(std::int64_t count, std::int64_t generator, std::int64_t sets) {
+    std::int64_t best = generator;
+    double widest = -1;
+    for (std::int64_t j = 0; j < sets; ++j) {
+        const std::int64_t refined = generator + count * j;
+        if (std::gcd(refined, count * sets) != 1)
+            continue;
+        const double gap = gap2_of(count * sets, refined);
+        if (gap > widest) {
+            widest = gap;
+            best = refined;
+        }
+    }
+    return best;
+}
+
+double fraction_of(double v) noexcept {
+    return v - std::floor(v);
+}
+
+}  // namespace
+
+SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count)) {
+    m_directions.reserve(kSets * m_count);
+    const std::int64_t generator = lattice_generator(count);
+    constexpr auto kAllSets = static_cast<std::int64_t>(kSets);
+    const std::int64_t refined = refined_generator(count, generator, kAllSets);
+    const auto points = static_cast<double>(count * kAllSets);
+    for (std::int64_t set = 0; set < kAllSets; ++set) {
+        // Half a step of the finer lattice off the zenith and the horizon.
+        const double shift_u = (static_cast<double>(set) + 0.5) / points;
+        const double shift_v = fraction_of(static_cast<double>(set * refined) / points);
+        double sum[3] = {};
+        std::vector<std::array<double, 3>> weights;
+        weights.reserve(m_count);
+        for (std::int64_t i = 0; i < count; ++i) {
+            const double u = fraction_of(static_cast<double>(i) / count + shift_u);
+            const double v =
+                fraction_of(static_cast<double>(i * generator % count) / count + shift_v);
+            const det::SinCos zenith = det::sin_cos(u * det::kPi / 2);
+            const det::SinCos azimuth = det::sin_cos(2 * det::kPi * v);
+            m_directions.push_back(
+                {{zenith.sin * azimuth.cos, zenith.cos, zenith.sin * azimuth.sin}, {}});
+            weights.push_back({zenith.sin * zenith.cos, zenith.sin, 1});
+            for (std::size_t m = 0; m < 3; ++m)
+                sum[m] += weights.back()[m];
+        }
+        for (std::size_t i = 0; i < m_count; ++i)
+            m_directions[static_cast<std::size_t>(set) * m_count + i].share = {
+                static_cast<float>(weights[i][0] / sum[0]),
+                static_cast<float>(weights[i][1] / sum[1]),
+                static_cast<float>(weights[i][2] / sum[2])};
+    }
+}
+
+std::size_t SkyDirections::set_of(std::uint64_t cell) noexcept {
+    return core::hash64(cell) % kSets;
+}
+
+std::span<const SkyDirection> SkyDirections::of(std::size_t set) const noexcept {
+    return std::span(m_directions).subspan(set * m_count, m_count);
+}
+
 namespace {
 
 using core::SkyBand;

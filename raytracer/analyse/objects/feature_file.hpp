@@ -1,17 +1,32 @@
 #pragma once
 
 #include <ogr_core.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
-#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/output/picture.hpp"
+
+namespace terravox::analyse {
+
+/// What the features of a styled layer are.
+enum class StyledShape : std::uint8_t {
+    kPolygon,  ///< labelled with their field kwh
+    kLine,
+};
+
+/// A style of QGIS (QML) that colours features by their field kwh_m2, in steps from the least to
+/// the most of them.
+/// @param kwh_m2 of the features that have a value
+[[nodiscard]] std::string qgis_style(const std::vector<double>& kwh_m2, StyledShape shape);
+
+}  // namespace terravox::analyse
 
 class OGRGeometry;
 

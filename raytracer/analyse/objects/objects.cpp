@@ -1,12 +1,104 @@
 #include "raytracer/analyse/objects/objects.hpp"
 
+#include <gdal_alg.h>
+#include <ogr_api.h>
 #include <ogr_geometry.h>
 
-#include "raytracer/analyse/objects/connected_cells.hpp"
-#include "raytracer/analyse/objects/label_file.hpp"
-#include "raytracer/analyse/objects/qgis_style.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/analyse/objects/cell_labels.hpp"
+#include "raytracer/analyse/objects/feature_file.hpp"
 
 namespace terravox::analyse {
+namespace {
+
+constexpr FeatureField kFields[] = {
+    {"id", OFTInteger64},
+    {"area_m2", OFTReal},
+    {"surface_m2", OFTReal},
+    {"kwh_m2", OFTReal},
+    {"kwh", OFTReal},
+    {"sun_hours", OFTReal},
+    {"best_facing", OFTString},
+    {"best_azimuth_deg", OFTReal},
+    {"best_slope_deg", OFTReal},
+    {"best_surface_m2", OFTReal},
+    {"best_kwh_m2", OFTReal},
+    {"best_kwh", OFTReal},
+    {"cells", OFTInteger64},
+    {"cells_without_value", OFTInteger64},
+};
+
+void set_facts(Feature& feature, const ObjectFacts& facts) {
+    feature.set("area_m2", facts.area_m2);
+    feature.set_count("cells", facts.cells);
+    feature.set_count("cells_without_value", facts.cells_without_value);
+    if (!facts.has_values())
+        return;
+    feature.set("surface_m2", facts.surface_m2);
+    feature.set("kwh_m2", facts.kwh_m2());
+    feature.set("kwh", facts.kwh);
+    feature.set("sun_hours", facts.sun_hours);
+    feature.set("best_facing", name_of(facts.best));
+    if (facts.best != Facing::kFlat)
+        feature.set("best_azimuth_deg", facts.best_azimuth_deg);
+    feature.set("best_slope_deg", facts.best_slope_deg);
+    feature.set("best_surface_m2", facts.best_surface_m2);
+    feature.set("best_kwh_m2", facts.best_kwh / facts.best_surface_m2);
+    feature.set("best_kwh", facts.best_kwh);
+}
+
+/// A callback of GDAL's.
+int CPL_STDCALL goes_on(double /*share*/, const char* /*message*/, void* stop) noexcept {
+    return static_cast<const std::stop_token*>(stop)->stop_requested() ? FALSE : TRUE;
+}
+
+}  // namespace
+
+void check_object_target(const std::filesystem::path& out) {
+    check_feature_target(out, "objects");
+}
+
+ObjectFile::ObjectFile(const std::filesystem::path& out, Outlines outlines,
+                       const ObjectFileInfo& info)
+    : m_transform(info.placement.transform),
+      m_file(out, "objects", info.placement,
+             {kLayer, outlines == Outlines::kGiven ? wkbMultiPolygon : wkbPolygon, info.description,
+              kFields}) {}
+
+void ObjectFile::add(const OGRGeometry& outline, std::int64_t id, const ObjectFacts& facts) {
+    Feature feature = m_file.new_feature();
+    feature.set_count("id", static_cast<std::uint64_t>(id));
+    set_facts(feature, facts);
+    m_file.add(feature, outline);
+}
+
+void ObjectFile::add_all(GDALDatasetH labels, const std::vector<ObjectFacts>& facts,
+                         const std::stop_token& stop) {
+    const output::GdalWatch watch(m_file.attempt());
+    watch.check(GDALSetGeoTransform(labels, m_transform.data()) == CE_None);
+    GDALRasterBandH band = GDALGetRasterBand(labels, 1);
+    const auto layer = static_cast<OGRLayerH>(m_file.layer());
+    std::stop_token told = stop;
+    const CPLErr outlined = GDALPolygonize(band, band, layer, 0, nullptr, goes_on, &told);
+    if (stop.stop_requested())
+        throw util::Error("interrupted");
+    watch.check(outlined == CE_None);
+    const auto count = OGR_L_GetFeatureCount(layer, TRUE);
+    if (count != static_cast<GIntBig>(facts.size()))
+        throw util::Error(m_file.attempt() + ": " + std::to_string(count) + " outlines of " +
+                          std::to_string(facts.size()) + " objects");
+    for (GIntBig number = 1; number <= count; ++number) {
+        Feature feature(OGR_L_GetFeature(layer, number));
+        watch.check(feature.get() != nullptr);
+        set_facts(feature, facts.at(static_cast<std::size_t>(feature.count("id")) - 1));
+        watch.check(OGR_L_SetFeature(layer, feature.get()) == OGRERR_NONE);
+    }
+}
+
+void ObjectFile::finish(const std::string& style) {
+    m_file.finish({"energy", "kWh/m2", style});
+}
+
 namespace {
 
 /// Of the objects that have a value.

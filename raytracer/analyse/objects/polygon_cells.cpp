@@ -10,8 +10,8 @@
 
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/analyse/objects/connected_cells.hpp"
-#include "raytracer/analyse/objects/energy_rows.hpp"
+#include "raytracer/analyse/objects/cell_labels.hpp"
+#include "raytracer/analyse/objects/object_sums.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::analyse {

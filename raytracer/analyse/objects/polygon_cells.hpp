@@ -9,7 +9,7 @@
 
 #include "raytracer/analyse/objects/object_sums.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
-#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "voxelserver/make/worlds/overlay/footprint.hpp"
 
 class OGRMultiPolygon;

@@ -1,14 +1,33 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "common/util/atomic_file.hpp"
-#include "raytracer/analyse/raster/raster_bands.hpp"
+#include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
-#include "raytracer/core/output/tile_sink.hpp"
+#include "raytracer/core/output/picture.hpp"
 
 namespace terravox::analyse {
+
+/// A band of a raster.
+struct RasterBand {
+    std::string_view name;  ///< also the band's description in the file
+    std::string_view unit;  ///< empty: none
+    /// Index of the measured value; kDerived: computed from other bands of the raster.
+    int measured;
+};
+inline constexpr int kDerived = -1;
+
+/// The bands of an analysis, in the order of its files.
+[[nodiscard]] std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept;
+
+/// Number of a band in the file, counted from 1.
+/// @param name one of bands_of(kind)
+[[nodiscard]] int band_number(core::AnalysisKind kind, std::string_view name);
 
 /// About so many cells of a band are read together where a raster is read row by row.
 inline constexpr int kStripCells = 1 << 20;
@@ -60,5 +79,19 @@ private:
     util::AtomicFile m_file;  // outlives the dataset in it; never committed
     output::GdalDataset m_dataset;
 };
+
+/// @throws UsageError unless the file's name is that of a TIFF; Error when it cannot be written
+void check_raster_target(const std::filesystem::path& out);
+
+/// Writes a raster as a Cloud Optimized GeoTIFF: tiles, overviews (of single cells, since means of
+/// classes mean nothing), nodata, and for each band its name and unit. Completely or not at all.
+/// @param info georeference and metadata
+/// @param threads for compression
+/// @throws Error
+void write_raster(CellFile& cells, const std::filesystem::path& out,
+                  const output::PictureInfo& info, int threads);
+/// The same of a dataset. @param attempt for messages
+void write_raster(GDALDatasetH cells, const std::string& attempt, const std::filesystem::path& out,
+                  const output::PictureInfo& info, int threads, bool has_floats);
 
 }  // namespace terravox::analyse

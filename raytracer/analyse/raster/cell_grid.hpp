@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::analyse {

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
+#include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"
 
 namespace terravox::analyse {
@@ -53,5 +56,23 @@ struct Gradient {
 /// Light from a direction on a matt surface: 1 (in its own shadow) to 255.
 /// Ref: Horn, "Hill shading and the reflectance map", 1981.
 [[nodiscard]] float hillshade(Gradient gradient, double azimuth_deg, double altitude_deg) noexcept;
+
+/// The surface whose slope, aspect and hillshade are wanted.
+enum class ReliefOf : bool { kGround, kSurface };
+
+struct ReliefOptions {
+    ReliefOf of = ReliefOf::kGround;
+    int window = 5;       ///< edge of the window of slopes, cells: odd
+    double fill_m = 100;  ///< how far the ground is interpolated below buildings; 0: not at all
+    double light_azimuth_deg = 315;
+    double light_altitude_deg = 45;
+};
+
+/// Computes the terrain's bands that depend on neighbours: the ground below buildings, heights
+/// above it, slope, aspect, hillshade. Block by block, each with the cells around that it needs.
+/// @param edge_m of a cell
+/// @throws Error "interrupted" when stopped, and as CellFile
+void derive_terrain(CellFile& cells, double edge_m, const ReliefOptions& options,
+                    const std::stop_token& stop);
 
 }  // namespace terravox::analyse

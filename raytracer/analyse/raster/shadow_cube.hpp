@@ -1,12 +1,32 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "raytracer/analyse/raster/cell_file.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/picture.hpp"
 
 namespace terravox::analyse {
+
+/// A variable of a file with a dimension of time.
+struct CubeVariable {
+    const char* name;
+    const char* long_name;
+};
+
+/// Writes the first bands of a dataset as a netCDF file (CF conventions, netCDF-4, compressed): one
+/// variable by time, y and x.
+/// @param bands georeferenced, of one type, with a value for no data
+/// @param times_s seconds since 1970-01-01 00:00 UTC of the first bands, rising
+/// @param info its texts of source and licence become attributes
+/// @throws Error
+void write_netcdf(GDALDatasetH bands, const std::string& attempt, const CubeVariable& variable,
+                  std::span<const std::int64_t> times_s, const std::filesystem::path& out,
+                  const output::PictureInfo& info);
 
 /// Shadow masks of several instants in a temporary file next to the output: a band of bytes for
 /// each, and one that counts holes. The file is removed with the object. Not thread-safe.

@@ -6,8 +6,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
-#include "common/util/markup.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/analyse/report/map_sheet.hpp"
 
 namespace terravox::analyse {

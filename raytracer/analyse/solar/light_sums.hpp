@@ -1,14 +1,31 @@
 #pragma once
 
 #include <map>
+#include <string>
 
-#include "raytracer/analyse/solar/clear_sky.hpp"
-#include "raytracer/analyse/solar/crown_light.hpp"
+#include "common/geo/lat_lon.hpp"
 #include "raytracer/analyse/solar/energy.hpp"
-#include "raytracer/analyse/solar/sun_bins.hpp"
-#include "raytracer/analyse/solar/sun_steps.hpp"
+#include "raytracer/analyse/solar/sky_light.hpp"
+#include "raytracer/analyse/solar/sun_way.hpp"
 
 namespace terravox::solar {
+
+/// Share of light that a crown lets through, by the month: trees have leaves from April to October,
+/// south of the equator from October to April.
+class CrownLight {
+public:
+    /// @param text with leaves, and without: "0.03,0.45"; one number for both
+    /// @throws UsageError unless each is 0 to 1
+    CrownLight(const std::string& text, const geo::LatLon& place);
+
+    /// @param month 1 to 12
+    [[nodiscard]] double share(int month) const noexcept;
+
+private:
+    double m_with_leaves = 0;
+    double m_without_leaves = 0;
+    bool m_is_south = false;
+};
 
 /// Day of the year of a clock time, from 1.
 [[nodiscard]] int day_number(const geo::DateTime& clock) noexcept;

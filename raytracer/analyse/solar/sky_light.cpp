@@ -1,11 +1,85 @@
 #include "raytracer/analyse/solar/sky_light.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <iterator>
+#include <vector>
 
 #include "common/util/det_math.hpp"
+#include "common/util/error.hpp"
 
 namespace terravox::solar {
+namespace {
+
+constexpr double kRad = det::kPi / 180;
+constexpr double kSolarConstant_w_m2 = 1367;
+constexpr double kScaleHeight_m = 8434.5;
+
+/// Optical thickness of clean dry air, by the air mass.
+double rayleigh_thickness(double mass) noexcept {
+    if (mass > 20)
+        return 1 / (10.4 + 0.718 * mass);
+    return 1 / (6.6296 + mass * (1.7513 + mass * (-0.1202 + mass * (0.0065 - mass * 0.00013))));
+}
+
+/// Share of the extraterrestrial light that comes from the sky.
+double diffuse_share(double sine, double linke) noexcept {
+    const double zenith = -0.015843 + linke * (0.030543 + linke * 0.0003797);
+    double a0 = 0.26463 + linke * (-0.061581 + linke * 0.0031408);
+    if (a0 * zenith < 0.002)
+        a0 = 0.002 / zenith;
+    const double a1 = 2.0402 + linke * (0.018945 - linke * 0.011161);
+    const double a2 = -1.3025 + linke * (0.039231 + linke * 0.0085079);
+    return zenith * (a0 + sine * (a1 + sine * a2));
+}
+
+}  // namespace
+
+double extraterrestrial_w_m2(int day_of_year) noexcept {
+    constexpr double kDays = 365.25;
+    const double angle = 2 * det::kPi * day_of_year / kDays;
+    return kSolarConstant_w_m2 * (1 + 0.03344 * det::cos(angle - 0.048869));
+}
+
+double air_mass(double altitude_deg) noexcept {
+    return 1 /
+           (det::sin(altitude_deg * kRad) + 0.50572 * det::pow(altitude_deg + 6.07995, -1.6364));
+}
+
+Irradiance clear_sky(double altitude_deg, double linke, double height_m, int day_of_year) noexcept {
+    const double outside = extraterrestrial_w_m2(day_of_year);
+    const double mass = air_mass(altitude_deg) * det::exp(-height_m / kScaleHeight_m);
+    const double beam = outside * det::exp(-0.8662 * linke * mass * rayleigh_thickness(mass));
+    const double diffuse = outside * diffuse_share(det::sin(altitude_deg * kRad), linke);
+    return {beam, std::max(diffuse, 0.0)};
+}
+
+std::array<double, 12> linke_of(const std::string& text) {
+    constexpr std::size_t kMonths = 12;
+    std::vector<double> found;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    while (found.size() <= kMonths) {
+        double value = 0;
+        const auto [stop, failed] = std::from_chars(at, end, value);
+        if (failed != std::errc{} || !(value >= 1 && value <= 10))
+            break;
+        found.push_back(value);
+        at = stop;
+        if (at == end || *at != ',')
+            break;
+        ++at;
+    }
+    if (at != end || text.ends_with(',') || (found.size() != 1 && found.size() != kMonths))
+        throw util::UsageError("light the sky: analysis.linke = '" + text +
+                               "'; allowed: a number of 1 to 10, or twelve separated by commas, "
+                               "January first");
+    std::array<double, kMonths> out{};
+    for (std::size_t m = 0; m < kMonths; ++m)
+        out[m] = found.size() == 1 ? found[0] : found[m];
+    return out;
+}
+
 namespace {
 
 /// A class of skies from overcast to clear, and its coefficients.

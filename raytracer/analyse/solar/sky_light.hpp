@@ -1,8 +1,39 @@
 #pragma once
 
-#include "raytracer/analyse/solar/clear_sky.hpp"
+#include <array>
+#include <string>
 
 namespace terravox::solar {
+
+/// Power of sunlight, W/m2.
+struct Irradiance {
+    double beam = 0;     ///< on a surface that faces the sun
+    double diffuse = 0;  ///< of the sky, on a level surface
+    friend bool operator==(const Irradiance&, const Irradiance&) = default;
+};
+
+/// Of a surface that faces the sun outside of the atmosphere, W/m2.
+/// @param day_of_year from 1
+[[nodiscard]] double extraterrestrial_w_m2(int day_of_year) noexcept;
+
+/// Air that light comes through, as a multiple of that from the zenith; at sea level.
+/// Ref: Kasten & Young, "Revised optical air mass tables and approximation formula", 1989.
+/// @param altitude_deg with refraction, from 0
+[[nodiscard]] double air_mass(double altitude_deg) noexcept;
+
+/// Under a sky without clouds.
+/// Ref: Rigollier, Bauer, Wald, "On the clear sky model of the ESRA - European Solar Radiation
+/// Atlas - with respect to the Heliosat method", 2000.
+/// @param altitude_deg of the sun, with refraction, above 0
+/// @param linke turbidity of the air at air mass 2, from 1
+/// @param height_m above the sea
+[[nodiscard]] Irradiance clear_sky(double altitude_deg, double linke, double height_m,
+                                   int day_of_year) noexcept;
+
+/// Linke turbidities of January to December.
+/// @param text one number for all, or twelve separated by commas
+/// @throws UsageError unless each is 1 to 10
+[[nodiscard]] std::array<double, 12> linke_of(const std::string& text);
 
 /// Where the sky's light comes from, as parts of its light on a level surface.
 ///

@@ -1,15 +1,90 @@
 #include "raytracer/analyse/solar/sun_way.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 
 #include "common/util/error.hpp"
-#include "raytracer/analyse/solar/sun_bins.hpp"
-#include "raytracer/analyse/solar/sun_steps.hpp"
+#include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/core/sky/sun.hpp"
-#include "raytracer/core/sky/sun_of.hpp"
 
 namespace terravox::solar {
+namespace {
+
+constexpr double kDegree = det::kPi / 180;  ///< radians
+
+}  // namespace
+
+void check_directions(std::size_t count) {
+    if (count > kMaxDirections)
+        throw util::UsageError("place the sun: more than " + std::to_string(kMaxDirections) +
+                               " directions; allowed: fewer days, longer steps, or a larger "
+                               "analysis.bin_deg");
+}
+
+SunBins::SunBins(const geo::MapPlace& place, double bin_deg)
+    : m_latitude(det::sin_cos(place.lat_deg * kDegree)),
+      m_convergence(det::sin_cos(place.convergence_deg * kDegree)),
+      m_bin_deg(bin_deg) {
+    if (!(bin_deg >= kSmallest_deg))
+        throw util::UsageError("place the sun: analysis.bin_deg = " + std::to_string(bin_deg) +
+                               "; allowed: 0.1 to 15, or 0 for a ray for each position");
+}
+
+SunBins::Place SunBins::place_of(core::Vec3 to) const noexcept {
+    // Hour angle and declination are of true north: the map's turn is taken back.
+    const double east = to.x * m_convergence.cos - to.z * m_convergence.sin;
+    const double south = to.z * m_convergence.cos + to.x * m_convergence.sin;
+    // The pole is in the north, the equator's highest point in the south.
+    const double pole = to.y * m_latitude.sin - south * m_latitude.cos;
+    const double equator = to.y * m_latitude.cos + south * m_latitude.sin;
+    const double declination_deg = det::asin(pole) / kDegree;
+    const double hour_angle_deg = det::atan2(-east, equator) / kDegree;
+    return {static_cast<int>(std::floor(hour_angle_deg / m_bin_deg)),
+            static_cast<int>(std::floor(declination_deg / m_bin_deg))};
+}
+
+namespace {
+
+Period period_between(const Days& days, const Clock& clock) {
+    return {clock.midnight_s(days.begin), clock.midnight_s(days.end),
+            static_cast<int>(days.end - days.begin)};
+}
+
+}  // namespace
+
+Period period_of(const scene::Scene& scene, const geo::MapPlace& place) {
+    return period_between(days_of(scene), Clock(scene, place));
+}
+
+void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
+                   const std::function<void(const SunStep&)>& visit) {
+    constexpr std::int64_t kMaxSteps = 1'000'000;
+    constexpr double kHour_s = 3600;
+    const Clock clock(scene, place);
+    const Period period = period_between(days_of(scene), clock);
+    const double step_s = scene.analysis.step_min * 60;
+    const double length_s = static_cast<double>(period.end_s - period.begin_s);
+    const auto steps = static_cast<std::int64_t>(std::ceil(length_s / step_s));
+    if (steps > kMaxSteps)
+        throw util::UsageError("place the sun: " + std::to_string(period.days) + " days have " +
+                               std::to_string(steps) +
+                               " steps of analysis.step_min; allowed: up to " +
+                               std::to_string(kMaxSteps));
+    for (std::int64_t i = 0; i < steps; ++i) {
+        const double begin_s = static_cast<double>(i) * step_s;
+        const double end_s = std::min(begin_s + step_s, length_s);
+        SunStep step;
+        step.middle_s = period.begin_s + std::llround((begin_s + end_s) / 2);
+        step.clock = geo::clock_at(step.middle_s, clock.offset_h(step.middle_s));
+        step.sun = geo::sun_on_map(step.clock, place, geo::SunPrecision::kAnalysis);
+        step.hours = (end_s - begin_s) / kHour_s;
+        if (step.sun.altitude_deg > 0)
+            visit(step);
+    }
+}
+
 namespace {
 
 core::Vec3 direction_of(const geo::SunPosition& sun) {

@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/world_command.hpp"
+#include "raytracer/apps/commands/commands.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -7,12 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/log.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 #include "common/voxel/log_damage.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::commands {
 namespace {

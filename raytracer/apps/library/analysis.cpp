@@ -7,17 +7,16 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "raytracer/analyse/evaluators/observer_placing.hpp"
+#include "raytracer/analyse/evaluators/sight.hpp"
 #include "raytracer/analyse/horizon/horizon_maker.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
-#include "raytracer/analyse/raster/derived_bands.hpp"
-#include "raytracer/analyse/solar/analysis_place.hpp"
-#include "raytracer/analyse/solar/use_weather.hpp"
-#include "raytracer/analyse/solar/weather_file.hpp"
+#include "raytracer/analyse/raster/relief.hpp"
+#include "raytracer/analyse/solar/place_and_clock.hpp"
+#include "raytracer/analyse/solar/weather.hpp"
 #include "raytracer/apps/library/guarded.hpp"
-#include "raytracer/apps/library/local_render.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/apps/library/picture.hpp"
+#include "raytracer/core/shade/view.hpp"
 
 namespace terravox {
 namespace {

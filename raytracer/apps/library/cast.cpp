@@ -16,7 +16,6 @@
 #include "raytracer/apps/library/guarded.hpp"
 #include "raytracer/apps/library/ray_order.hpp"
 #include "raytracer/apps/library/state.hpp"
-#include "raytracer/apps/library/steps.hpp"
 #include "raytracer/core/walk/lane_walk.hpp"
 #include "raytracer/core/walk/walk.hpp"
 

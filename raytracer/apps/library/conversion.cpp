@@ -5,7 +5,7 @@
 #include "common/voxel/material.hpp"
 #include "raytracer/apps/library/guarded.hpp"
 #include "raytracer/apps/library/state.hpp"
-#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/material/appearance.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox {

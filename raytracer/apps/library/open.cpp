@@ -4,13 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "raytracer/apps/library/guarded.hpp"
-#include "raytracer/apps/library/log_once.hpp"
 #include "raytracer/apps/library/source_world.hpp"
 #include "raytracer/apps/library/state.hpp"
-#include "raytracer/core/scene/world_options_of.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 

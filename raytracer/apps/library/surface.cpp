@@ -9,7 +9,6 @@
 #include "common/util/error.hpp"
 #include "raytracer/apps/library/box_columns.hpp"
 #include "raytracer/apps/library/guarded.hpp"
-#include "raytracer/apps/library/tree_walk.hpp"
 
 namespace terravox {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/apps/library/guarded.hpp"
-#include "raytracer/apps/library/process_check.hpp"
 #include "raytracer/apps/library/state.hpp"
 #include "voxelserver/tools/survey/survey.hpp"
 

@@ -1,15 +1,38 @@
+#include <unistd.h>
+#include <atomic>
 #include <terravox/terravox.hpp>
 
-#include <atomic>
-
+#include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/material.hpp"
 #include "raytracer/apps/library/guarded.hpp"
-#include "raytracer/apps/library/log_once.hpp"
-#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/material/appearance.hpp"
 
 namespace terravox {
+namespace {
+
+std::atomic<pid_t> s_first{0};
+
+}  // namespace
+
+bool has_threads_here() noexcept {
+    return s_first == ::getpid();
+}
+
+void note_process() {
+    pid_t none = 0;
+    s_first.compare_exchange_strong(none, ::getpid());
+    check_process();
+}
+
+void check_process() {
+    if (s_first != 0 && !has_threads_here())
+        throw util::UsageError(
+            "use Terravox: this process was forked by one that had used it, and has none of its "
+            "threads; allowed: processes that are started anew (in Python: multiprocessing's "
+            "methods spawn and forkserver)");
+}
 
 Error::~Error() = default;
 UsageError::~UsageError() = default;

@@ -14,7 +14,7 @@ namespace {
 
 /// The fields that are interpolated between keys where they differ; the camera's position always
 /// is.
-constexpr std::array<std::string_view, 12> kMoving{
+constexpr std::array<std::string_view, 12> kMovingFields{
     "camera.fov_deg",  "camera.height_m",    "camera.aperture_m", "camera.focus_m",
     "camera.roll_deg", "camera.azimuth_deg", "sun.time_h",        "sun.altitude_deg",
     "sun.azimuth_deg", "sky.turbidity",      "sky.clouds",        "output.exposure_ev"};
@@ -52,7 +52,7 @@ std::string CameraPath::to_toml(const scene::Scene& base) const {
     std::set<std::string> moving;
     for (const Key& key : m_keys)
         for (const scene::FieldText& field : scene::changed_fields(key.scene, m_keys.front().scene))
-            if (std::find(kMoving.begin(), kMoving.end(), field.path) != kMoving.end())
+            if (std::find(kMovingFields.begin(), kMovingFields.end(), field.path) != kMovingFields.end())
                 moving.insert(field.path);
     // A field that some keys leave at the default cannot be interpolated.
     for (const Key& key : m_keys)

@@ -1,9 +1,31 @@
 #include "raytracer/apps/preview/editor_state.hpp"
-#include "common/util/log.hpp"
 
 #include <utility>
 
+#include "common/util/log.hpp"
+
 namespace terravox::preview {
+
+void SceneHistory::note(const scene::Scene& scene) {
+    if (scene == m_scenes[m_at])
+        return;
+    m_scenes.resize(m_at + 1);
+    m_scenes.push_back(scene);
+    if (m_scenes.size() > kMax)
+        m_scenes.erase(m_scenes.begin());
+    m_at = m_scenes.size() - 1;
+}
+
+void HistoryRecorder::update(SceneHistory& history, const scene::Scene& scene, bool busy,
+                             Clock::time_point now) {
+    if (busy || m_last != scene) {
+        m_settled = now;
+        m_last = scene;
+    }
+    if (!busy && now - m_settled > kSettled)
+        history.note(scene);
+}
+
 namespace {
 
 scene::Scene for_a_window(scene::Scene scene) {

@@ -1,18 +1,60 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "raytracer/apps/preview/layers.hpp"
-#include "raytracer/apps/preview/scene_history.hpp"
 #include "raytracer/apps/preview/viewpoint.hpp"
 #include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/render/loaded_world.hpp"
 
 namespace terravox::preview {
+
+/// The history of a scene, for undo and redo.
+class SceneHistory {
+public:
+    explicit SceneHistory(const scene::Scene& first) : m_scenes{first} {}
+    /// Adds the scene unless it equals now(). Scenes that were undone are dropped, and the oldest
+    /// one when there are more than kMax.
+    void note(const scene::Scene& scene);
+    /// The scene that was added last, or that undo or redo has returned to.
+    [[nodiscard]] const scene::Scene& now() const noexcept { return m_scenes[m_at]; }
+    [[nodiscard]] bool can_undo() const noexcept { return m_at > 0; }
+    [[nodiscard]] bool can_redo() const noexcept { return m_at + 1 < m_scenes.size(); }
+    /// @return the previous scene; the oldest one if there is no previous one
+    const scene::Scene& undo() noexcept { return m_scenes[m_at -= can_undo() ? 1 : 0]; }
+    const scene::Scene& redo() noexcept { return m_scenes[m_at += can_redo() ? 1 : 0]; }
+
+    static constexpr std::size_t kMax = 500;
+
+private:
+    std::vector<scene::Scene> m_scenes;  ///< never empty
+    std::size_t m_at = 0;
+};
+
+/// Adds a scene to the history once it has not changed for a while, so that a drag of the mouse is
+/// one step of undo, not hundreds.
+class HistoryRecorder {
+public:
+    using Clock = std::chrono::steady_clock;
+
+    explicit HistoryRecorder(Clock::time_point now) : m_settled(now) {}
+
+    /// To be called each frame.
+    /// @param busy the scene is being changed by a drag, a key that is held, or a flight: nothing
+    /// is added meanwhile
+    void update(SceneHistory& history, const scene::Scene& scene, bool busy, Clock::time_point now);
+
+    static constexpr std::chrono::milliseconds kSettled{400};  ///< time without a change
+
+private:
+    scene::Scene m_last;  ///< scene of the last frame
+    Clock::time_point m_settled;
+};
 
 /// The state that the user edits in the window. Panels show and change it; the code that draws the
 /// picture compares it with the last frame's. It is plain data that all panels share, and therefore

@@ -8,9 +8,18 @@
 #include <thread>
 #include <vector>
 
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace terravox::preview {
+
+/// The shell command that renders a scene without a window. Only fields that differ from their
+/// defaults are named.
+/// @param scene without camera.look: a named view is expanded into the other fields
+/// @param world the arguments of the world: inputs, and --ortho with each orthophoto
+[[nodiscard]] std::string render_command_line(const scene::Scene& scene,
+                                              const std::vector<std::string>& world,
+                                              const std::string& picture);
 
 /// Renders a scene to files in the background, bit-identical to `terravox render`. Its tracing
 /// threads have a lower priority than the window's.

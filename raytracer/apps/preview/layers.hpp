@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/shade/view.hpp"
 
 namespace terravox::preview {

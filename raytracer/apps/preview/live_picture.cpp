@@ -2,12 +2,66 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/apps/preview/seconds.hpp"
+#include "raytracer/apps/preview/frame_pacer.hpp"
 
 namespace terravox::preview {
+
+bool HoleWatch::look(const std::set<voxel::BoxKey>& holes,
+                     std::optional<Clock::time_point> idle_since, Clock::time_point now) {
+    if (m_requested) {
+        if (!m_loaded)
+            return false;
+        const blocks::BlockPin pin = m_blocks.find(*std::exchange(m_requested, std::nullopt));
+        const bool there = pin && !pin->hole;
+        m_since = now;
+        m_wait = there ? kFirst : std::min(m_wait * 2, kMax);
+        return there;
+    }
+    if (!idle_since)
+        return false;
+    if (holes.empty())
+        m_wait = kFirst;
+    if (holes.empty() || now - std::max(m_since, *idle_since) < m_wait)
+        return false;
+    // A different hole each time: some may be damaged permanently.
+    m_requested = *std::next(holes.begin(), static_cast<std::ptrdiff_t>(m_turn++ % holes.size()));
+    m_loaded = false;
+    m_blocks.forget_holes();
+    m_blocks.wait_for(*m_requested, *this, 0);
+    return false;
+}
+
+RowRange ScreenDeveloper::update(Progressive& picture, const scene::Scene::Output& output,
+                                 Layer layer) {
+    // After a scene that cannot be rendered, the film is that of the previous picture.
+    const output::Film* const film = picture.film();
+    if (film == nullptr || film->width_px() != m_screen.width_px ||
+        film->height_px() != m_screen.height_px)
+        return {};
+    auto changes = picture.take_changes();
+    m_develops_all |= m_output.exposure_ev != output.exposure_ev || m_output.tone != output.tone;
+    m_output = output;
+    if (m_develops_all && picture.whole()) {
+        tiles::RenderTile all;
+        all.x1 = m_screen.width_px;
+        all.y1 = m_screen.height_px;
+        changes = {all};
+        m_develops_all = false;
+    }
+    RowRange rows{m_screen.height_px, 0};
+    for (const tiles::RenderTile& tile : changes) {
+        show(*film, *picture.view(), output, layer, tile, m_screen);
+        rows.first = std::min(rows.first, tile.y0);
+        rows.end = std::max(rows.end, std::min(tile.y1 + tile.step, m_screen.height_px));
+    }
+    return rows;
+}
+
 namespace {
 
 // A first pass may continue for this long after the scene has changed: else nothing would be shown

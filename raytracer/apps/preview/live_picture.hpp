@@ -1,20 +1,122 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 
-#include "raytracer/apps/preview/frame_times.hpp"
-#include "raytracer/apps/preview/hole_watch.hpp"
+#include "raytracer/apps/preview/frame_pacer.hpp"
+#include "raytracer/apps/preview/layers.hpp"
 #include "raytracer/apps/preview/pane.hpp"
 #include "raytracer/apps/preview/probe_processor.hpp"
-#include "raytracer/apps/preview/probe_retry.hpp"
 #include "raytracer/apps/preview/progressive.hpp"
-#include "raytracer/apps/preview/screen_developer.hpp"
+#include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/farm/render/render_pool.hpp"
 
 namespace terravox::preview {
+
+/// Retries one of the boxes that a picture lacks, at growing intervals: a server may be back. Used
+/// by one thread.
+class HoleWatch final : public blocks::BlockListener {
+public:
+    using Clock = std::chrono::steady_clock;
+
+    explicit HoleWatch(blocks::BlockManager& blocks) : m_blocks(blocks) {}
+    ~HoleWatch() override { m_blocks.forget(*this); }
+    HoleWatch(const HoleWatch&) = delete;
+    HoleWatch& operator=(const HoleWatch&) = delete;
+
+    /// To be called often: a box that has been loaded stays in memory until then. A retry forgets
+    /// all holes.
+    /// @param holes that the last picture met
+    /// @param idle_since when that picture was finished; nullopt: a picture is being rendered, and
+    /// nothing is retried
+    /// @return whether one of the boxes has been loaded, so that the picture should be rendered
+    /// again
+    [[nodiscard]] bool look(const std::set<voxel::BoxKey>& holes,
+                            std::optional<Clock::time_point> idle_since, Clock::time_point now);
+
+    bool on_block_loaded(const voxel::BoxKey&, std::uint64_t) noexcept override {
+        return m_loaded = true;
+    }
+    static constexpr std::chrono::seconds kFirst{10};
+    static constexpr std::chrono::seconds kMax{640};
+
+private:
+    blocks::BlockManager& m_blocks;
+    std::chrono::seconds m_wait = kFirst;
+    Clock::time_point m_since;
+    std::optional<voxel::BoxKey> m_requested;
+    std::size_t m_turn = 0;
+    std::atomic<bool> m_loaded{false};
+};
+
+/// Decides when a probe layer (is_probe) is made again because boxes were not in memory: soon while
+/// more of them are loaded each time, and at growing intervals while none are. Used by one thread.
+class ProbeRetry {
+public:
+    using Clock = std::chrono::steady_clock;
+
+    /// To be called for another scene or layer, of whose boxes nothing is known.
+    void reset() noexcept {
+        m_wait = kMin;
+        m_missing = std::numeric_limits<std::size_t>::max();
+    }
+    void begin(Clock::time_point now) noexcept { m_began = now; }
+    [[nodiscard]] bool is_due(Clock::time_point now) const noexcept {
+        return now - m_began >= m_wait;
+    }
+    /// To be called when the layer is made again.
+    /// @param missing number of boxes that the last probes did not find
+    void note(std::size_t missing) noexcept {
+        m_wait = missing < m_missing ? kMin : std::min(2 * m_wait, kMax);
+        m_missing = missing;
+    }
+    static constexpr std::chrono::milliseconds kMin{500};
+    static constexpr std::chrono::milliseconds kMax{16'000};
+
+private:
+    Clock::time_point m_began;
+    std::chrono::milliseconds m_wait = kMin;
+    std::size_t m_missing = std::numeric_limits<std::size_t>::max();
+};
+
+/// Rows of a picture, half-open; empty where first >= end.
+struct RowRange {
+    int first = 0;
+    int end = 0;
+    [[nodiscard]] bool empty() const noexcept { return first >= end; }
+};
+
+/// Develops a progressive picture for the window: tiles that are new in the film, or the whole film
+/// when exposure, tone or layer have changed. Used by one thread.
+class ScreenDeveloper {
+public:
+    /// To be called when a new picture begins; the screen stays until its tiles replace it.
+    void begin_picture() noexcept { m_develops_all = false; }
+    /// Sets the size of the picture in progress. The screen is cleared if the size differs.
+    void resize(int width_px, int height_px) { m_screen.resize(width_px, height_px); }
+    /// To be called when another layer of the same film is shown.
+    void develop_again() noexcept { m_develops_all = true; }
+
+    /// @param output exposure and tone
+    /// @return the rows of the screen that have changed
+    [[nodiscard]] RowRange update(Progressive& picture, const scene::Scene::Output& output,
+                                  Layer layer);
+    [[nodiscard]] const ScreenPicture& screen() const noexcept { return m_screen; }
+
+private:
+    ScreenPicture m_screen;
+    scene::Scene::Output m_output;  ///< exposure and tone of the screen
+    /// The screen was developed with other settings. It is developed again once the picture is
+    /// whole, so that no pixels of the previous picture reappear.
+    bool m_develops_all = false;
+};
 
 /// The scene that must be rendered to show a layer in a pane, without exposure and tone, which need
 /// no new rendering.

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::preview {
 

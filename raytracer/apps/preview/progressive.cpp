@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "raytracer/core/scene/picture_check.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"
 

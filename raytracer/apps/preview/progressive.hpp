@@ -7,8 +7,8 @@
 #include <set>
 #include <vector>
 
-#include "raytracer/core/output/film.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/output/picture.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
 
 namespace terravox::preview {

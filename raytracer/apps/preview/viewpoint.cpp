@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "raytracer/core/scene/camera_axes.hpp"
+#include "raytracer/core/scene/camera.hpp"
 
 namespace terravox::preview {
 namespace {

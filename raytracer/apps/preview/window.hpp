@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "raytracer/apps/preview/input_queue.hpp"
-#include "raytracer/apps/preview/keyboard.hpp"
 #include "raytracer/apps/preview/layers.hpp"
 #include "raytracer/apps/preview/pane.hpp"
 

@@ -10,12 +10,10 @@
 #include "common/gzip/gzip.hpp"
 #include "common/util/det_math.hpp"
 #include "common/voxel/material.hpp"
-#include "raytracer/apps/publish/half.hpp"
 #include "raytracer/core/material/material_table.hpp"
 #include "raytracer/core/material/texture_list.hpp"
 #include "raytracer/core/material/windows.hpp"
 #include "raytracer/core/sky/dome.hpp"
-#include "raytracer/core/sky/scattering.hpp"
 #include "raytracer/core/sky/sky_table.hpp"
 
 namespace terravox::publish {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
-#include "voxelserver/serve/http/error_reply.hpp"
+#include "common/util/text.hpp"
 #include "voxelserver/serve/http/file_reply.hpp"
-#include "voxelserver/serve/http/page_routes.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
+#include "voxelserver/serve/http/service.hpp"
 
 namespace terravox::publish {
 namespace {

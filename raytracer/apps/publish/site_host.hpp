@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "voxelserver/serve/http/request_check.hpp"
-#include "voxelserver/serve/http/request_handler.hpp"
 #include "voxelserver/serve/http/server.hpp"
 
 namespace terravox::publish {

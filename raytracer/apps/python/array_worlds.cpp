@@ -18,8 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/apps/python/arrays.hpp"
-#include "raytracer/apps/python/interruptible.hpp"
+#include "raytracer/apps/python/calls.hpp"
 
 namespace terravox::python {
 namespace {

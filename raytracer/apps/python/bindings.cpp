@@ -18,9 +18,7 @@
 #include <vector>
 
 #include "raytracer/apps/python/array_worlds.hpp"
-#include "raytracer/apps/python/arrays.hpp"
-#include "raytracer/apps/python/errors.hpp"
-#include "raytracer/apps/python/interruptible.hpp"
+#include "raytracer/apps/python/calls.hpp"
 
 namespace terravox::python {
 namespace {

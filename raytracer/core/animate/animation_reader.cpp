@@ -4,12 +4,11 @@
 #include <set>
 #include <type_traits>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/scene/scene_fields.hpp"
-#include "raytracer/core/scene/scene_table.hpp"
 #include "raytracer/core/scene/views.hpp"
 
 namespace terravox::animate {

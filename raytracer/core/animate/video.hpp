@@ -3,9 +3,27 @@
 #include <filesystem>
 #include <string>
 
-#include "raytracer/core/animate/frame_names.hpp"
-
 namespace terravox::animate {
+
+/// Names of numbered pictures: a path with one %d, or %0Nd for N digits with leading zeros.
+class FrameNames {
+public:
+    /// @throws UsageError for another pattern
+    explicit FrameNames(std::string pattern);
+    [[nodiscard]] std::filesystem::path of(int frame) const;
+    /// Whether a file has the name of a frame, of any number, in the folder of the frames.
+    /// @param file a canonical path
+    [[nodiscard]] bool matches(const std::filesystem::path& file) const;
+    [[nodiscard]] const std::string& pattern() const noexcept { return m_pattern; }
+    /// File that records which frames are done: a hidden file next to the frames.
+    [[nodiscard]] std::filesystem::path ledger() const;
+
+private:
+    std::string m_pattern;
+    std::string m_before;
+    std::string m_after;
+    std::size_t m_digits = 0;
+};
 
 /// Finds a program by its name: in PATH, or at that path if the name contains a slash.
 /// @return empty if it is not found

@@ -185,7 +185,7 @@ constexpr std::span<const Word<AnalysisSurface>> words_of(AnalysisSurface) noexc
     return kAnalysisSurfaces;
 }
 
-/// Order in which tiles are traced (raytracer/core/tiles/tile_order.hpp).
+/// Order in which tiles are traced (raytracer/core/tiles/tile_plan.hpp).
 enum class TileOrder : std::uint8_t { kSpiral, kVertical, kVerticalSplit, kHilbert, kRows };
 inline constexpr Word<TileOrder> kTileOrders[] = {
     {TileOrder::kSpiral, "spiral"},

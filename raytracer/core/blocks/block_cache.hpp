@@ -10,7 +10,6 @@
 
 #include "common/voxel/box.hpp"
 #include "raytracer/core/blocks/block.hpp"
-#include "raytracer/core/blocks/block_stats.hpp"
 
 namespace terravox::blocks {
 

@@ -13,8 +13,6 @@
 #include "common/voxel/world.hpp"
 #include "raytracer/core/blocks/block.hpp"
 #include "raytracer/core/blocks/block_cache.hpp"
-#include "raytracer/core/blocks/block_stats.hpp"
-#include "raytracer/core/blocks/hole_record.hpp"
 #include "raytracer/core/blocks/load_queue.hpp"
 
 namespace terravox::blocks {

@@ -2,6 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/base/ray.hpp"
@@ -65,5 +68,28 @@ struct Texel {
     /// Of water's top: the normal is (tilt[0], 1, tilt[1]), normalised.
     std::array<float, 2> tilt{};
 };
+
+using MaterialAppearances = std::array<MaterialAppearance, voxel::kMaterialCount>;
+
+/// The contents of a material file.
+struct MaterialFile {
+    MaterialAppearances appearances;
+    /// Materials that the file does not name, without a table `default` that stands for them: they
+    /// get the plain colour of `unknown`.
+    std::vector<std::string> missing;
+};
+
+/// @param name empty: config/materials.toml; NAME: config/materials-NAME.toml; or a path, which
+/// ends in .toml
+/// @throws UsageError naming the files that exist
+[[nodiscard]] std::filesystem::path find_materials(const std::string& name);
+
+/// @throws UsageError naming file, material, field, value and allowed range; also for unknown
+/// materials and fields
+[[nodiscard]] MaterialFile read_materials(const std::filesystem::path& file);
+
+/// The same for a text.
+/// @param name used in messages
+[[nodiscard]] MaterialFile parse_materials(const std::string& text, const std::string& name);
 
 }  // namespace terravox::material

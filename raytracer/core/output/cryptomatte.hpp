@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/core/tiles/layers.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 
 namespace terravox::output {
 

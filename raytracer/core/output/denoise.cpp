@@ -1,14 +1,120 @@
 #include "raytracer/core/output/denoise.hpp"
 
+#include <dlfcn.h>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/core/output/oidn_library.hpp"
 
 namespace terravox::output {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "libOpenImageDenoise.so";
+
+bool starts_with(const fs::path& file, const char* name) {
+    return file.filename().string().starts_with(name);
+}
+
+/// Files of a folder whose names begin with the prefix, the last name first: the newest version.
+std::vector<fs::path> files_in(const fs::path& folder, const char* name) {
+    std::vector<fs::path> out;
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        if (starts_with(it->path(), name) && !fs::is_directory(it->path(), error))
+            out.push_back(it->path());
+    std::sort(out.rbegin(), out.rend());
+    return out;
+}
+
+std::vector<fs::path> candidates_of(const fs::path& given) {
+    std::error_code error;
+    if (!fs::is_directory(given, error))
+        return {given};
+    std::vector<fs::path> out;
+    // As the project's own archives have it, and the packages `pyoidn` (version 2) and `oidn`
+    // (version 1.4) of Python.
+    for (const char* folder :
+         {"", "lib", "lib64", "pyoidn/oidn/lib", "oidn/lib", "oidn/lib.linux.x64", "lib.linux.x64"})
+        for (fs::path& file : files_in(given / folder, kName))
+            out.push_back(std::move(file));
+    return out;
+}
+
+/// Loads a library and the ones next to it that it needs: the packages contain a TBB that the
+/// loader does not search for there.
+void* open_file(const fs::path& file) {
+    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
+        return library;
+    for (const fs::path& tbb : files_in(file.parent_path(), "libtbb.so"))
+        (void)dlopen(tbb.c_str(), RTLD_NOW | RTLD_GLOBAL);
+    return dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+}
+
+void* open_library(std::string& found) {
+    if (const char* given = std::getenv("TERRAVOX_OIDN"); given != nullptr && *given != '\0') {
+        std::string why = "no " + std::string(kName) + " there";
+        for (const fs::path& file : candidates_of(given)) {
+            found = file.string();
+            if (void* library = open_file(file))
+                return library;
+            if (const char* said = dlerror())
+                why = said;
+        }
+        throw util::UsageError("denoise the picture: TERRAVOX_OIDN = '" + std::string(given) +
+                               "': " + why);
+    }
+    for (const char* version : {".2", ".1", ""}) {
+        found = std::string(kName) + version;
+        if (void* library = dlopen(found.c_str(), RTLD_NOW | RTLD_LOCAL))
+            return library;
+    }
+    throw util::UsageError(
+        "denoise the picture: Intel Open Image Denoise is not here; install the system's package "
+        "of it, "
+        "or `pip install --require-hashes --no-deps --target FOLDER -r "
+        "config/setup/python/oidn.txt` "
+        "and set TERRAVOX_OIDN=FOLDER; or leave out --denoise");
+}
+
+OidnLibrary load() {
+    OidnLibrary out;
+    void* library = open_library(out.file);
+    const auto find = [&]<class Function>(Function& function, const char* name, const char* older) {
+        void* symbol = dlsym(library, name);
+        if (symbol == nullptr && older != nullptr)
+            symbol = dlsym(library, older);
+        if (symbol == nullptr)
+            throw util::Error("denoise the picture: " + out.file + " has no function " + name);
+        function = reinterpret_cast<Function>(symbol);
+    };
+    find(out.new_device, "oidnNewDevice", nullptr);
+    find(out.commit_device, "oidnCommitDevice", nullptr);
+    find(out.release_device, "oidnReleaseDevice", nullptr);
+    find(out.device_error, "oidnGetDeviceError", nullptr);
+    find(out.set_device_int, "oidnSetDeviceInt", "oidnSetDevice1i");
+    find(out.set_device_bool, "oidnSetDeviceBool", "oidnSetDevice1b");
+    find(out.new_filter, "oidnNewFilter", nullptr);
+    find(out.release_filter, "oidnReleaseFilter", nullptr);
+    find(out.set_image, "oidnSetSharedFilterImage", nullptr);
+    find(out.set_filter_bool, "oidnSetFilterBool", "oidnSetFilter1b");
+    find(out.commit_filter, "oidnCommitFilter", nullptr);
+    find(out.execute_filter, "oidnExecuteFilter", nullptr);
+    return out;
+}
+
+}  // namespace
+
+const OidnLibrary& OidnLibrary::get() {
+    static const OidnLibrary library = load();  // retried if it throws
+    return library;
+}
+
 namespace {
 
 using Handle = std::unique_ptr<void, void (*)(void*)>;

@@ -14,7 +14,7 @@
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/geo/gdal_messages.hpp"
-#include "common/geo/whole_tiff.hpp"
+#include "common/geo/raster_gate.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::output {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/output/picture.hpp"
 
 namespace terravox::output {
 

@@ -4,19 +4,116 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/png/png.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
-#include "raytracer/core/output/exr_channels.hpp"
+#include "common/util/log.hpp"
+#include "common/util/text.hpp"
+#include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/output/exr_file.hpp"
-#include "raytracer/core/output/jpeg_picture.hpp"
-#include "raytracer/core/output/pixel_bytes.hpp"
-#include "raytracer/core/output/tiff_picture.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::output {
+namespace {
+
+constexpr int kChannels = 3;
+
+/// All of Exif has room for 64 KiB, and GDAL writes none of it when that does not suffice.
+std::string cut_for_exif(const std::string& name, const std::string& text,
+                         const std::string& attempt) {
+    constexpr std::size_t kMaxBytes = 16384;
+    if (text.size() <= kMaxBytes)
+        return text;
+    util::log_warn("{}: of {} only the first {} bytes are stored", attempt, name, kMaxBytes);
+    std::size_t end = kMaxBytes;
+    // Not in the middle of a character of UTF-8.
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
+        --end;
+    return text.substr(0, end);
+}
+
+void describe(GDALDatasetH dataset, const PictureInfo& info, const std::string& attempt) {
+    const auto set = [&](const char* tag, const std::string& value) {
+        GDALSetMetadataItem(dataset, tag, value.c_str(), nullptr);
+    };
+    constexpr const char* kSrgb = "1";
+    set("EXIF_ColorSpace", kSrgb);
+    for (const auto& [name, value] : info.metadata)
+        if (name == "Software" || name == "Copyright" || name == "ImageDescription")
+            set(("EXIF_" + name).c_str(), cut_for_exif(name, value, attempt));
+}
+
+}  // namespace
+
+// libjpeg's writer does not report a full disk, so the file is made in memory and written here.
+void write_jpeg(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const GdalWatch watch("write the picture " + file.string());
+    const std::vector<std::uint8_t> bytes = developed_bytes(film, info, kChannels);
+    const GdalDataset pixels =
+        memory_dataset(byte_pixels(bytes, film.width_px(), film.height_px(), kChannels), watch);
+    describe(pixels.get(), info, watch.attempt());
+    GdalOptions options = {{"QUALITY", "95"}};
+    const std::string encoded =
+        encode_in_memory(pixels.get(), GDALGetDriverByName("JPEG"), options, watch);
+    util::write_file_atomically(file, std::as_bytes(std::span(encoded)));
+}
+
+namespace {
+
+constexpr int kWithAlpha = 4;
+
+/// Where the samples of a film lie. Red, green, blue and alpha are the first four floats of each.
+PixelsInMemory floats_of(const Film& film) {
+    static_assert(offsetof(tiles::PixelSample, alpha) == 3 * sizeof(float));
+    return {film.samples().data(),     GDT_Float32, film.width_px(),
+            film.height_px(),          kWithAlpha,  sizeof(float),
+            sizeof(tiles::PixelSample)};
+}
+
+void write_in_strips(GDALDatasetH from, const std::filesystem::path& file, bool has_floats,
+                     const GdalWatch& watch) {
+    GdalOptions options = {{"COMPRESS", "DEFLATE"}, {"PREDICTOR", has_floats ? "3" : "2"},
+                           {"BIGTIFF", "IF_SAFER"}, {"INTERLEAVE", "PIXEL"},
+                           {"BLOCKYSIZE", "32"},    {"NUM_THREADS", "ALL_CPUS"}};
+    if (has_floats)
+        options.add("ALPHA", "PREMULTIPLIED");  // as in EXR
+    GdalDataset out(GDALCreateCopy(GDALGetDriverByName("GTiff"), file.string().c_str(), from, FALSE,
+                                   options.list(), nullptr, nullptr));
+    watch.check(out != nullptr);
+    out.reset();  // writes what is left
+    watch.check_closed_tiff(file);
+}
+
+}  // namespace
+
+void write_tiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const GdalWatch watch("write the picture " + file.string());
+    const bool has_floats = info.tiff_holds_floats();
+    std::vector<std::uint8_t> bytes;  // must outlive the dataset that refers to it
+    PixelsInMemory pixels;
+    if (has_floats) {
+        pixels = floats_of(film);
+    } else {
+        const int channels = info.geo ? kWithAlpha : kWithAlpha - 1;
+        bytes = developed_bytes(film, info, channels);
+        pixels = byte_pixels(bytes, film.width_px(), film.height_px(), channels);
+    }
+    const GdalDataset memory = memory_dataset(pixels, watch);
+    describe_geotiff(memory.get(), info, watch);
+    util::AtomicFile target(file);
+    if (info.geo) {
+        CogOptions options;
+        options.has_floats = has_floats;
+        write_cog(memory.get(), target.temporary_path(), options, watch);
+    } else {
+        write_in_strips(memory.get(), target.temporary_path(), has_floats, watch);
+    }
+    target.commit();
+}
+
 namespace {
 
 constexpr std::array kEndings = {".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg"};

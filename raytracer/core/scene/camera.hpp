@@ -5,11 +5,48 @@
 #include <optional>
 #include <string>
 
+#include "common/util/det_math.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/core/base/ray.hpp"
 #include "raytracer/core/scene/scene.hpp"
 
+namespace terravox::scene::trig {
+
+/// The only angle functions that cameras and animations use, because their values affect pixels.
+[[nodiscard]] inline double sin(double rad) noexcept {
+    return det::sin(rad);
+}
+[[nodiscard]] inline double cos(double rad) noexcept {
+    return det::cos(rad);
+}
+[[nodiscard]] inline double tan(double rad) noexcept {
+    return det::tan(rad);
+}
+
+inline constexpr double kRadPerDeg = det::kPi / 180;
+
+}  // namespace terravox::scene::trig
+
 namespace terravox::scene {
+
+/// Axes of a picture: unit vectors at right angles.
+struct Axes {
+    core::Vec3 forward;
+    core::Vec3 right;
+    core::Vec3 up;
+};
+
+/// The axes of a camera that is held upright; if it looks straight down or up, north is up in the
+/// picture.
+/// @param forward of unit length
+[[nodiscard]] Axes axes_of(core::Vec3 forward) noexcept;
+
+/// The axes turned about the line of sight, clockwise as seen from behind the camera; a turn of 0
+/// changes no bit.
+[[nodiscard]] Axes rolled(const Axes& axes, double roll_deg) noexcept;
+
+/// Tangent of half a field of view.
+[[nodiscard]] double half_of_fov(double fov_deg) noexcept;
 
 /// How points in space are projected into the picture. An isometric camera is an orthographic one
 /// with a direction of its own.

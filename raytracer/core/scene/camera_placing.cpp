@@ -7,8 +7,6 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/core/scene/camera.hpp"
-#include "raytracer/core/scene/camera_axes.hpp"
-#include "raytracer/core/scene/trig.hpp"
 
 namespace terravox::scene {
 namespace {

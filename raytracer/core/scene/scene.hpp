@@ -1,16 +1,53 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "raytracer/core/base/scene_words.hpp"
-#include "raytracer/core/scene/point_list.hpp"
-#include "raytracer/core/scene/tile_size.hpp"
-#include "voxelserver/make/worlds/kind/procedural_settings.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::scene {
+
+/// Points of a world, voxels of level 0: x east, y up, z south.
+struct PointList {
+    static constexpr std::size_t kMaxPoints = 1024;
+    static constexpr double kFarthest = 1e9;  ///< of a coordinate, either way
+    static constexpr const char* kAllowed =
+        "up to 1024 points x,y,z in voxels, with ';' between them";
+
+    std::vector<std::array<double, 3>> points;
+
+    /// @param text "1,2,3;4.5,6,-7"; empty: no point
+    /// @return nullopt for anything else, for more than kMaxPoints, and beyond kFarthest
+    [[nodiscard]] static std::optional<PointList> parse(const std::string& text);
+    /// In the form that parse() takes; the same numbers to the last bit.
+    [[nodiscard]] std::string text() const;
+    friend bool operator==(const PointList&, const PointList&) = default;
+};
+
+/// The edge of a tile: pixels, or a share of the picture's width.
+struct TileSize {
+    static constexpr int kMax_px = 4096;
+    static constexpr double kMin_percent = 0.1;
+    static constexpr double kMax_percent = 100;
+    static constexpr const char* kAllowed =
+        "1 to 4096 pixels, or 0.1% to 100% of the picture's width";
+
+    int px = 64;         ///< 1 to kMax_px; ignored when percent is not 0
+    double percent = 0;  ///< of the picture's width
+
+    /// @param text "64" or "5%"; numbers as in C++
+    /// @return nullopt for anything else, and out of range
+    [[nodiscard]] static std::optional<TileSize> parse(const std::string& text);
+    /// In the form that parse() takes.
+    [[nodiscard]] std::string text() const;
+    /// In a picture of this width: whole pixels, the nearest to the share, 1 to kMax_px.
+    [[nodiscard]] int in_picture(int width_px) const noexcept;
+    friend bool operator==(const TileSize&, const TileSize&) = default;
+};
 
 /// Everything that determines a picture except the world. It is stored as one TOML file, and every
 /// field has a command-line flag (scene_fields.hpp lists them, with units and ranges). Version 1.
@@ -139,7 +176,7 @@ struct Scene {
         double step_min = 10;
         /// First and last day of a period, YYYY-MM-DD; both empty: sun.date alone.
         std::string from, to;
-        /// Offsets of the place's clock instead of the sun's zone (solar/clock.hpp): workers get
+        /// Offsets of the place's clock instead of the sun's zone (solar/place_and_clock.hpp): workers get
         /// them, so that they need no table of time zones.
         std::string clock;
         /// Latitude, longitude and convergence of the map where the sun is looked up, degrees;
@@ -153,7 +190,7 @@ struct Scene {
         double albedo = 0.2;            ///< share of light that the surroundings reflect
         /// Share of light that crowns let through: with leaves, and without; one number for both.
         std::string crown_light = "0";
-        /// Light of a period (solar/light_list.hpp) instead of that of a clear sky; empty: none.
+        /// Light of a period (solar/energy.hpp) instead of that of a clear sky; empty: none.
         /// The command sums it up of a weather file, so that workers need no file.
         std::string light;
         /// Of kinds sky, sun, energy and facade: terrain outside of the data that hides sun and sky
@@ -196,5 +233,12 @@ struct Scene {
     procedural::Settings generated;  ///< except seed and voxel_m, which are set elsewhere
     friend bool operator==(const Scene&, const Scene&) = default;
 };
+
+/// @throws UsageError for the scene of an analysis: its pixels are measured values, not light
+void check_is_picture(const Scene& scene);
+
+/// The options of a world that are part of a scene: its sections `world`, `generated` and
+/// `processing`. Inputs, orthophotos and the cache folder are not part of a scene and stay empty.
+[[nodiscard]] worlds::WorldOptions world_options_of(const Scene& scene);
 
 }  // namespace terravox::scene

@@ -10,10 +10,10 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/util/near_words.hpp"
+#include "common/util/text.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/core/scene/scene_fields.hpp"
-#include "raytracer/core/scene/scene_table.hpp"
+#include "raytracer/core/scene/views.hpp"
 
 namespace terravox::scene {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <toml++/toml.h>
-
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -11,6 +11,25 @@
 #include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::scene {
+
+/// A name in the form used for comparison: lower case (ASCII, and the Latin letters of two bytes in
+/// UTF-8), words separated by one blank.
+[[nodiscard]] std::string folded(const std::string& name);
+
+/// The names that may have been meant: nearly the same, or one contains the other; the nearest
+/// first, at most `max`.
+[[nodiscard]] std::vector<std::string> near_names(const std::string& asked,
+                                                  const std::vector<std::string>& names,
+                                                  std::size_t max = 5);
+
+/// Reads the sections of a scene from a table over `scene`: fields that are not in the table keep
+/// their values.
+/// @param attempt description of the operation, begins every message
+/// @throws UsageError naming field, value and allowed range, also for unknown fields
+void read_scene_table(const toml::table& sections, const std::string& attempt, Scene& scene);
+
+/// "section.field" of every entry in the sections of a table, sorted.
+[[nodiscard]] std::vector<std::string> scene_paths(const toml::table& sections);
 
 /// A part of a scene that has a name: where to stand to see something.
 struct NamedView {

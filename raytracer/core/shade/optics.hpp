@@ -68,4 +68,18 @@ struct Frame {
 /// @param roughness [0, 1]; its square is GGX's alpha
 [[nodiscard]] core::Vec3 facet_normal(core::Vec3 n, double roughness, Sampler::Pair at) noexcept;
 
+/// A direction to a cube, and what the cube brings to a matt white face by way of it: the estimate
+/// of an integral over the directions, for light of 1 on all of the cube.
+struct TowardsCube {
+    core::Vec3 direction;
+    double distance = 0;  ///< to the cube
+    double share = 0;     ///< 0: nothing
+};
+
+/// Chooses such a direction.
+/// @param to the cube's middle, from a point of the face that is outside of the cube
+/// @param normal of the face
+[[nodiscard]] TowardsCube towards_cube(core::Vec3 to, double edge, core::Vec3 normal,
+                                       Sampler::Pair at) noexcept;
+
 }  // namespace terravox::shade

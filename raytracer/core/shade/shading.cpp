@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/core/shade/cube_light.hpp"
-#include "raytracer/core/shade/direct_shading.hpp"
 #include "raytracer/core/shade/optics.hpp"
-#include "raytracer/core/shade/path_shading.hpp"
+#include "raytracer/core/shade/shading_models.hpp"
 
 namespace terravox::shade {
 namespace {

@@ -3,12 +3,20 @@
 #include <memory>
 #include <optional>
 
-#include "raytracer/core/sky/clouds.hpp"
-#include "raytracer/core/sky/haze.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/base/ray.hpp"
 #include "raytracer/core/sky/sky_table.hpp"
 #include "raytracer/core/sky/sun.hpp"
+#include "raytracer/core/sky/weather.hpp"
 
 namespace terravox::sky {
+
+/// The stars: points of a few hundredths of a degree, the same in every picture, about seven
+/// hundred above any horizon. They represent a night sky, not that of a given date. Their light on
+/// things is negligible and not computed.
+/// @param d of unit length
+/// @return radiance as a multiple of the night sky's
+[[nodiscard]] voxel::Colour starlight(core::Vec3 d) noexcept;
 
 /// The glow of a clear night at the zenith. That of a moonless night is a ten-thousandth of this;
 /// like a lens left open, the picture's night is as bright as the end of dusk.

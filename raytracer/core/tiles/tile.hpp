@@ -1,15 +1,112 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <set>
 #include <vector>
 
 #include "common/voxel/box.hpp"
 #include "common/voxel/colour.hpp"
-#include "raytracer/core/tiles/layers.hpp"
-#include "raytracer/core/tiles/trace_counts.hpp"
+#include "common/voxel/material.hpp"
 
 namespace terravox::tiles {
+
+/// Which things cover a pixel, and how much of it; by descending share once sorted.
+struct Matte {
+    static constexpr std::size_t kMax = 6;
+    std::array<std::uint32_t, kMax> object{};
+    std::array<float, kMax> share{};  ///< of the pixel, [0, 1]; 0: no more entries
+
+    /// Adds to the share of a thing. When there is no room for another thing, it is left out.
+    void add(std::uint32_t what, float more) noexcept {
+        for (std::size_t i = 0; i < kMax; ++i) {
+            if (share[i] > 0 && object[i] != what)
+                continue;
+            object[i] = what;
+            share[i] += more;
+            return;
+        }
+    }
+    void scale(float by) noexcept {
+        for (float& s : share)
+            s *= by;
+    }
+};
+
+/// What a pixel's rays hit first. Means over the samples that hit anything, except for the light,
+/// which is averaged over all samples.
+struct LayerSample {
+    /// Light that reached the first hit directly from sun and sky; `direct` + `indirect` is the
+    /// pixel's colour.
+    voxel::Colour direct;
+    voxel::Colour indirect;  ///< by way of other surfaces
+    voxel::Colour albedo;    ///< share of light that the surface reflects; 0 where nothing is hit
+    std::array<float, 3> normal{};    ///< x east, y up, z south
+    std::array<float, 3> position{};  ///< metres from PictureFrame's origin, the same axes
+    float sun = 0;                    ///< share of the first hits' sunlight that is not in shadow
+    float water = 0;                  ///< share of samples that hit water first
+    voxel::Material material = voxel::Material::kAir;  ///< of the first sample
+    Matte materials;                                   ///< voxel::Material
+    Matte squares;                                     ///< index in the SquareGrid
+
+    /// Combines the means with those of more samples.
+    /// @param own, others number of samples that each stands for
+    /// @param own_hits, other_hits number of those that hit anything
+    void merge(const LayerSample& more, float own, float others, float own_hits,
+               float other_hits) noexcept;
+};
+
+/// Stages of a thread's work on a tile.
+enum class TraceStage : std::uint8_t {
+    kBeams,      ///< blocks of pixels, and where their rays may start
+    kPrimary,    ///< rays through pixels, in packets
+    kSun,        ///< shadow rays: shafts and packets
+    kScattered,  ///< rays in all directions, in lanes
+    kSingle,     ///< rays that walk alone; the voxels around hits
+    kShading,
+    kPixels,  ///< from samples to pixels
+};
+inline constexpr std::size_t kTraceStages = 7;
+[[nodiscard]] constexpr const char* name_of(TraceStage stage) noexcept {
+    constexpr const char* names[kTraceStages] = {
+        "beams", "primary rays", "sun", "scattered rays", "single rays", "shading", "pixels"};
+    return names[static_cast<std::size_t>(stage)];
+}
+
+/// Cost of tracing, summed over tiles. Rays, and those that met holes, do not depend on which
+/// processor traced; steps, slabs, spared, waits and seconds do.
+struct TraceCounts {
+    static constexpr std::size_t kKinds = 8;  ///< walk::RayKind
+    std::array<std::uint64_t, kKinds> rays{};
+    std::uint64_t steps = 0;  ///< cells and voxels visited by rays
+    std::uint64_t slabs = 0;  ///< visited by beams and shafts
+    /// Rays that a beam or shaft answered: they took no steps of their own.
+    std::uint64_t spared = 0;
+    std::uint64_t parked = 0;  ///< times that a ray was deferred
+    /// Rays that ended at a box that was not available, including shadow rays.
+    std::uint64_t hole_rays = 0;
+    std::array<double, kTraceStages> seconds{};  ///< by TraceStage, summed over threads
+
+    [[nodiscard]] std::uint64_t all_rays() const noexcept {
+        std::uint64_t sum = 0;
+        for (const std::uint64_t n : rays)
+            sum += n;
+        return sum;
+    }
+    void add(const TraceCounts& o) noexcept {
+        for (std::size_t i = 0; i < kKinds; ++i)
+            rays[i] += o.rays[i];
+        for (std::size_t i = 0; i < kTraceStages; ++i)
+            seconds[i] += o.seconds[i];
+        steps += o.steps;
+        slabs += o.slabs;
+        spared += o.spared;
+        parked += o.parked;
+        hole_rays += o.hole_rays;
+    }
+};
 
 /// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Only pixels whose
 /// coordinates are multiples of `step` are traced, except those that an earlier pass has traced

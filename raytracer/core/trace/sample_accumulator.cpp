@@ -1,9 +1,133 @@
 #include "raytracer/core/trace/sample_accumulator.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace terravox::trace {
+
+void BatchMeans::add(float value) noexcept {
+    m_sums[m_batches] += value;
+    ++m_in_last;
+    if (m_in_last < m_batch_size)
+        return;
+    m_in_last = 0;
+    ++m_batches;
+    if (m_batches == kMostBatches)
+        join_pairs();
+}
+
+double BatchMeans::error() const noexcept {
+    if (m_batches < 2)
+        return 0;
+    const auto batches = static_cast<double>(m_batches);
+    double mean = 0;
+    for (std::size_t i = 0; i < m_batches; ++i)
+        mean += static_cast<double>(m_sums[i]);
+    mean /= batches;
+    double squares = 0;
+    for (std::size_t i = 0; i < m_batches; ++i) {
+        const double deviation = static_cast<double>(m_sums[i]) - mean;
+        squares += deviation * deviation;
+    }
+    // The variance of one batch's mean stands for as many numbers as the batch has.
+    const auto size = static_cast<double>(m_batch_size);
+    const double of_batch = squares / (batches - 1) / (size * size);
+    const double numbers = batches * size + static_cast<double>(m_in_last);
+    return std::sqrt(of_batch * size / numbers);
+}
+
+void BatchMeans::join_pairs() noexcept {
+    constexpr std::size_t kLeft = kMostBatches / 2;
+    for (std::size_t i = 0; i < kLeft; ++i)
+        m_sums[i] = m_sums[2 * i] + m_sums[2 * i + 1];
+    for (std::size_t i = kLeft; i < kMostBatches; ++i)
+        m_sums[i] = 0;
+    m_batches = kLeft;
+    m_batch_size *= 2;
+}
+
+namespace {
+
+void add_to(double (&sum)[3], voxel::Colour c) noexcept {
+    sum[0] += static_cast<double>(c.r);
+    sum[1] += static_cast<double>(c.g);
+    sum[2] += static_cast<double>(c.b);
+}
+void add_to(double (&sum)[3], core::Vec3 v) noexcept {
+    sum[0] += v.x;
+    sum[1] += v.y;
+    sum[2] += v.z;
+}
+voxel::Colour colour_of(const double (&sum)[3], double n) noexcept {
+    return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n),
+            static_cast<float>(sum[2] / n)};
+}
+std::array<float, 3> vector_of(const double (&sum)[3], double n) noexcept {
+    return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n),
+            static_cast<float>(sum[2] / n)};
+}
+
+}  // namespace
+
+void PixelSum::add(const shade::SampleSum& sample) noexcept {
+    const voxel::Colour c = sample.direct + sample.indirect;
+    add_to(m_colour, c);
+    m_brightness.add(voxel::luminance(c));
+    ++m_count;
+    if (sample.t < core::kFar) {
+        m_t += sample.t;
+        ++m_hits;
+    }
+}
+
+tiles::PixelSample PixelSum::mean(double voxel_m) const noexcept {
+    tiles::PixelSample out;
+    out.colour = colour_of(m_colour, m_count);
+    out.alpha = static_cast<float>(static_cast<double>(m_hits) / m_count);
+    out.depth_m = m_hits > 0 ? static_cast<float>(m_t / m_hits * voxel_m)
+                             : std::numeric_limits<float>::infinity();
+    out.samples = static_cast<std::uint32_t>(m_count);
+    out.error = static_cast<float>(m_brightness.error());
+    return out;
+}
+
+void LayerSum::add(const shade::SampleSum& sample, const shade::View& view) noexcept {
+    add_to(m_direct, sample.direct);
+    add_to(m_indirect, sample.indirect);
+    ++m_count;
+    if (!(sample.t < core::kFar))
+        return;
+    if (m_hits++ == 0)
+        m_material = sample.material;
+    add_to(m_albedo, sample.albedo);
+    add_to(m_normal, sample.normal);
+    add_to(m_position, (sample.point - view.origin) * view.voxel_m);
+    m_sun += static_cast<double>(sample.sun);
+    m_water += sample.water ? 1 : 0;
+    m_materials.add(static_cast<std::uint32_t>(sample.material), 1);
+    m_squares.add(view.squares.index_of(sample.point.x, sample.point.z), 1);
+}
+
+tiles::LayerSample LayerSum::mean() const noexcept {
+    tiles::LayerSample out;
+    out.direct = colour_of(m_direct, m_count);
+    out.indirect = colour_of(m_indirect, m_count);
+    out.material = m_material;
+    out.materials = m_materials;
+    out.squares = m_squares;
+    out.materials.scale(1.0f / static_cast<float>(m_count));
+    out.squares.scale(1.0f / static_cast<float>(m_count));
+    if (m_hits == 0)
+        return out;
+    out.albedo = colour_of(m_albedo, m_hits);
+    out.normal = vector_of(m_normal, m_hits);
+    out.position = vector_of(m_position, m_hits);
+    out.sun = static_cast<float>(m_sun / m_hits);
+    out.water = static_cast<float>(static_cast<double>(m_water) / m_hits);
+    return out;
+}
 
 void SampleAccumulator::begin_tile(std::size_t pixels, bool with_layers, std::size_t bands) {
     m_samples.resize(pixels);

@@ -1,15 +1,74 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "raytracer/core/trace/pixel_sum.hpp"
+#include "raytracer/core/shade/shading.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/trace/tile_pixels.hpp"
 
 namespace terravox::trace {
+
+/// The standard error of the mean of a sequence whose neighbours are spread evenly, as those of a
+/// scrambled (0,2)-sequence are: means of batches of 2^k successive numbers vary less than as many
+/// independent numbers would. 8 to 15 batches are compared, so they grow with the sequence.
+/// Ref: Yeh and Schmeiser, "Simulation output analysis via dynamic batch means", WSC 2000.
+///
+/// The mean of all batches is nearer to the truth than independent ones would be, too, so the error
+/// is rather too large than too small.
+class BatchMeans {
+public:
+    void add(float value) noexcept;
+    /// Standard error of the mean of all numbers so far; 0 with fewer than two.
+    [[nodiscard]] double error() const noexcept;
+
+private:
+    static constexpr std::size_t kMostBatches = 16;
+    void join_pairs() noexcept;
+
+    std::array<float, kMostBatches> m_sums{};  ///< of batches; the last one may be incomplete
+    std::size_t m_batches = 0;                 ///< complete ones
+    std::size_t m_batch_size = 1;
+    std::size_t m_in_last = 0;  ///< numbers in the incomplete batch
+};
+
+/// The sum of a pixel's samples.
+class PixelSum {
+public:
+    void add(const shade::SampleSum& sample) noexcept;
+    [[nodiscard]] int count() const noexcept { return m_count; }
+    /// Mean of at least one sample.
+    /// @param voxel_m edge of a level-0 voxel
+    [[nodiscard]] tiles::PixelSample mean(double voxel_m) const noexcept;
+
+private:
+    double m_colour[3] = {}, m_t = 0;
+    BatchMeans m_brightness;
+    int m_count = 0;
+    int m_hits = 0;
+};
+
+/// The sum of the first hits of a pixel's samples.
+class LayerSum {
+public:
+    void add(const shade::SampleSum& sample, const shade::View& view) noexcept;
+    [[nodiscard]] tiles::LayerSample mean() const noexcept;
+
+private:
+    double m_direct[3] = {}, m_indirect[3] = {}, m_albedo[3] = {}, m_normal[3] = {},
+           m_position[3] = {};
+    double m_sun = 0;
+    int m_count = 0;
+    int m_hits = 0;
+    int m_water = 0;
+    voxel::Material m_material = voxel::Material::kAir;
+    tiles::Matte m_materials;
+    tiles::Matte m_squares;
+};
 
 /// Sums up the samples of a tile's pixels, part by part and round by round: each round has one
 /// sample of every pixel that is still active, that is, needs more samples.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "raytracer/core/trace/primary_rays.hpp"
+#include "raytracer/core/trace/ray_wave.hpp"
 
 namespace terravox::trace {
 namespace {

@@ -4,11 +4,10 @@
 #include <set>
 #include <vector>
 
-#include "common/thread/stop_condition.hpp"
+#include "common/thread/stop.hpp"
 #include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/trace/ray_wave.hpp"
 #include "raytracer/core/trace/sample_accumulator.hpp"
-#include "raytracer/core/trace/stage_clock.hpp"
 #include "raytracer/core/trace/tile_pixels.hpp"
 #include "raytracer/core/trace/tracer_tools.hpp"
 

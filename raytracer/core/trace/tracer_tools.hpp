@@ -1,16 +1,36 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 
 #include "raytracer/analyse/evaluators/evaluator.hpp"
+#include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/walk/lamp_query.hpp"
 #include "raytracer/core/walk/lane_walk.hpp"
 #include "raytracer/core/walk/packet_walk.hpp"
 #include "raytracer/core/walk/shaft.hpp"
 
 namespace terravox::trace {
+
+/// Attributes a thread's time to stages.
+class StageClock {
+public:
+    void restart() noexcept { m_since = Clock::now(); }
+    /// Adds the time since the last call, or since restart(), to this stage.
+    void lap(tiles::TraceStage stage, tiles::TraceCounts& counts) noexcept {
+        const Clock::time_point now = Clock::now();
+        counts.seconds[static_cast<std::size_t>(stage)] +=
+            std::chrono::duration<double>(now - m_since).count();
+        m_since = now;
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point m_since;
+};
 
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {

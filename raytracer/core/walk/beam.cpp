@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/core/walk/slab_march.hpp"
+#include "raytracer/core/walk/solid_query.hpp"
 
 namespace terravox::walk {
 namespace {

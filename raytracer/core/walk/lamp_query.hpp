@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/core/walk/lamp_choice.hpp"
+#include "raytracer/core/walk/traced_ray.hpp"
 #include "raytracer/core/walk/walk.hpp"
 
 namespace terravox::walk {

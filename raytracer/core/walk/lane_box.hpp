@@ -8,7 +8,7 @@
 #endif
 
 #include "raytracer/core/walk/packet_box.hpp"
-#include "raytracer/core/walk/ray_lanes.hpp"
+#include "raytracer/core/walk/ray_packet.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::walk::HWY_NAMESPACE {

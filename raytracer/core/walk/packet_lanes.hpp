@@ -9,7 +9,6 @@
 
 #include <hwy/highway.h>
 
-#include "raytracer/core/walk/ray_lanes.hpp"
 #include "raytracer/core/walk/ray_packet.hpp"
 
 HWY_BEFORE_NAMESPACE();

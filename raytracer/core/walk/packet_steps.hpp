@@ -5,7 +5,6 @@
 #include "common/voxel/box.hpp"
 #include "raytracer/core/scene/camera.hpp"
 #include "raytracer/core/walk/beam.hpp"
-#include "raytracer/core/walk/ray_lanes.hpp"
 #include "raytracer/core/walk/ray_packet.hpp"
 
 namespace terravox::walk {

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "raytracer/core/base/thin_materials.hpp"
+#include "raytracer/core/base/material_groups.hpp"
 
 namespace terravox::walk {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "raytracer/core/walk/slab_march.hpp"
+#include "raytracer/core/walk/solid_query.hpp"
 
 namespace terravox::walk {
 namespace {

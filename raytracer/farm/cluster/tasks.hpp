@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "common/util/int_range.hpp"
+#include "common/util/text.hpp"
+#include "raytracer/farm/cluster/child.hpp"
 
 namespace terravox::cluster {
 
@@ -35,5 +37,41 @@ struct ArrayPiece {
 /// @param tasks ascending
 /// @param limit exclusive limit of the numbers of an array; at least 1
 [[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit);
+
+/// An array of tasks that are independent of each other, and a job that joins what they have made.
+/// Bash code of both is the same for every scheduler.
+struct ArrayJob {
+    std::string name;        ///< of the job
+    std::string tasks_name;  ///< of the array, lower case: "frames"
+    std::string join_name;   ///< of the job at the end: "merge"
+    /// Directory that relative paths start from; empty: where the scheduler starts tasks.
+    std::string work;
+    int tasks = 1;
+    /// Bash code of a task.
+    /// @param task its number from 0 on, as a bash expression: "$1"
+    std::function<std::string(const std::string& task)> task_body;
+    std::string join_body;  ///< once all tasks have ended
+    /// The same where the scheduler cannot order jobs: waits until all that the tasks make exists.
+    std::string waiting_join_body;
+    int cpus = 0;        ///< per task; 0: not specified
+    int memory_mib = 0;  ///< per task; 0: not specified
+    int join_cpus = 0;
+    int join_memory_mib = 0;
+};
+
+// Bash code for the tasks of every scheduler.
+
+/// Renders the frames of one task.
+/// @param command to which --first and --last are added
+/// @param task the task's number as a bash expression: "$1"
+[[nodiscard]] std::string frames_body(const Command& command, const TaskPlan& plan,
+                                      const std::string& task);
+
+/// Fails and lists the missing frames, if any; otherwise runs `command` or, if it is empty, reports
+/// that all frames exist.
+/// @param pattern of the frames' names
+/// @throws UsageError for an invalid pattern
+[[nodiscard]] std::string merge_frames_body(const std::string& pattern, util::IntRange frames,
+                                            const Command& command);
 
 }  // namespace terravox::cluster

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "common/thread/start_threads.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "common/voxel/box.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -7,8 +7,7 @@
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {

@@ -10,11 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "raytracer/farm/coordinator/ban_list.hpp"
-#include "raytracer/farm/coordinator/dialled_addresses.hpp"
+#include "raytracer/farm/coordinator/known_workers.hpp"
 #include "raytracer/farm/coordinator/worker_link.hpp"
 #include "raytracer/farm/net/endpoint.hpp"
-#include "raytracer/farm/net/refusal_log.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"
 
 namespace terravox::farm {

@@ -5,7 +5,7 @@
 
 #include "raytracer/core/tiles/tile_codec.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 
 namespace terravox::farm {
 namespace {

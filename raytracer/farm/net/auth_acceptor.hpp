@@ -12,7 +12,6 @@
 
 #include "raytracer/farm/net/endpoint.hpp"
 #include "raytracer/farm/net/handshake.hpp"
-#include "raytracer/farm/net/refusal_log.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::net {

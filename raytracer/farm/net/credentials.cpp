@@ -4,8 +4,8 @@
 #include <iterator>
 
 #include "common/util/secret.hpp"
+#include "raytracer/farm/net/certificates.hpp"
 #include "raytracer/farm/net/openssl.hpp"
-#include "raytracer/farm/net/peer_certificate.hpp"
 
 namespace terravox::net {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 
+#include "raytracer/farm/net/certificates.hpp"
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/grpc_settings.hpp"
 #include "raytracer/farm/net/handshake.hpp"
-#include "raytracer/farm/net/peer_certificate.hpp"
 #include "raytracer/farm/net/stream.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 

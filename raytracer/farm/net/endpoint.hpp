@@ -1,14 +1,17 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "common/util/error.hpp"
 #include "raytracer/farm/net/link.hpp"
-#include "voxelserver/serve/sockets/address.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::net {
 
@@ -16,7 +19,7 @@ inline constexpr std::uint16_t kWorkerPort = 7878;       ///< worker --listen, r
 inline constexpr std::uint16_t kCoordinatorPort = 7879;  ///< render --listen, worker --join
 
 /// How both ends authenticate: either with a shared token, or with certificates of one CA on both
-/// sides, which carry the DNS name "terravox-farm" (certs.hpp makes these). With a token nothing is
+/// sides, which carry the DNS name "terravox-farm" (certificates.hpp makes these). With a token nothing is
 /// encrypted: for trusted networks (handshake.hpp).
 struct Credentials {
     std::string token;  ///< as util::check_token() wants it; empty with certificates
@@ -71,6 +74,37 @@ public:
 private:
     class Impl;
     std::unique_ptr<Impl> m_impl;
+};
+
+/// Logs why connections were refused: each reason once a minute for each address, so that a flood
+/// does not fill the disk. Remembers at most kMaxKept of them; while it is full, others count
+/// together as "other addresses", whatever their reasons. Not thread-safe.
+class RefusalLog {
+public:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::size_t kMaxKept = 1024;
+    static constexpr std::chrono::seconds kQuiet{60};
+
+    /// @param say receives the lines; none: they are logged as warnings
+    /// @param what begins them
+    explicit RefusalLog(std::function<void(const std::string&)> say = {},
+                        std::string what = "farm: refused");
+    /// @param who the address without its port
+    /// @param peer the address with its port
+    void refused(const std::string& who, const std::string& peer, const std::string& why,
+                 Clock::time_point now = Clock::now());
+
+private:
+    struct Reported {
+        Clock::time_point when;
+        std::uint64_t since = 0;  ///< number of refusals that were not logged
+    };
+    std::function<void(const std::string&)> m_say;
+    const std::string m_what;
+    std::map<std::pair<std::string, std::string>, Reported> m_reported;
+    /// When old entries were last removed; that is not done for each refusal, since there may be
+    /// very many.
+    Clock::time_point m_cleared{};
 };
 
 }  // namespace terravox::net

@@ -43,7 +43,7 @@ public:
     /// The peer's address, for messages.
     [[nodiscard]] virtual const std::string& peer() const noexcept = 0;
     /// Role of the peer according to its certificate ("worker", "coordinator":
-    /// raytracer/farm/net/peer_certificate.hpp); empty with a token.
+    /// raytracer/farm/net/certificates.hpp); empty with a token.
     [[nodiscard]] virtual std::string certified_role() const { return {}; }
     /// The name of the peer in its certificate, assigned by the CA; empty with a token. Several
     /// machines may share a certificate.

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "raytracer/farm/net/certificates.hpp"
 #include "raytracer/farm/net/link.hpp"
-#include "raytracer/farm/net/peer_certificate.hpp"
 
 namespace terravox::net {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "raytracer/farm/processors/member_registry.hpp"
+#include "raytracer/farm/processors/pool_members.hpp"
 
 namespace terravox::processors {
 

@@ -13,15 +13,11 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/farm/processors/absence_watchdog.hpp"
-#include "raytracer/farm/processors/failure_log.hpp"
 #include "raytracer/farm/processors/lease_book.hpp"
 #include "raytracer/farm/processors/lease_planner.hpp"
-#include "raytracer/farm/processors/member_registry.hpp"
-#include "raytracer/farm/processors/pool_member.hpp"
+#include "raytracer/farm/processors/pool_members.hpp"
+#include "raytracer/farm/processors/pool_results.hpp"
 #include "raytracer/farm/processors/processor.hpp"
-#include "raytracer/farm/processors/result_queue.hpp"
-#include "raytracer/farm/processors/result_validator.hpp"
 
 namespace terravox::processors {
 

@@ -5,13 +5,13 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "raytracer/core/output/denoise.hpp"
-#include "raytracer/core/output/film.hpp"
 #include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/output/tile_stream.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 
 namespace terravox::render {
 namespace {

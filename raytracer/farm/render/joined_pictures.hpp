@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/farm/checkpoint/joined_tiles.hpp"
+#include "raytracer/farm/checkpoint/tile_journal.hpp"
 #include "raytracer/farm/render/statistics.hpp"
 
 namespace terravox::render {

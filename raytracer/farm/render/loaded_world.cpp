@@ -2,8 +2,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
-#include "voxelserver/make/worlds/remote/http_origin.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 
 namespace terravox::render {
 namespace {

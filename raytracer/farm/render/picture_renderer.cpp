@@ -9,8 +9,8 @@
 #include "raytracer/core/output/denoise.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/output/tile_stream.hpp"
-#include "raytracer/core/scene/picture_check.hpp"
-#include "raytracer/farm/checkpoint/input_names.hpp"
+#include "raytracer/core/scene/scene.hpp"
+#include "raytracer/farm/checkpoint/picture_key.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
 
 namespace terravox::render {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/thread/stop_signals.hpp"
+#include "common/thread/stop.hpp"
 #include "common/util/stage_times.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/render/loaded_world.hpp"
 #include "raytracer/farm/render/render_pool.hpp"
 #include "raytracer/farm/render/statistics.hpp"

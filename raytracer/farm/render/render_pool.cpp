@@ -5,14 +5,13 @@
 #include <utility>
 
 #include "common/util/error.hpp"
-#include "common/util/open_files.hpp"
-#include "common/util/printable.hpp"
-#include "common/util/resident_memory.hpp"
+#include "common/util/files.hpp"
+#include "common/util/process_memory.hpp"
+#include "common/util/text.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/farm/processors/green_processor.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
-#include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 
 namespace terravox::render {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/core/output/picture_info.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
 

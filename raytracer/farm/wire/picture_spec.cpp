@@ -6,13 +6,12 @@
 #include <iterator>
 
 #include "common/util/error.hpp"
-#include "common/voxel/world_json.hpp"
-#include "raytracer/analyse/solar/analysis_place.hpp"
-#include "raytracer/analyse/solar/clock.hpp"
-#include "raytracer/core/material/material_file.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/analyse/solar/place_and_clock.hpp"
+#include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
-#include "raytracer/core/sky/sun_of.hpp"
+#include "raytracer/core/shade/view.hpp"
+#include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "common/thread/stopped_error.hpp"
+#include "common/thread/stop.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "common/voxel/box.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 
 namespace terravox::farm {
 

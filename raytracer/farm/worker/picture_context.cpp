@@ -3,12 +3,11 @@
 #include <algorithm>
 
 #include "common/thread/start_threads.hpp"
-#include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/stage_times.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/core/scene/world_options_of.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 

@@ -6,11 +6,10 @@
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/log.hpp"
-#include "common/util/resident_memory.hpp"
+#include "common/util/process_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
-#include "raytracer/farm/wire/hello.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {

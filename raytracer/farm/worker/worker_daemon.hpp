@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "raytracer/farm/net/endpoint.hpp"
-#include "raytracer/farm/net/refusal_log.hpp"
-#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/worker/worker_session.hpp"
 
 namespace terravox::farm {

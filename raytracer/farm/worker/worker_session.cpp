@@ -7,9 +7,9 @@
 #include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/util/resident_memory.hpp"
+#include "common/util/process_memory.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 
 namespace terravox::farm {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "tests/bench/accuracy/area.hpp"
 #include "tests/bench/accuracy/tree_tops.hpp"
-#include "voxelserver/tools/survey/survey_options.hpp"
-#include "voxelserver/tools/survey/true_columns.hpp"
+#include "voxelserver/tools/survey/survey.hpp"
+#include "voxelserver/tools/survey/truth.hpp"
 
 namespace terravox::bench {
 

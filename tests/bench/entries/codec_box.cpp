@@ -1,7 +1,7 @@
 #include <zstd.h>
 
 #include "common/util/error.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
 namespace terravox::bench::codec_box_entry {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/bench/bench.hpp"

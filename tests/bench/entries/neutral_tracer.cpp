@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "raytracer/core/trace/shadow_groups.hpp"
+#include "raytracer/core/trace/fan_tracer.hpp"
 #include "raytracer/core/walk/surroundings.hpp"
 
 namespace terravox::bench {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "raytracer/core/blocks/block_manager.hpp"
-#include "raytracer/core/trace/pixel_blocks.hpp"
+#include "raytracer/core/trace/tile_pixels.hpp"
 #include "raytracer/core/walk/packet_walk.hpp"
 #include "raytracer/core/walk/shaft.hpp"
 #include "raytracer/core/walk/walk.hpp"

@@ -1,10 +1,10 @@
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "tests/bench/clocks.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
-#include "voxelserver/make/worlds/minecraft/chunk_reader.hpp"
-#include "voxelserver/make/worlds/minecraft/info.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 #include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
+#include "voxelserver/make/worlds/minecraft/world_info.hpp"
 
 namespace terravox::bench::world_minecraft_entry {
 namespace {

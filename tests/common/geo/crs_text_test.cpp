@@ -1,4 +1,4 @@
-#include "common/geo/crs_text.hpp"
+#include "common/geo/crs.hpp"
 
 #include <ogr_spatialref.h>
 
@@ -6,7 +6,6 @@
 #include <fstream>
 #include <random>
 
-#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/open_watch.hpp"

@@ -13,7 +13,6 @@
 #include <thread>
 
 #include "common/geo/gdal.hpp"
-#include "common/geo/gdal_error_scope.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/child_process.hpp"
 #include "tests/common/emulated.hpp"

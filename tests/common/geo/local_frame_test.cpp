@@ -1,4 +1,4 @@
-#include "common/geo/local_frame.hpp"
+#include "common/geo/lat_lon.hpp"
 
 #include <cmath>
 #include <random>

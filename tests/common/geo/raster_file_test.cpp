@@ -1,4 +1,4 @@
-#include "common/geo/raster_file.hpp"
+#include "common/geo/gdal_files.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -14,10 +14,8 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
-#include "common/geo/gdal_error_scope.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "common/geo/raster_gate.hpp"
-#include "common/geo/virtual_raster.hpp"
-#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/open_watch.hpp"

@@ -1,4 +1,4 @@
-#include "common/thread/on_new_thread.hpp"
+#include "common/thread/start_threads.hpp"
 
 #include <memory>
 #include <stdexcept>

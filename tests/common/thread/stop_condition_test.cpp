@@ -1,4 +1,4 @@
-#include "common/thread/stop_condition.hpp"
+#include "common/thread/stop.hpp"
 
 #include "tests/catch.hpp"
 

@@ -1,4 +1,4 @@
-#include "common/thread/stop_signals.hpp"
+#include "common/thread/stop.hpp"
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include "common/util/config_dir.hpp"
+#include "common/util/folders.hpp"
 
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-#include "common/util/end_of_program.hpp"
+#include "common/util/error.hpp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -14,7 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/child_process.hpp"
 #include "tests/common/emulated.hpp"

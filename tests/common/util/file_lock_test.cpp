@@ -1,4 +1,4 @@
-#include "common/util/file_lock.hpp"
+#include "common/util/files.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "common/util/int_range.hpp"
+#include "common/util/text.hpp"
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

@@ -1,4 +1,4 @@
-#include "common/util/near_words.hpp"
+#include "common/util/text.hpp"
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 
 #include <string>
 

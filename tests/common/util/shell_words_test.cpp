@@ -1,4 +1,4 @@
-#include "common/util/shell_words.hpp"
+#include "common/util/text.hpp"
 
 #include <array>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "common/util/temporary_folder.hpp"
+#include "common/util/folders.hpp"
 
 #include <sys/stat.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 
 #include <xxhash.h>
 #include <zstd.h>

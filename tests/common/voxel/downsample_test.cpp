@@ -1,4 +1,4 @@
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 
 #include "common/voxel/box.hpp"
 #include "common/voxel/box_builder.hpp"
-#include "common/voxel/downsample.hpp"
 
 namespace terravox::test {
 

@@ -1,4 +1,4 @@
-#include "common/voxel/morton.hpp"
+#include "common/voxel/box.hpp"
 
 #include <random>
 

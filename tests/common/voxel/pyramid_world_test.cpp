@@ -1,7 +1,7 @@
 #include "common/voxel/pyramid_world.hpp"
 
 #include "common/thread/parallel.hpp"
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
 

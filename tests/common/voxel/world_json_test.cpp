@@ -1,4 +1,4 @@
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 
 #include <limits>
 

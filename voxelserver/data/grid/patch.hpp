@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "common/voxel/box.hpp"
-#include "common/voxel/morton.hpp"
 
 namespace terravox::grid {
 

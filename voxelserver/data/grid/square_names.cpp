@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 #include "common/util/toml_file.hpp"
 
 namespace terravox::grid {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
-#include "common/voxel/bytes.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/imagery/palette_file.hpp"
 
 namespace terravox::imagery {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gdal_priv.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -12,9 +11,34 @@
 
 #include "common/geo/crs.hpp"
 #include "voxelserver/data/grid/square_names.hpp"
-#include "voxelserver/data/imagery/bands.hpp"
+
+class GDALDataset;
 
 namespace terravox::imagery {
+
+/// Assignment of an image's bands: GDAL's band numbers from 1, 0 = not present.
+struct BandRoles {
+    int red = 0;
+    int green = 0;
+    int blue = 0;
+    int nir = 0;
+    bool palette = false;  ///< the first band holds indices into a colour table
+    [[nodiscard]] bool colour() const noexcept { return blue != 0; }
+};
+
+/// Determines what the bands hold, by these rules, in this order:
+/// 1. per band, the metadata of the file: a colour interpretation (near infrared where GDAL
+///    supports it: 3.10), or a description such as "nir", "near infrared", "pir";
+/// 2. a file name with the word "irc" or "cir" (no letter before or after it:
+///    "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
+/// 3. a file name with the word "rgbi", "rgbn" or "rgbnir": the fourth band is near infrared, even
+///    if tagged as alpha;
+/// 4. four bands or more, the fourth neither alpha nor described: near infrared;
+/// 5. else red, green, blue in the order of the bands; fewer than three bands are grey.
+///
+/// An image that has only near infrared, red and green gives no colour: its blue is unknown, and a
+/// made-up value would end up in the picture.
+[[nodiscard]] BandRoles roles_of(GDALDataset& image, const std::string& file_name);
 
 /// The mutex that must be held for every use of GDAL data sets and PROJ transformations, which are
 /// not thread-safe.

@@ -9,9 +9,8 @@
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "voxelserver/data/imagery/footprint.hpp"
-#include "voxelserver/data/imagery/image_identity.hpp"
-#include "voxelserver/data/imagery/orthophoto_files.hpp"
+#include "voxelserver/data/imagery/image_files.hpp"
+#include "voxelserver/data/imagery/pixel_map.hpp"
 
 namespace terravox::imagery {
 

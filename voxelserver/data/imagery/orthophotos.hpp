@@ -22,7 +22,7 @@ namespace terravox::imagery {
 /// this order, which does not depend on the order of `paths` or of a folder: finer pixels first
 /// (rounded to a millimetre), then the newer date (TIFFTAG_DATETIME, EXIF; no date counts as
 /// oldest), then the file's name, then its path. Near infrared is taken in the same order from the
-/// images that have it. For the assignment of bands see bands.hpp. Nodata values, alpha and mask
+/// images that have it. For the assignment of bands see image.hpp. Nodata values, alpha and mask
 /// bands are respected.
 class Orthophotos {
 public:
@@ -50,7 +50,7 @@ public:
     /// returns them in order of precedence.
     struct Input {
         grid::ColumnRect rect;
-        voxel::Fingerprint identity{};  ///< image_identity.hpp
+        voxel::Fingerprint identity{};  ///< image_files.hpp
         /// Images of one series may be of one survey: their pixels differ by a tenth at most, and
         /// they are dated in the same year, or not at all.
         std::size_t series = 0;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/toml_file.hpp"
 
 namespace terravox::imagery {

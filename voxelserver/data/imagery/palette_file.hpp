@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/voxel/material.hpp"
-#include "voxelserver/data/imagery/material_set.hpp"
+#include "voxelserver/data/imagery/colour_map.hpp"
 
 namespace terravox::imagery {
 

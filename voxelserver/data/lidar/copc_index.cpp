@@ -5,8 +5,8 @@
 #include <unordered_set>
 
 #include "voxelserver/data/lidar/chunk_table.hpp"
-#include "voxelserver/data/lidar/index_sources.hpp"
-#include "voxelserver/data/lidar/records.hpp"
+#include "voxelserver/data/lidar/las_header.hpp"
+#include "voxelserver/data/lidar/spatial_index.hpp"
 #include "voxelserver/data/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kEntryBytes = 32;
 constexpr std::int32_t kAnotherPage = -1;
-constexpr int kDeepestLevel = 30;  ///< 2^30 nodes along an axis: 1 mm in 1000 km
+constexpr int kDeepestNode = 30;  ///< 2^30 nodes along an axis: 1 mm in 1000 km
 
 struct Page {
     std::uint64_t at = 0;
@@ -97,9 +97,9 @@ private:
     }
 
     void check_key(const Entry& entry) const {
-        const std::int64_t nodes = std::int64_t{1} << std::clamp(entry.key[0], 0, kDeepestLevel);
+        const std::int64_t nodes = std::int64_t{1} << std::clamp(entry.key[0], 0, kDeepestNode);
         bool right =
-            entry.key[0] >= 0 && entry.key[0] <= kDeepestLevel && entry.points >= kAnotherPage;
+            entry.key[0] >= 0 && entry.key[0] <= kDeepestNode && entry.points >= kAnotherPage;
         for (std::size_t axis = 0; axis < 3; ++axis)
             right = right && entry.key[axis + 1] >= 0 && entry.key[axis + 1] < nodes;
         if (!right)

@@ -17,7 +17,7 @@ namespace terravox::lidar {
 struct ChunkTable;
 
 /// Offsets, within the extra bytes of a point, of the fields that the older point format lacks
-/// (compatible.hpp).
+/// (las_header.hpp).
 struct CompatibleBytes {
     std::uint32_t returns = 0;
     std::uint32_t classification = 0;

@@ -1,4 +1,4 @@
-#include "voxelserver/data/lidar/las_format.hpp"
+#include "voxelserver/data/lidar/las_source.hpp"
 
 namespace terravox::lidar {
 

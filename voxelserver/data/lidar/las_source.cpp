@@ -1,7 +1,6 @@
 #include "voxelserver/data/lidar/las_source.hpp"
 
 #include "voxelserver/data/lidar/chunk_table.hpp"
-#include "voxelserver/data/lidar/las_format.hpp"
 #include "voxelserver/data/lidar/spatial_index.hpp"
 
 namespace terravox::lidar {

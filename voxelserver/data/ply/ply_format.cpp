@@ -1,4 +1,4 @@
-#include "voxelserver/data/ply/ply_format.hpp"
+#include "voxelserver/data/ply/ply_source.hpp"
 
 namespace terravox::ply {
 

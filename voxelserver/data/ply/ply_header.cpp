@@ -1,11 +1,11 @@
-#include "voxelserver/data/ply/ply_header.hpp"
+#include "voxelserver/data/ply/ply_file.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <sstream>
 #include <string_view>
 
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::ply {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/data/ply/ply_vertices.hpp"
+#include "voxelserver/data/ply/ply_file.hpp"
 
 #include <algorithm>
 #include <array>

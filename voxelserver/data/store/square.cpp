@@ -1,7 +1,6 @@
 #include "voxelserver/data/store/square.hpp"
 
 #include <xxhash.h>
-
 #include <algorithm>
 #include <string>
 #include <tuple>
@@ -9,7 +8,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/util/mapped_file.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::store {
 namespace {
@@ -145,6 +144,26 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
     });
     const std::size_t bytes = total * sizeof(VoxelPoint) + keys.size() * sizeof(PatchEntry);
     return std::make_shared<Square>(owned, owned->patches, owned->points, counts, bytes, true);
+}
+
+std::vector<std::size_t> ChunkIndex::over(const grid::PatchRect& rect) const {
+    std::vector<std::size_t> out;
+    for (std::size_t i = 0; i < m_chunks.size(); ++i)
+        if (std::any_of(m_chunks[i].patches.begin(), m_chunks[i].patches.end(),
+                        [&](grid::PatchKey k) { return rect.contains(k); }))
+            out.push_back(i);
+    return out;
+}
+
+std::vector<pointcloud::PointRange> ChunkIndex::ranges_over(const grid::PatchRect& rect) const {
+    std::vector<pointcloud::PointRange> out;
+    for (const std::size_t i : over(rect)) {
+        if (!out.empty() && out.back().end == m_chunks[i].points.begin)
+            out.back().end = m_chunks[i].points.end;
+        else
+            out.push_back(m_chunks[i].points);
+    }
+    return out;
 }
 
 }  // namespace terravox::store

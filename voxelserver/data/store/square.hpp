@@ -6,10 +6,35 @@
 #include <span>
 #include <vector>
 
+#include "common/voxel/material.hpp"
 #include "voxelserver/data/grid/patch.hpp"
-#include "voxelserver/data/store/voxel_point.hpp"
+#include "voxelserver/data/pointcloud/point.hpp"
 
 namespace terravox::store {
+
+/// One return in voxel space, in fixed point: x and z are relative to the first column of its
+/// patch, y is absolute. Because fractions are rounded down, `>> bits` gives exactly the voxel that
+/// contained the original point. Stored as is in prepared squares.
+struct VoxelPoint {
+    static constexpr int kPlanBits = 10;    ///< fraction of x and z: 64 columns fill 16 bits
+    static constexpr int kHeightBits = 12;  ///< fraction of y: heights up to 524,287 voxels
+    std::uint16_t x = 0;
+    std::uint16_t z = 0;
+    std::int32_t y = 0;
+    std::uint8_t source_class = 0;
+    /// Of the point itself where its square has colours; elsewhere `r` is its brightness.
+    voxel::Rgb8 colour;
+
+    [[nodiscard]] int column() const noexcept { return (z >> kPlanBits) * 64 + (x >> kPlanBits); }
+    [[nodiscard]] float height() const noexcept {
+        return static_cast<float>(y) * (1.0f / (1 << kHeightBits));
+    }
+    /// How bright a single return is, in hundredths of bright ground, up to 255; 0 = not known.
+    /// Valid where the square has no colours.
+    [[nodiscard]] std::uint8_t brightness() const noexcept { return colour.r; }
+    [[nodiscard]] std::int32_t voxel_y() const noexcept { return y >> kHeightBits; }
+};
+static_assert(sizeof(VoxelPoint) == 12);
 
 /// The range of one patch in a square's points. Stored as is in prepared squares.
 struct PatchEntry {
@@ -92,5 +117,29 @@ struct PatchedPoints {
 /// @param threads 0 = one per core
 [[nodiscard]] std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                                        const PointCounts& counts, int threads);
+
+/// Maps chunks of a file to the patches that their points lie in: built when a file is decoded for
+/// the first time, so that later only the required part needs to be decoded.
+class ChunkIndex {
+public:
+    struct Chunk {
+        pointcloud::PointRange points;
+        std::vector<grid::PatchKey> patches;  ///< sorted, without duplicates
+    };
+    ChunkIndex() = default;
+    /// @param chunks in ascending order of points
+    explicit ChunkIndex(std::vector<Chunk> chunks) : m_chunks(std::move(chunks)) {}
+
+    /// The chunks that hold points of the rectangle's patches, ascending.
+    [[nodiscard]] std::vector<std::size_t> over(const grid::PatchRect& rect) const;
+    /// Ranges that contain every kept point of the rectangle's patches, sorted and merged; they may
+    /// contain others.
+    [[nodiscard]] std::vector<pointcloud::PointRange> ranges_over(
+        const grid::PatchRect& rect) const;
+    [[nodiscard]] std::span<const Chunk> chunks() const noexcept { return m_chunks; }
+
+private:
+    std::vector<Chunk> m_chunks;
+};
 
 }  // namespace terravox::store

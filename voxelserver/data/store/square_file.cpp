@@ -1,4 +1,4 @@
-#include "voxelserver/data/store/square_file.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 
 #include <xxhash.h>
 
@@ -8,7 +8,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/mapped_file.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::store {
 namespace {

@@ -6,9 +6,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/bytes.hpp"
-#include "common/voxel/file_identity.hpp"
-#include "voxelserver/data/store/square_file.hpp"
+#include "common/voxel/fingerprint.hpp"
 
 namespace terravox::store {
 

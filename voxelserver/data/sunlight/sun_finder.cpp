@@ -1,4 +1,4 @@
-#include "voxelserver/data/sunlight/sun_finder.hpp"
+#include "voxelserver/data/sunlight/sun.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "common/voxel/world.hpp"
@@ -10,6 +12,97 @@
 #include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water {
+
+/// A patch's index.
+struct PatchIndex {
+    std::int32_t x = 0;
+    std::int32_t z = 0;
+    bool operator==(const PatchIndex&) const = default;
+};
+struct PatchIndexHash {
+    std::size_t operator()(PatchIndex p) const noexcept {
+        const std::uint64_t both = static_cast<std::uint64_t>(static_cast<std::uint32_t>(p.x))
+                                       << 32 |
+                                   static_cast<std::uint32_t>(p.z);
+        return static_cast<std::size_t>((both ^ both >> 29) * 0x9e3779b97f4a7c15u >> 7);
+    }
+};
+/// One byte per cell of a patch, not 0 = set.
+using CellFlags = std::vector<std::uint8_t>;
+using FlaggedPatches = std::unordered_map<PatchIndex, CellFlags, PatchIndexHash>;
+
+/// Floor division; b > 0.
+[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept {
+    return a / b - (a % b < 0 ? 1 : 0);
+}
+
+/// Loads the cells of one patch and checks them.
+/// @throws Error when the source returns null or a patch of another size
+[[nodiscard]] std::shared_ptr<const CellPatch> checked_cells(CellSource& source, PatchIndex patch,
+                                                             int side);
+
+/// Limits of an exploration.
+struct Bounds {
+    std::size_t patches = 0;  ///< maximum number of loaded patches, including the first
+    /// When set, the exploration stays within the patches of one square of a fixed grid: the
+    /// square's edge in patches.
+    std::optional<std::int32_t> square;
+    /// Cells known to belong to a body that exceeds `patches`: reaching one ends the exploration as
+    /// if the limit were exceeded. May be null.
+    const FlaggedPatches* oversize = nullptr;
+};
+
+/// Collects all candidates connected (over edges) with one candidate, patch by patch.
+class Exploration final : public Candidates {
+public:
+    /// Keeps references to `source` and `evidence`, which must outlive it.
+    Exploration(CellSource& source, int side, const Evidence& evidence)
+        : m_source(source), m_side(side), m_evidence(evidence) {}
+
+    /// @param start a candidate
+    /// @return false when the body extends beyond the bounds: the set of reached cells then depends
+    /// on the start
+    [[nodiscard]] bool run(CellPlace start, const Bounds& bounds);
+    /// Sorts the found cells; call it once, after run().
+    void list();
+
+    [[nodiscard]] const std::vector<CellPlace>& places() const override { return m_places; }
+    [[nodiscard]] const WaterCell* find(CellPlace place) const override;
+    /// Covers every patch that was examined; for a finished exploration it does not depend on the
+    /// start.
+    [[nodiscard]] voxel::InputExtent reach() const noexcept;
+    /// Calls visit(patch, flags of the cells found in it) for each patch with such cells, in
+    /// unspecified order.
+    template <class Visit>
+    void for_each_patch(const Visit& visit) const {
+        for (const auto& [patch, v] : m_visits)
+            if (v.count > 0)
+                visit(patch, v.found);
+    }
+
+private:
+    struct Visited {
+        std::shared_ptr<const CellPatch> cells;
+        CellFlags found;
+        std::vector<std::int32_t> waiting;  // found, neighbours not examined yet
+        std::uint32_t count = 0;
+        const CellFlags* oversize = nullptr;
+    };
+    Visited* visit(PatchIndex patch);
+    void touch(PatchIndex patch, Visited& v, int x, int z);
+    void spread(PatchIndex patch);
+    void cross(PatchIndex to, int x, int z);
+
+    CellSource& m_source;
+    int m_side;
+    const Evidence& m_evidence;
+    Bounds m_bounds;
+    PatchIndex m_square;  // square of the start, when limited to one
+    bool m_exceeded = false;
+    std::unordered_map<PatchIndex, Visited, PatchIndexHash> m_visits;
+    std::vector<PatchIndex> m_queue;
+    std::vector<CellPlace> m_places;
+};
 
 /// An extent larger than any world.
 inline constexpr voxel::InputExtent kAnywhere{-(1 << 26), -(1 << 26), 1 << 26, 1 << 26};

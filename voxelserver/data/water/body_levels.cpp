@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "voxelserver/data/water/river_profile.hpp"
-#include "voxelserver/data/water/river_sections.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 namespace terravox::water {
 namespace {

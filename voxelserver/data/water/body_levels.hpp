@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "voxelserver/data/water/adjacency.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water {
 
@@ -34,8 +34,8 @@ struct LevelOptions {
 /// more than 0.2 m, as a tributary brook would be) has one level, the median of the returns. With
 /// few returns (below 10), the level is limited to the lowest tenth of its shore; without any
 /// return it equals that. A river: cells equally far from one end form cross-sections
-/// (river_sections.hpp), which are level; their levels are estimated and made to fall towards the
-/// outlets (river_profile.hpp). From every cell there is a path (over edges and corners) to an
+/// (river.hpp), which are level; their levels are estimated and made to fall towards the
+/// outlets (river.hpp). From every cell there is a path (over edges and corners) to an
 /// outlet that never rises. NaN everywhere when there is neither a sample nor a shore. The result
 /// depends on the values only: pure, thread-safe.
 [[nodiscard]] std::vector<float> body_levels(const Body& body, const LevelOptions& options);

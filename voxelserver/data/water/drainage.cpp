@@ -1,9 +1,9 @@
-#include "voxelserver/data/water/drainage.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 #include <algorithm>
 #include <queue>
 
-#include "voxelserver/data/water/adjacency.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water {
 namespace {

@@ -1,11 +1,10 @@
-#include "voxelserver/data/water/river_profile.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "voxelserver/data/water/adjacency.hpp"
-#include "voxelserver/data/water/drainage.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water {
 namespace {

@@ -1,10 +1,10 @@
-#include "voxelserver/data/water/river_sections.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 #include <algorithm>
 #include <array>
 #include <limits>
 
-#include "voxelserver/data/water/adjacency.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water {
 namespace {

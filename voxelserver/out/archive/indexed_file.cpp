@@ -1,12 +1,97 @@
 #include "voxelserver/out/archive/indexed_file.hpp"
 
+#include <xxhash.h>
+#include <cstring>
 #include <span>
 #include <string>
 
-#include "common/voxel/box_codec.hpp"
-#include "voxelserver/out/archive/records.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/box.hpp"
 
 namespace terravox::archive_tools {
+namespace {
+
+using voxel::archive::ByteSource;
+using voxel::archive::Entry;
+using voxel::archive::Record;
+
+/// Bytes that are read at once, and one record more: so few stay in a processor's cache until they
+/// are used.
+constexpr std::size_t kRead_bytes = std::size_t{1} << 20;
+
+std::uint64_t begin_of(const Entry& entry) {
+    return entry.offset - sizeof(Record);
+}
+
+std::uint64_t end_of(const Entry& entry) {
+    return entry.offset + entry.bytes;
+}
+
+/// One after the last of the entries that follow the first in the file, without gaps.
+std::size_t end_of_run(std::span<const Entry> entries, std::size_t first) {
+    std::size_t end = first + 1;
+    while (end < entries.size() && begin_of(entries[end]) == end_of(entries[end - 1]) &&
+           end_of(entries[end - 1]) - begin_of(entries[first]) < kRead_bytes)
+        ++end;
+    return end;
+}
+
+}  // namespace
+
+std::optional<std::string> problem_of(const Record& record, const Entry& entry,
+                                      std::span<const std::byte> frame) {
+    const voxel::BoxKey key = voxel::archive::key_of(entry.key);
+    if (voxel::archive::key_of(record.key) != key || record.bytes != entry.bytes ||
+        record.kind != entry.kind)
+        return "box " + voxel::to_string(key) + ": its record is that of another box";
+    if (record.checksum != XXH64(frame.data(), frame.size(), 0))
+        return "box " + voxel::to_string(key) + " is damaged";
+    return std::nullopt;
+}
+
+void visit_records(ByteSource& source, std::span<const Entry> entries, const VisitRecord& visit) {
+    std::vector<std::byte> room;
+    for (std::size_t first = 0; first < entries.size();) {
+        if (entries[first].offset < sizeof(Record))
+            throw util::Error("read " + source.name() + ": box " +
+                              voxel::to_string(voxel::archive::key_of(entries[first].key)) +
+                              " lies before the first record");
+        const std::size_t end = end_of_run(entries, first);
+        const std::uint64_t at = begin_of(entries[first]);
+        const auto bytes =
+            source.read(at, static_cast<std::size_t>(end_of(entries[end - 1]) - at), room);
+        for (; first < end; ++first) {
+            const auto offset = static_cast<std::size_t>(entries[first].offset - at);
+            Record record{};
+            std::memcpy(&record, bytes.data() + offset - sizeof record, sizeof record);
+            visit(entries[first], record, bytes.subspan(offset, entries[first].bytes));
+        }
+    }
+}
+
+void read_records(ByteSource& source, std::span<const Entry> entries, const char* attempt,
+                  const UseRecord& use) {
+    visit_records(
+        source, entries,
+        [&](const Entry& entry, const Record& record, std::span<const std::byte> frame) {
+            if (const auto problem = problem_of(record, entry, frame))
+                throw util::Error(std::string(attempt) + " " + source.name() + ": " + *problem);
+            use(entry, frame);
+        });
+}
+
+std::vector<Entry> all_entries(const voxel::archive::ArchiveIndex& index) {
+    std::vector<Entry> out;
+    std::size_t count = 0;
+    for (const voxel::archive::Leaf& leaf : index.leaves())
+        count += leaf.entries;
+    out.reserve(count);
+    for (std::size_t leaf = 0; leaf < index.leaves().size(); ++leaf) {
+        const auto some = index.entries(leaf);
+        out.insert(out.end(), some.begin(), some.end());
+    }
+    return out;
+}
 
 using voxel::archive::MadeBox;
 using voxel::archive::MadeRecord;

@@ -6,18 +6,17 @@
 #include <utility>
 #include <vector>
 
-#include "common/util/printable.hpp"
+#include "common/util/command_line.hpp"
 #include "common/util/program.hpp"
-#include "common/util/program_of_command.hpp"
+#include "common/util/text.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/out/archive/archive_files.hpp"
 #include "voxelserver/out/archive/merge.hpp"
 #include "voxelserver/out/archive/patch.hpp"
 #include "voxelserver/out/archive/split.hpp"
 #include "voxelserver/out/archive/stac_command.hpp"
-#include "voxelserver/out/archive/summary.hpp"
 #include "voxelserver/out/archive/verify.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 
 namespace {
 

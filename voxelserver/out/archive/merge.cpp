@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/voxel/archive/archive_parts.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
-#include "common/voxel/archive/shard.hpp"
-#include "common/voxel/archive/unfinished.hpp"
-#include "common/voxel/world_json.hpp"
-#include "voxelserver/out/archive/records.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/out/archive/indexed_file.hpp"
 
 namespace terravox::archive_tools {
 namespace {

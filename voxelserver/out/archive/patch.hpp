@@ -5,7 +5,37 @@
 #include <functional>
 #include <span>
 
+#include "common/voxel/archive/archive_parts.hpp"
+#include "voxelserver/out/archive/indexed_file.hpp"
+
 namespace terravox::archive_tools {
+
+struct OpenChange {
+    IndexedFile file;
+    voxel::archive::Change facts;
+};
+
+/// @throws UsageError when the file is no change; Error when it is damaged
+[[nodiscard]] OpenChange open_change(const std::filesystem::path& path);
+
+/// The change from which a patched archive has a box of level 0.
+/// @return nullptr: none of them replaces it
+[[nodiscard]] const OpenChange* change_of(std::span<const OpenChange> changes,
+                                          const voxel::BoxKey& key);
+
+/// Refuses changes of another world than that of an archive, or of another one than each other.
+/// @param changes not empty
+/// @throws UsageError
+void check_worlds(const IndexedFile& archive, std::span<const OpenChange> changes);
+
+/// What has not changed must be alike: an archive that was made with other options, or of data of
+/// which more has changed than the changes say, would become a mixture. So the columns that a
+/// change compares are compared with those of the patched archive, byte for byte; a change that
+/// compares none must replace all.
+/// @param replaced columns that the archive loses: those that the changes replace, and others
+/// @throws UsageError; Error where a record is damaged
+void check_compared(const IndexedFile& archive, std::span<const OpenChange> changes,
+                    const voxel::archive::ColumnSet& replaced);
 
 struct PatchReport {
     std::uint64_t columns = 0;  ///< of boxes of level 0 that were replaced
@@ -14,11 +44,11 @@ struct PatchReport {
     std::uint64_t holes = 0;    ///< of all levels, in the new archive
 };
 
-/// Puts changes (common/voxel/archive/change.hpp) into an archive: the columns of boxes that they
-/// replace, with all coarse boxes above them. All other records are copied, not packed anew. The
-/// result has the bytes of a conversion of the new data, as far as the changes hold all that has
-/// changed; where data were damaged, the header counts those of the old archive, too, while it has
-/// holes outside of the changes.
+/// Puts changes (common/voxel/archive/archive_parts.hpp) into an archive: the columns of boxes that
+/// they replace, with all coarse boxes above them. All other records are copied, not packed anew.
+/// The result has the bytes of a conversion of the new data, as far as the changes hold all that
+/// has changed; where data were damaged, the header counts those of the old archive, too, while it
+/// has holes outside of the changes.
 ///
 /// The new archive is written next to its name and renamed, and may replace the old one: programs
 /// that have the old one open go on with it. Nothing is written in place.

@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 
 namespace terravox::archive_tools {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/util/program_of_command.hpp"
+#include "common/util/command_line.hpp"
 
 namespace terravox::archive_tools {
 

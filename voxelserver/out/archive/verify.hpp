@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "common/voxel/archive/archive_reader.hpp"
 #include "voxelserver/out/archive/archive_files.hpp"
 
 namespace terravox::archive_tools {
@@ -46,5 +48,25 @@ using VerifyProgress = std::function<void(std::uint64_t done, std::uint64_t tota
 [[nodiscard]] Verification verify_open(voxel::archive::ByteSource& archive, std::uint64_t bytes,
                                        int threads = 0, const VerifyProgress& progress = {},
                                        std::size_t stretch = std::size_t{1} << 20);
+
+/// What an index names.
+struct WalkedIndex {
+    std::uint64_t records = 0;
+    std::uint64_t bytes = 0;  ///< of records and leaves
+    bool is_readable = true;  ///< the whole index
+};
+
+/// Reads all leaves; notes those that are damaged.
+/// @param visit called with the number and the entries of each leaf that is whole, in order
+/// @throws ChangedError
+WalkedIndex walk_index(
+    const voxel::archive::ArchiveIndex& index, Verification& out,
+    const std::function<void(std::size_t leaf, const std::vector<voxel::archive::Entry>&)>& visit);
+
+/// Compares the size of the file with what its header and its index name, and reads the end of a
+/// shard or a change; notes what is wrong.
+/// @throws ChangedError
+void check_size(voxel::archive::ByteSource& source, const voxel::archive::ArchiveIndex& index,
+                const WalkedIndex& walked, std::uint64_t file_bytes, Verification& out);
 
 }  // namespace terravox::archive_tools

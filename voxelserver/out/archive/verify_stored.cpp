@@ -5,9 +5,8 @@
 #include "common/thread/in_order.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/changed_error.hpp"
-#include "voxelserver/out/archive/index_walk.hpp"
-#include "voxelserver/out/archive/records.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/out/archive/indexed_file.hpp"
 #include "voxelserver/out/archive/verify.hpp"
 
 namespace terravox::archive_tools {

@@ -7,15 +7,13 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
-#include "common/voxel/file_identity.hpp"
-#include "voxelserver/data/imagery/image_identity.hpp"
-#include "voxelserver/data/imagery/orthophoto_files.hpp"
+#include "common/voxel/fingerprint.hpp"
+#include "voxelserver/data/imagery/image_files.hpp"
 #include "voxelserver/data/pointcloud/formats/open.hpp"
 #include "voxelserver/data/store/grabber_store.hpp"
-#include "voxelserver/make/voxelize/points/lidar_files.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/points/square_sample.hpp"
 #include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
-#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 
 namespace terravox::country {

@@ -10,9 +10,9 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_format.hpp"
-#include "common/voxel/archive/archive_index.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
+#include "voxelserver/out/archive/archive_files.hpp"
 #include "voxelserver/out/archive/merge.hpp"
-#include "voxelserver/out/archive/summary.hpp"
 #include "voxelserver/out/country/task.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
 

@@ -9,16 +9,16 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/file_lock.hpp"
+#include "common/util/files.hpp"
 #include "voxelserver/make/voxelize/world/dependent_columns.hpp"
 #include "voxelserver/make/voxelize/world/world_facts.hpp"
 #include "voxelserver/out/country/inputs.hpp"
 #include "voxelserver/out/country/join.hpp"
-#include "voxelserver/out/country/opened.hpp"
-#include "voxelserver/out/country/scratch_folder.hpp"
-#include "voxelserver/out/export/archive/change_export.hpp"
-#include "voxelserver/out/export/core/changed_columns.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
+#include "voxelserver/out/country/plan.hpp"
+#include "voxelserver/out/country/workload.hpp"
+#include "voxelserver/out/export/archive/archive_export.hpp"
+#include "voxelserver/out/export/core/format.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::country {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "voxelserver/out/archive/patch.hpp"
-#include "voxelserver/out/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan.hpp"
 
 namespace terravox::country {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/out/country/planner.hpp"
+#include "voxelserver/out/country/plan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,11 @@
 #include "common/util/version.hpp"
 #include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/out/country/inputs.hpp"
-#include "voxelserver/out/country/opened.hpp"
-#include "voxelserver/out/country/plan_folder.hpp"
 #include "voxelserver/out/country/sample.hpp"
-#include "voxelserver/out/country/usage.hpp"
+#include "voxelserver/out/country/task.hpp"
+#include "voxelserver/out/country/workload.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::country {
 namespace {

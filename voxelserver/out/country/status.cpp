@@ -6,11 +6,10 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "common/util/file_lock.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/files.hpp"
+#include "common/util/text.hpp"
 #include "voxelserver/out/country/join.hpp"
 #include "voxelserver/out/country/task.hpp"
-#include "voxelserver/out/country/task_record.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
 
 namespace terravox::country {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/out/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan.hpp"
 
 namespace terravox::country {
 

@@ -1,23 +1,141 @@
 #include "voxelserver/out/country/task.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/file_lock.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/archive/archive_index.hpp"
-#include "common/voxel/archive/shard.hpp"
+#include "common/voxel/archive/archive_parts.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 #include "voxelserver/out/country/inputs.hpp"
-#include "voxelserver/out/country/opened.hpp"
-#include "voxelserver/out/country/scratch_folder.hpp"
-#include "voxelserver/out/country/task_record.hpp"
-#include "voxelserver/out/country/usage.hpp"
+#include "voxelserver/out/country/plan.hpp"
+#include "voxelserver/out/country/workload.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::country {
+namespace {
+
+struct rusage used() {
+    struct rusage out{};
+    ::getrusage(RUSAGE_SELF, &out);
+    return out;
+}
+
+double seconds(const timeval& t) noexcept {
+    constexpr double kMicro = 1e-6;
+    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * kMicro;
+}
+
+}  // namespace
+
+double used_cpu_s() {
+    const struct rusage now = used();
+    return seconds(now.ru_utime) + seconds(now.ru_stime);
+}
+
+double used_peak_mib() {
+    constexpr double kKibOfMib = 1024;
+    return static_cast<double>(used().ru_maxrss) / kKibOfMib;
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<const char*, 3> kStates = {"running", "failed", "done"};
+
+}  // namespace
+
+void write_record(const std::filesystem::path& file, const TaskRecord& record) {
+    const Json out{
+        {"plan", record.plan},   {"state", kStates.at(static_cast<std::size_t>(record.state))},
+        {"begun", record.begun}, {"wall_s", record.wall_s},
+        {"cpu_s", record.cpu_s}, {"peak_mib", record.peak_mib},
+        {"holes", record.holes}, {"host", record.host},
+        {"error", record.error}};
+    util::write_file_atomically(file,
+                                out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n",
+                                util::Links::kReplace);
+}
+
+std::optional<TaskRecord> read_record(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in)
+        return std::nullopt;
+    const Json json = Json::parse(in, nullptr, false);
+    try {
+        TaskRecord out;
+        out.plan = json.at("plan").get<std::string>();
+        const auto state = json.at("state").get<std::string>();
+        for (std::size_t i = 0; i < kStates.size(); ++i)
+            if (state == kStates[i])
+                out.state = static_cast<TaskRecord::State>(i);
+        out.begun = json.at("begun").get<std::int64_t>();
+        out.wall_s = json.at("wall_s").get<double>();
+        out.cpu_s = json.at("cpu_s").get<double>();
+        out.peak_mib = json.at("peak_mib").get<double>();
+        out.holes = json.at("holes").get<std::uint64_t>();
+        out.host = json.at("host").get<std::string>();
+        out.error = json.at("error").get<std::string>();
+        return out;
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+namespace {
+
+/// Numbers that follow each other, both included.
+struct Run {
+    int first = 0;
+    int last = -1;
+    [[nodiscard]] int count() const noexcept { return last - first + 1; }
+};
+
+Run longest_run(const std::set<int>& numbers) {
+    Run longest;
+    Run run;
+    for (const int number : numbers) {
+        if (run.count() > 0 && number == run.last + 1)
+            run.last = number;
+        else
+            run = {number, number};
+        if (run.count() > longest.count())
+            longest = run;
+    }
+    return longest;
+}
+
+}  // namespace
+
+std::optional<int> TaskQueue::take(int after) {
+    if (m_waiting.empty())
+        return std::nullopt;
+    int number = after + 1;
+    if (after == 0 || !m_waiting.contains(number)) {
+        const Run run = longest_run(m_waiting);
+        const bool follows = m_running.contains(run.first - 1);
+        number = follows ? run.first + run.count() / 2 : run.first;
+    }
+    m_waiting.erase(number);
+    m_running.insert(number);
+    return number;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

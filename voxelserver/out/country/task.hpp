@@ -3,13 +3,68 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <vector>
 
-#include "voxelserver/out/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan.hpp"
 
 namespace terravox::country {
+
+/// User and system time of this process, seconds.
+[[nodiscard]] double used_cpu_s();
+/// Most resident memory of this process so far.
+[[nodiscard]] double used_peak_mib();
+[[nodiscard]] std::string host_name();
+
+/// How a task went, as far as it is known: for reports. Whether a shard is there, its file alone
+/// says.
+struct TaskRecord {
+    enum class State { kRunning, kFailed, kDone };
+    std::string plan;  ///< Plan::id()
+    State state = State::kRunning;
+    std::int64_t begun = 0;  ///< Unix time
+    double wall_s = 0;       ///< of the call that finished it, as the rest
+    double cpu_s = 0;
+    double peak_mib = 0;
+    std::uint64_t holes = 0;
+    std::string host;
+    std::string error;  ///< one line; of kFailed
+};
+
+/// @throws Error
+void write_record(const std::filesystem::path& file, const TaskRecord& record);
+/// @return nullopt when there is none, or it is damaged
+[[nodiscard]] std::optional<TaskRecord> read_record(const std::filesystem::path& file);
+
+/// Which task comes next on a machine that runs several at once. Neighbouring shards read the same
+/// squares, so a place goes on with the neighbour of the task that it has finished, and places
+/// begin far from each other: squares are then decoded once, and never by two at the same time. Not
+/// thread-safe.
+class TaskQueue {
+public:
+    /// @param waiting numbers of tasks
+    explicit TaskQueue(const std::vector<int>& waiting)
+        : m_waiting(waiting.begin(), waiting.end()) {}
+
+    [[nodiscard]] bool empty() const noexcept { return m_waiting.empty(); }
+    /// Takes a task.
+    /// @param after the task that the place has finished; 0: none
+    /// @return nullopt: none is waiting
+    [[nodiscard]] std::optional<int> take(int after);
+    /// A task that was taken has ended.
+    void ended(int number) { m_running.erase(number); }
+    /// It has ended, and is to be taken again.
+    void put_back(int number) {
+        ended(number);
+        m_waiting.insert(number);
+    }
+
+private:
+    std::set<int> m_waiting;
+    std::set<int> m_running;
+};
 
 /// A shard that is there, whole.
 struct FinishedShard {

@@ -1,22 +1,87 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
+#include "common/voxel/box.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/serve/boxes/admission_control.hpp"
 #include "voxelserver/serve/boxes/disk_cache.hpp"
-#include "voxelserver/serve/boxes/kept_box.hpp"
-#include "voxelserver/serve/boxes/prefetch_queue.hpp"
 
 namespace terravox::boxes {
+
+/// A box in the form in which it is cached and sent.
+struct KeptBox {
+    std::uint64_t checksum = 0;  ///< checksum of the box (Box::checksum); 0 for air
+    /// Hash of the frame's bytes, which may differ between versions of zstd.
+    std::uint64_t frame_hash = 0;
+    /// The zstd frame of the box's blob; nullptr: known to be air.
+    std::shared_ptr<const std::string> frame;
+    voxel::InputExtent reach;  ///< extent of all inputs that affected it
+
+    [[nodiscard]] bool air() const noexcept { return frame == nullptr; }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + (frame ? sizeof *frame + frame->capacity() : 0);
+    }
+};
+using KeptBoxPtr = std::shared_ptr<const KeptBox>;  ///< never nullptr unless documented
+
+/// The box columns of level 0 that a box covers.
+/// @return saturated for keys that are outside of any possible world
+[[nodiscard]] inline voxel::InputExtent footprint(const voxel::BoxKey& key) noexcept {
+    const auto scaled = [&](std::int64_t value) {
+        constexpr std::int64_t kFarthest = std::int64_t{1} << 30;
+        const std::int64_t out = value * (std::int64_t{1} << key.level);
+        return static_cast<std::int32_t>(out < -kFarthest  ? -kFarthest
+                                         : out > kFarthest ? kFarthest
+                                                           : out);
+    };
+    return {scaled(key.bx), scaled(key.bz), scaled(std::int64_t{key.bx} + 1),
+            scaled(std::int64_t{key.bz} + 1)};
+}
+
+/// Keys of boxes to prefetch, the most recently added first. Thread-safe.
+///
+/// Holds each key at most once, and a limited number of keys: the oldest are dropped. It has no
+/// thread and no clock of its own. One lock guards all members.
+class PrefetchQueue {
+public:
+    explicit PrefetchQueue(std::size_t max_keys) : m_max_keys(max_keys) {}
+
+    /// Adds keys, the last one to be taken first; a key that is queued already keeps its place.
+    /// Does nothing after close().
+    /// @param wanted whether a key is to be added; called under the lock, and must not use the
+    /// queue
+    void add(const std::vector<voxel::BoxKey>& keys,
+             const std::function<bool(const voxel::BoxKey&)>& wanted);
+    /// Removes the first key; waits for one while the queue is empty.
+    /// @return nullopt after close(), also when keys are left
+    [[nodiscard]] std::optional<voxel::BoxKey> take();
+    void close();  ///< ends the waiting in take(); idempotent
+    [[nodiscard]] std::size_t size() const;
+
+private:
+    const std::size_t m_max_keys;
+    mutable std::mutex m_mutex;  ///< guards the following members
+    std::condition_variable m_changed;
+    std::deque<voxel::BoxKey> m_keys;
+    std::set<voxel::BoxKey> m_queued;  ///< the keys in m_keys
+    bool m_closed = false;
+};
 
 struct BoxCacheOptions {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< limit for compressed boxes

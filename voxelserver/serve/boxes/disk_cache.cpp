@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "common/util/log.hpp"
-#include "common/voxel/morton.hpp"
+#include "common/voxel/box.hpp"
 #include "voxelserver/serve/boxes/sqlite.hpp"
 
 namespace terravox::boxes {

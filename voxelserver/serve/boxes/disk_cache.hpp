@@ -13,7 +13,6 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/serve/boxes/batch_writer.hpp"
-#include "voxelserver/serve/boxes/item.hpp"
 
 namespace terravox::boxes {
 

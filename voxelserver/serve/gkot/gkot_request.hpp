@@ -24,7 +24,7 @@ struct OriginRequest {
 /// The box (x, y, z) of sx * sy * sz voxels, counted from the origin: x east, y up, z south.
 struct BoxRequest {
     OriginRequest origin;
-    std::optional<double> tmz;  ///< height of y = 0, metres; nullopt = automatic (gkot_origin.hpp)
+    std::optional<double> tmz;  ///< height of y = 0, metres; nullopt = automatic (gkot_reply.hpp)
     std::int32_t x = 0;
     std::int32_t y = 0;
     std::int32_t z = 0;

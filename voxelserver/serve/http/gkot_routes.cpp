@@ -1,7 +1,6 @@
-#include "voxelserver/serve/http/gkot_routes.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
 
-#include "voxelserver/serve/gkot/gkot_box.hpp"
-#include "voxelserver/serve/gkot/gkot_origin.hpp"
+#include "voxelserver/serve/gkot/gkot_reply.hpp"
 #include "voxelserver/serve/gkot/gkot_request.hpp"
 
 namespace terravox::http {

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::http {
 namespace {

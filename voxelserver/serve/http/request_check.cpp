@@ -3,7 +3,117 @@
 #include <algorithm>
 #include <string_view>
 
+#include "common/util/error.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
+
 namespace terravox::http {
+namespace {
+
+// Takes the same time for every token, so that the time does not reveal how much of it was right.
+bool same_secret(std::string_view given, std::string_view wanted) noexcept {
+    unsigned difference = given.size() == wanted.size() ? 0 : 1;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        difference |= static_cast<unsigned char>(wanted[i]) ^
+                      static_cast<unsigned char>(given.empty() ? 0 : given[i % given.size()]);
+    return difference == 0;
+}
+
+}  // namespace
+
+bool BearerToken::is_in(const Request& request) const {
+    const std::string given = request.header("Authorization");
+    constexpr std::string_view kScheme = "Bearer ";
+    return is_required() && given.size() > kScheme.size() &&
+           same_word(std::string_view(given).substr(0, kScheme.size()), kScheme) &&
+           same_secret(std::string_view(given).substr(kScheme.size()), m_secret);
+}
+
+namespace {
+
+constexpr std::string_view kAny = "*";
+
+// As browsers write an origin: lower case, no path, no default port is added.
+bool is_origin(std::string_view text) noexcept {
+    constexpr std::size_t kMax_bytes = 300;
+    if (text.size() > kMax_bytes)
+        return false;
+    for (const std::string_view scheme : {"https://", "http://"})
+        if (text.starts_with(scheme)) {
+            const std::string_view host = text.substr(scheme.size());
+            const auto fits = [](char c) {
+                return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
+                       c == ':' || c == '[' || c == ']';
+            };
+            return !host.empty() && std::all_of(host.begin(), host.end(), fits);
+        }
+    return false;
+}
+
+}  // namespace
+
+SharedOrigins::SharedOrigins(std::vector<std::string> origins) : m_origins(std::move(origins)) {
+    for (const std::string& origin : m_origins)
+        if (!is_origin(origin) && (origin != kAny || m_origins.size() > 1))
+            throw util::UsageError("share the archive with pages of '" + origin +
+                                   "'; allowed: origins such as https://example.org, in lower "
+                                   "case, without a path; or * alone");
+}
+
+bool SharedOrigins::is_any() const noexcept {
+    return m_origins.size() == 1 && m_origins.front() == kAny;
+}
+
+bool SharedOrigins::allow(std::string_view origin) const noexcept {
+    if (origin.empty())
+        return false;
+    return is_any() || std::find(m_origins.begin(), m_origins.end(), origin) != m_origins.end();
+}
+
+void SharedOrigins::add_headers(const Request& request, Response& reply) const {
+    if (m_origins.empty())
+        return;
+    const std::string origin = request.header("Origin");
+    // Caches must not give the reply for one page, or for no page, to another one.
+    if (!is_any())
+        reply.add("Vary", "Origin");
+    if (!is_any() && !allow(origin))
+        return;
+    reply.add("Access-Control-Allow-Origin", is_any() ? kAny : std::string_view(origin));
+    reply.add("Access-Control-Expose-Headers", "Accept-Ranges, Content-Range, ETag, Retry-After");
+}
+
+namespace {
+
+std::string neighbourhood_of_host(const std::string& address) {
+    const bool is_ipv6 = address.find(':') != std::string::npos;
+    return sockets::neighbourhood_of((is_ipv6 ? "[" + address + "]" : address) + ":0");
+}
+
+}  // namespace
+
+TokenTries::Client& TokenTries::client(const std::string& address, Time now) {
+    const std::string name = neighbourhood_of_host(address);
+    if (m_clients.size() >= kMaxKept && !m_clients.contains(name))
+        m_clients.erase(std::min_element(
+            m_clients.begin(), m_clients.end(),
+            [](const auto& a, const auto& b) { return a.second.seen < b.second.seen; }));
+    return m_clients.try_emplace(name, Client{now, now, std::nullopt}).first->second;
+}
+
+bool TokenTries::count(const std::string& address, bool is_right, Time now) {
+    const std::lock_guard lock(m_mutex);
+    Client& one = client(address, now);
+    const bool is_trusted = one.right && now - *one.right < kTrusted;
+    if (!is_trusted && one.all_free + kPause > now + kMax * kPause)
+        return false;
+    one.seen = now;
+    if (is_right)
+        one.right = now;
+    else  // no more than kMax are owed, however many a trusted address has made
+        one.all_free = std::min(std::max(one.all_free, now) + kPause, now + kMax * kPause);
+    return true;
+}
+
 namespace {
 
 Response and_close(Response out) {

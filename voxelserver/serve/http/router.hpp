@@ -1,21 +1,45 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 
-#include "voxelserver/serve/http/dispatcher.hpp"
 #include "voxelserver/serve/http/request_check.hpp"
-#include "voxelserver/serve/http/request_handler.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
+#include "voxelserver/serve/http/server.hpp"
 #include "voxelserver/serve/http/service.hpp"
 #include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox::http {
 
+/// Calls the handler of a route; the replies are documented in the *_routes.hpp files. Thread-safe.
+///
+/// The head of a request has been checked before (request_check.hpp), except for the edition that
+/// it names: when it differs from that of the world, the reply is 412 and no handler is called.
+class Dispatcher {
+public:
+    /// @param counts for /v2/stats and /metrics; must outlive this
+    Dispatcher(Service service, const RequestCounts& counts);
+
+    /// @throws whatever the handler throws; the router converts it to a reply (service.hpp)
+    [[nodiscard]] Response run(Route route, const RouteRequest& call);
+
+private:
+    [[nodiscard]] std::optional<Response> refuse_edition(const Request& request) const;
+    [[nodiscard]] Response call_handler(Route route, const RouteRequest& call);
+    [[nodiscard]] double uptime_s() const noexcept;
+
+    Service m_service;
+    const RequestCounts& m_counts;
+    const WorldRoute m_world;
+    const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+};
+
 /// Answers requests about one world: a function of the request, without sockets. Thread-safe.
 ///
 /// It finds the route (routes.hpp), has the request's head validated by RequestCheck and the
 /// request answered by the Dispatcher, and counts the replies; exceptions become replies as well
-/// (error_reply.hpp). docs/openapi.json documents the replies of each route for clients. Errors are
+/// (service.hpp). docs/openapi.json documents the replies of each route for clients. Errors are
 /// application/problem+json. No reply contains the name of a folder of this machine.
 class Router : public RequestHandler {
 public:

@@ -1,10 +1,91 @@
 #include "voxelserver/serve/http/service.hpp"
 
 #include <zstd.h>
-
+#include <algorithm>
 #include <charconv>
+#include <exception>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include "common/util/log.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/serve/boxes/admission_control.hpp"
+#include "voxelserver/serve/http/message.hpp"
 
 namespace terravox::http {
+
+using nlohmann::json;
+
+std::string squares_json(const std::vector<SquareEntry>& squares, const voxel::WorldInfo& info) {
+    json features = json::array();
+    for (const SquareEntry& s : squares) {
+        const double west = s.min_x * info.crs_units_per_voxel;
+        const double east = s.max_x * info.crs_units_per_voxel;
+        const double north = -s.min_z * info.crs_units_per_voxel;
+        const double south = -s.max_z * info.crs_units_per_voxel;
+        const double area_m2 = (static_cast<double>(s.max_x) - s.min_x) *
+                               (static_cast<double>(s.max_z) - s.min_z) * info.voxel_m *
+                               info.voxel_m;
+        const auto text = [](const std::optional<std::string>& t) { return t ? json(*t) : json(); };
+        const json density =
+            s.points && area_m2 > 0 ? json(static_cast<double>(*s.points) / area_m2) : json();
+        features.push_back(
+            {{"type", "Feature"},
+             {"geometry",
+              {{"type", "Polygon"},
+               {"coordinates",
+                {{{west, south}, {east, south}, {east, north}, {west, north}, {west, south}}}}}},
+             {"properties",
+              {{"name", s.name},
+               {"state", s.state},
+               {"file", text(s.file)},
+               {"points", s.points ? json(*s.points) : json()},
+               {"density_per_m2", density},
+               {"bytes", s.bytes},
+               {"source", s.source},
+               {"licence", s.licence},
+               {"attribution", s.attribution},
+               {"error", s.error ? json(without_folders(*s.error)) : json()}}}});
+    }
+    const json out = {{"type", "FeatureCollection"}, {"crs", info.crs}, {"features", features}};
+    return out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+void RequestCounts::add(Route route, int status, double seconds) noexcept {
+    OfRoute& r = m_routes[static_cast<std::size_t>(route)];
+    ++r.status[static_cast<std::size_t>(std::clamp(status - kFirstStatus, 0, kStatuses - 1))];
+    const auto bucket = std::lower_bound(kBucketEnds_s.begin(), kBucketEnds_s.end(), seconds) -
+                        kBucketEnds_s.begin();
+    ++r.bucket[static_cast<std::size_t>(bucket)];
+    r.microseconds += static_cast<std::uint64_t>(std::max(seconds, 0.0) * 1e6);
+}
+
+std::map<int, std::uint64_t> RequestCounts::statuses(Route route) const {
+    std::map<int, std::uint64_t> out;
+    const OfRoute& r = m_routes[static_cast<std::size_t>(route)];
+    for (int i = 0; i < kStatuses; ++i)
+        if (const std::uint64_t n = r.status[static_cast<std::size_t>(i)]; n > 0)
+            out[kFirstStatus + i] = n;
+    return out;
+}
+
+RequestCounts::Times RequestCounts::times(Route route) const noexcept {
+    Times out;
+    const OfRoute& r = m_routes[static_cast<std::size_t>(route)];
+    for (std::size_t i = 0; i < kBuckets; ++i)
+        out.count += out.buckets[i] = r.bucket[i];
+    out.seconds = static_cast<double>(r.microseconds) * 1e-6;
+    return out;
+}
+
+std::uint64_t RequestCounts::replies() const noexcept {
+    std::uint64_t out = 0;
+    for (const OfRoute& r : m_routes)
+        for (const auto& bucket : r.bucket)
+            out += bucket;
+    return out;
+}
+
 namespace {
 
 // What fits into one packet anyway is not sent faster.
@@ -84,6 +165,27 @@ std::optional<std::int32_t> parse_int32(std::string_view text) noexcept {
     if (first == '0' && text.size() > 1)
         return std::nullopt;  // 007, -0
     return value;
+}
+
+Response reply_to_current_exception(const Request& request) {
+    try {
+        throw;
+    } catch (const boxes::OverloadedError& e) {
+        return problem(503, e.what()).add("Retry-After", "1");
+    } catch (const voxel::UnreachableError& e) {
+        // The address of the other server is only for the operator of this one.
+        util::log_error("{} {}: {}", request.method, request.path, e.what());
+        return problem(502, kUnreachable).add("Retry-After", "5");
+    } catch (const std::bad_alloc&) {
+        util::log_error("{} {}: out of memory", request.method, request.path);
+        return problem(500, "out of memory");
+    } catch (const std::exception& e) {
+        util::log_error("{} {}: {}", request.method, request.path, e.what());
+        return problem(500, without_folders(e.what()));
+    } catch (...) {
+        util::log_error("{} {}: unknown error", request.method, request.path);
+        return problem(500, "unknown error");
+    }
 }
 
 }  // namespace terravox::http

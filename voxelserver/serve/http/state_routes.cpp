@@ -1,9 +1,9 @@
-#include "voxelserver/serve/http/state_routes.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "common/util/resident_memory.hpp"
+#include "common/util/process_memory.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/serve/http/job_routes.hpp"
 

@@ -18,7 +18,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
-#include "common/util/printable.hpp"
+#include "common/util/text.hpp"
 
 extern char** environ;
 

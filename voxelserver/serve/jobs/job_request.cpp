@@ -1,4 +1,4 @@
-#include "voxelserver/serve/jobs/job_request.hpp"
+#include "voxelserver/serve/jobs/job_queue.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,10 +2,9 @@
 
 #include <dlfcn.h>
 
-#include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/serve/module/worlds_module.hpp"
 
 namespace terravox::module {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/module/worlds_module.hpp"
+#include "voxelserver/serve/module/load_module.hpp"
 
 #include <string>
 

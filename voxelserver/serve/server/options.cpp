@@ -1,4 +1,4 @@
-#include "voxelserver/serve/server/options.hpp"
+#include "voxelserver/serve/server/serve.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -8,12 +8,12 @@
 
 #include "common/geo/gdal.hpp"
 #include "common/thread/parallel.hpp"
-#include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/secret.hpp"
-#include "voxelserver/make/voxelize/points/step_switches.hpp"
-#include "voxelserver/make/worlds/kind/http_address.hpp"
-#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 #include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox::serve {

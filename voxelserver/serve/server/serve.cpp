@@ -1,27 +1,143 @@
 #include "voxelserver/serve/server/serve.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
-
+#include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <string>
 
-#include "common/thread/stop_signals.hpp"
-#include "common/util/beside_program.hpp"
-#include "common/util/config_dir.hpp"
+#include "common/thread/stop.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/file_identity.hpp"
+#include "common/util/text.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "common/voxel/material.hpp"
 #include "voxelserver/serve/http/map_view.hpp"
 #include "voxelserver/serve/http/router.hpp"
 #include "voxelserver/serve/jobs/job_queue.hpp"
-#include "voxelserver/serve/server/announce.hpp"
 #include "voxelserver/serve/server/open_for_serving.hpp"
-#include "voxelserver/serve/server/progress.hpp"
-#include "voxelserver/serve/server/store_world.hpp"
+#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox::serve {
+namespace {
+
+std::string size_text(double bytes) {
+    return bytes >= 1e9 ? fmt::format("{:.1f} GB", bytes / 1e9)
+                        : fmt::format("{:.0f} MB", bytes / 1e6);
+}
+
+std::string crs_text(const voxel::WorldInfo& info) {
+    if (!info.crs.empty())
+        return info.crs;
+    return info.crs_wkt.empty() ? "coordinates of its own" : "a CRS without a name";
+}
+
+std::string area_text(const voxel::WorldInfo& info) {
+    const auto km = [&](int axis) {
+        return (info.bounds.max[static_cast<std::size_t>(axis)] -
+                info.bounds.min[static_cast<std::size_t>(axis)]) *
+               info.voxel_m / 1000;
+    };
+    std::string out = fmt::format("{:.2f} x {:.2f} km, {}", km(0), km(2), crs_text(info));
+    if (info.centre)
+        out += fmt::format(", around {:.4f} {} {:.4f} {}", std::abs(info.centre->lat_deg),
+                           info.centre->lat_deg < 0 ? "S" : "N", std::abs(info.centre->lon_deg),
+                           info.centre->lon_deg < 0 ? "W" : "E");
+    return out;
+}
+
+}  // namespace
+
+void announce(const worlds::ServedWorld& world, const Options& options, const Plan& plan,
+              const std::string& url) {
+    const voxel::WorldInfo& info = world.info();
+    const auto say = [](const char* what, const std::string& text) {
+        std::cout << fmt::format("  {:<7} {}\n", what, util::printable(text));
+    };
+    say("world", info.title + ", " + area_text(info));
+    say("data", fmt::format("{}; voxels of {} m, levels 0 to {}", world.summary(), info.voxel_m,
+                            info.levels - 1));
+    if (!info.licence.empty())
+        say("licence", info.licence);
+    const std::string where =
+        plan.boxes.file.empty()
+            ? "nothing on disk"
+            : fmt::format("{} on disk in {}",
+                          size_text(static_cast<double>(options.cache_mib) * 1048576.0),
+                          plan.boxes.file.parent_path().string());
+    say("boxes",
+        std::string(options.prepare ? "all are made now" : "are made on request") +
+            fmt::format("; kept: {} of memory in all, {}",
+                        size_text(static_cast<double>(options.memory_mib) * 1048576.0), where));
+    say("map", url + "/");
+    say("stop", "Ctrl-C");
+    std::cout << std::flush;
+    const std::string& bind = options.server.bind;
+    if (!sockets::is_loopback(bind) && plan.token.empty())
+        util::log_warn(
+            "every client that reaches {} is answered: --token-file requires a token, "
+            "config/nginx/ "
+            "is a front for open networks",
+            bind);
+}
+
+namespace {
+
+constexpr std::uint64_t kReportEach_percent = 10;
+constexpr int kBarWidth = 30;
+
+std::string duration_text(double seconds) {
+    char out[32];
+    const auto whole = static_cast<long>(seconds + 0.5);
+    if (whole >= 3600)
+        std::snprintf(out, sizeof out, "%ld h %02ld min", whole / 3600, whole / 60 % 60);
+    else if (whole >= 60)
+        std::snprintf(out, sizeof out, "%ld min %02ld s", whole / 60, whole % 60);
+    else
+        std::snprintf(out, sizeof out, "%ld s", whole);
+    return out;
+}
+
+}  // namespace
+
+void PrepareProgress::show(const boxes::Preparer::Progress& now) {
+    const double seconds = std::chrono::duration<double>(Clock::now() - m_start).count();
+    const double share =
+        now.total > 0 ? static_cast<double>(now.done) / static_cast<double>(now.total) : 1;
+    if (m_bar) {
+        const int full = static_cast<int>(share * kBarWidth);
+        const std::string bar = std::string(static_cast<std::size_t>(full), '#') +
+                                std::string(static_cast<std::size_t>(kBarWidth - full), '.');
+        const std::string left =
+            share > 0.01 ? ", " + duration_text(seconds / share - seconds) + " left" : "";
+        std::fprintf(stderr, "\rpreparing [%s] %3.0f %%, %llu of %llu boxes%s\033[K", bar.c_str(),
+                     share * 100, static_cast<unsigned long long>(now.done),
+                     static_cast<unsigned long long>(now.total), left.c_str());
+        return;
+    }
+    const auto percent = static_cast<std::uint64_t>(share * 100);
+    if (percent < m_reported_percent + kReportEach_percent)
+        return;
+    m_reported_percent = percent - percent % kReportEach_percent;
+    util::log_info("preparing: {} % of {} boxes", m_reported_percent, now.total);
+}
+
+void PrepareProgress::end(const boxes::Preparer::Progress& now) {
+    if (m_bar)
+        std::fprintf(stderr, "\r\033[K");
+    const double seconds = std::chrono::duration<double>(Clock::now() - m_start).count();
+    if (now.failed == 0 && now.done >= now.total)
+        util::log_info("prepared: {} boxes in {}", now.done, duration_text(seconds));
+    else
+        util::log_warn("prepared: {} of {} boxes in {}; {} cannot be made", now.done - now.failed,
+                       now.total, duration_text(seconds), now.failed);
+}
+
 namespace {
 
 constexpr std::chrono::milliseconds kProgressInterval{200};

@@ -7,7 +7,7 @@
 #include <array>
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::sockets {
 namespace {

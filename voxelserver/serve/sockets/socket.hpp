@@ -1,15 +1,24 @@
 #pragma once
 
 #include <sys/socket.h>
-
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "voxelserver/serve/sockets/address.hpp"
-
 namespace terravox::sockets {
+
+/// A host and port to connect to or to listen on.
+struct Address {
+    std::string host;  ///< name or numeric address; empty when listening: all interfaces
+    std::uint16_t port = 0;
+    /// @param text "host:port", ":port", "[v6]:port"
+    /// @param default_port used where none is given; 0: a port is required
+    /// @throws UsageError
+    [[nodiscard]] static Address parse(const std::string& text, std::uint16_t default_port);
+    [[nodiscard]] std::string text() const;
+};
 
 /// An owning file descriptor.
 class Socket {

@@ -1,6 +1,6 @@
 #include "voxelserver/serve/tls/tls_library.hpp"
 
-#include "common/util/beside_program.hpp"
+#include "common/util/folders.hpp"
 
 namespace terravox::tls {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/tools/laz/lax_writer.hpp"
+#include "voxelserver/tools/laz/laz_commands.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/data/lidar/index_sources.hpp"
+#include "voxelserver/data/lidar/spatial_index.hpp"
 #include "voxelserver/data/pointcloud/file_bytes.hpp"
 
 namespace terravox::laz {

@@ -7,9 +7,7 @@
 #include "common/geo/gdal_messages.hpp"
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/tools/laz/compress.hpp"
-#include "voxelserver/tools/laz/inspect.hpp"
-#include "voxelserver/tools/laz/lax_writer.hpp"
+#include "voxelserver/tools/laz/laz_commands.hpp"
 
 namespace {
 

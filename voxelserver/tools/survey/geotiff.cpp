@@ -7,8 +7,8 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
-#include "common/geo/gdal_error_scope.hpp"
-#include "common/geo/whole_tiff.hpp"
+#include "common/geo/gdal_messages.hpp"
+#include "common/geo/raster_gate.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 

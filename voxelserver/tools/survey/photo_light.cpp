@@ -1,13 +1,11 @@
-#include "voxelserver/tools/survey/photo_light.hpp"
+#include "voxelserver/tools/survey/orthophoto.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "common/util/det_math.hpp"
-#include "voxelserver/tools/survey/hash.hpp"
-#include "voxelserver/tools/survey/noise.hpp"
-#include "voxelserver/tools/survey/orthophoto.hpp"
+#include "voxelserver/tools/survey/randomness.hpp"
 
 namespace terravox::survey {
 namespace {

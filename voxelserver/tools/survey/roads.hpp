@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "voxelserver/tools/survey/plane.hpp"
-#include "voxelserver/tools/survey/site.hpp"
 #include "voxelserver/tools/survey/terrain.hpp"
 
 namespace terravox::survey {

@@ -1,4 +1,4 @@
-#include "voxelserver/tools/survey/scan_pattern.hpp"
+#include "voxelserver/tools/survey/scanner.hpp"
 
 namespace terravox::survey {
 namespace {

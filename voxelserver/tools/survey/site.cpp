@@ -1,6 +1,6 @@
-#include "voxelserver/tools/survey/site.hpp"
+#include "voxelserver/tools/survey/terrain.hpp"
 
-#include "voxelserver/tools/survey/hash.hpp"
+#include "voxelserver/tools/survey/randomness.hpp"
 
 namespace terravox::survey {
 namespace {

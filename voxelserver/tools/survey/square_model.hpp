@@ -10,7 +10,6 @@
 #include "voxelserver/tools/survey/power_line.hpp"
 #include "voxelserver/tools/survey/roads.hpp"
 #include "voxelserver/tools/survey/terrain.hpp"
-#include "voxelserver/tools/survey/vegetation.hpp"
 
 namespace terravox::survey {
 

@@ -1,6 +1,6 @@
-#include "voxelserver/tools/survey/village.hpp"
+#include "voxelserver/tools/survey/building.hpp"
 
-#include "voxelserver/tools/survey/hash.hpp"
+#include "voxelserver/tools/survey/randomness.hpp"
 
 namespace terravox::survey {
 namespace {

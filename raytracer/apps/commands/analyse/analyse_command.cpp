@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "raytracer/apps/commands/analyse/analyse_run.hpp"
-#include "raytracer/apps/commands/analyse/own_fields.hpp"
-#include "raytracer/apps/commands/analyse/weather_arguments.hpp"
+#include "raytracer/apps/commands/analyse/raster_outputs.hpp"
+#include "raytracer/apps/commands/analyse/sun_arguments.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -1,10 +1,86 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "common/util/error.hpp"
-#include "raytracer/apps/commands/analyse/analyse_arguments.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/analyse/evaluators/sight.hpp"
+#include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/apps/commands/analyse/object_arguments.hpp"
+#include "raytracer/apps/commands/analyse/raster_outputs.hpp"
+#include "raytracer/apps/commands/analyse/sun_arguments.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/apps/commands/run_arguments.hpp"
 #include "raytracer/core/scene/scene.hpp"
+#include "raytracer/farm/render/loaded_world.hpp"
+#include "raytracer/farm/render/picture_renderer.hpp"
 
 namespace terravox::commands {
+
+/// The forms of an observer, for help and messages.
+inline constexpr const char* kObserverForms =
+    "E,N,H (height H), E,N,+H (H above the roof, crown or ground there), or E,N,H,above-ground, "
+    "metres; E and N in the world's CRS, x and z in voxels where it has none";
+
+/// The forms of a file of observers, for help.
+inline constexpr const char* kObserverFileForm =
+    "GeoJSON file of points and lines that look: at their third coordinate, at 'height' metres "
+    "above the ground where a feature has that property, else at 1.6";
+
+/// The observers of a command line.
+struct ObserverArguments {
+    std::vector<std::string> texts;  ///< each one of kObserverForms
+    std::vector<std::string> files;
+    double step_m = 10;  ///< between the observers of a line
+};
+
+/// Reads an observer.
+/// @param text one of kObserverForms
+/// @throws UsageError for any other text
+[[nodiscard]] analyse::Observer observer_of(const std::string& text, const voxel::WorldInfo& world);
+
+/// @throws UsageError also for none, and for more than a scene holds; Error for a file that cannot
+/// be read
+[[nodiscard]] std::vector<analyse::Observer> observers_of(const ObserverArguments& args,
+                                                          const voxel::WorldInfo& world);
+
+/// Arguments of all analyses, and those of terrain and sight.
+struct AnalyseArguments {
+    WorldArguments world;
+    RenderPoolArguments render_pool;
+    std::string output;
+    GridArguments grid;
+    std::optional<int> level;
+    ObserverArguments observers;
+    ObjectArguments objects;
+    ReportArguments reports;
+    bool as_json = false;
+    SunArguments sun;
+    std::string weather;
+    HorizonArguments horizon;
+    FacadeArguments facades;
+    std::string part;
+    bool resume = false;
+    Verbosity verbosity;
+};
+
+/// Rejects options that masks of several instants cannot have.
+/// @throws UsageError
+void check_times_arguments(const AnalyseArguments& args);
+
+/// Measures and writes shadow masks of several instants (`--times`), each rendered as a raster of
+/// its own.
+/// @param scene of the analysis, with its camera
+/// @param loaded with a place on Earth
+/// @return of all rasters together
+/// @throws UsageError for an instant that is there twice; Error, also "interrupted"
+[[nodiscard]] render::RenderStatistics write_shadow_times(const AnalyseArguments& args,
+                                                          const scene::Scene& scene,
+                                                          const analyse::CellGrid& grid,
+                                                          const render::LoadedWorld& loaded,
+                                                          render::PictureRenderer& renderer);
 
 /// Measures a world and writes what the arguments ask for: a raster, or a part of its tiles, and
 /// the files made of it.

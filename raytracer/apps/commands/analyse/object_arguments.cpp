@@ -1,10 +1,13 @@
 #include "raytracer/apps/commands/analyse/object_arguments.hpp"
 
 #include <CLI/CLI.hpp>
+#include <optional>
 
-#include "common/geo/writing_drivers.hpp"
+#include "common/geo/gdal_files.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/analyse/objects/cell_labels.hpp"
+#include "raytracer/analyse/objects/facades.hpp"
 
 namespace terravox::commands {
 void add_object_options(CLI::App& command, ObjectArguments& args) {
@@ -56,6 +59,93 @@ void PlannedObjects::write(analyse::CellFile& cells, const std::stop_token& stop
         return;
     if (analyse::write_objects(cells, m_file, m_info, m_polygons, m_cell_m2, stop) == 0)
         util::log_warn("{} has no objects: there is no building in the raster", m_file);
+}
+
+namespace {
+
+/// No wall has more: with the smallest storeys it is a kilometre high.
+constexpr int kMaxStoreys = 1000;
+
+/// Which cell belongs to which building.
+analyse::LabelFile numbers_of(const FacadeArguments& args, const FacadeRun& run,
+                              analyse::CellFile& energy) {
+    if (!run.polygons.empty())
+        return {args.file,
+                run.polygons,
+                run.grid.columns,
+                run.grid.rows,
+                run.grid.edge_voxels < 2 ? analyse::LabelFile::kMaxNear : 1,
+                run.stop};
+    analyse::ConnectedCells found(energy, run.grid.edge_m * run.grid.edge_m, run.stop);
+    return {args.file, found, run.grid.columns, run.grid.rows};
+}
+
+/// Measures the walls of a side and a storey.
+/// @return whether there is any
+bool measure(const FacadeArguments& args, const FacadeRun& run, GDALDatasetH buildings,
+             const scene::Scene& scene, analyse::FacadeSums& sums,
+             render::RenderStatistics& statistics) {
+    std::optional<analyse::CellFile> cells;
+    bool has_walls = false;
+    const auto begin = [&]() -> output::TileSink& {
+        cells.emplace(args.file, scene.analysis.kind, run.grid.columns, run.grid.rows,
+                      scene.quality.tile.in_picture(run.grid.columns));
+        return *cells;
+    };
+    const auto write = [&](const render::RenderStatistics&) {
+        has_walls =
+            sums.add(*cells, buildings, scene.analysis.side, scene.analysis.storey, run.stop);
+    };
+    render::RenderStatistics now =
+        run.renderer.render_tiles(scene, args.file, begin, write, {false, true, {}});
+    now.counts.add(statistics.counts);
+    now.seconds += statistics.seconds;
+    statistics = now;
+    return has_walls;
+}
+
+}  // namespace
+
+void add_facade_options(CLI::App& command, FacadeArguments& args) {
+    command.add_option("--facades", args.file,
+                       "GeoPackage to write, too: energy, hours of sun and the view of the sky of "
+                       "each storey of each wall of the buildings");
+}
+
+void check_facade_arguments(const FacadeArguments& args, const scene::Scene& scene, bool is_part) {
+    if (args.file.empty())
+        return;
+    if (is_part)
+        throw util::UsageError(
+            "analyse energy: --facades together with --part; allowed: one of them");
+    if (scene.analysis.surface == core::AnalysisSurface::kGround)
+        throw util::UsageError(
+            "analyse energy: --facades with --surface ground, where there are no roofs; allowed: "
+            "--surface top");
+    analyse::check_feature_target(args.file, "facades");
+    (void)geo::geopackage_driver();
+}
+
+void make_facades(const FacadeArguments& args, const FacadeRun& run, analyse::CellFile& energy,
+                  render::RenderStatistics& statistics) {
+    const analyse::LabelFile buildings = numbers_of(args, run, energy);
+    using Unnumbered = analyse::FacadeSums::Unnumbered;
+    analyse::FacadeSums sums(run.polygons.empty() ? Unnumbered::kKept : Unnumbered::kLeftOut);
+    scene::Scene scene = run.scene;
+    scene.analysis.kind = core::AnalysisKind::kFacade;
+    bool has_walls = true;
+    for (int storey = 0; has_walls && storey < kMaxStoreys; ++storey) {
+        has_walls = false;
+        for (const auto& side : core::kWallSides) {
+            scene.analysis.storey = storey;
+            scene.analysis.side = side.value;
+            has_walls |= measure(args, run, buildings.dataset(), scene, sums, statistics);
+        }
+    }
+    const std::size_t count =
+        analyse::write_facades(sums, args.file, object_file_info(run.scene, run.grid, run.world));
+    if (count == 0)
+        util::log_warn("{} has no facades: there is no wall in the raster", args.file);
 }
 
 }  // namespace terravox::commands

@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/analyse/observer_arguments.hpp"
+#include "raytracer/apps/commands/analyse/analyse_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/commands/arguments/number_list.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -1,10 +1,111 @@
 #include "raytracer/apps/commands/analyse/raster_outputs.hpp"
 
+#include <algorithm>
+#include <CLI/CLI.hpp>
+
 #include "common/util/error.hpp"
-#include "raytracer/analyse/raster/raster.hpp"
-#include "raytracer/apps/commands/arguments/number_list.hpp"
+#include "raytracer/analyse/raster/cell_file.hpp"
+#include "raytracer/analyse/report/html_report.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::commands {
+
+std::vector<std::string> own_fields(core::AnalysisKind kind) {
+    switch (kind) {
+        case core::AnalysisKind::kTerrain:
+            return {"analysis.relief", "analysis.window", "analysis.fill_m",
+                    "analysis.relief_light"};
+        case core::AnalysisKind::kSky:
+            return {"analysis.surface", "analysis.thin_blocks", "analysis.directions",
+                    "analysis.range_m"};
+        case core::AnalysisKind::kShadow:
+            return {"analysis.surface", "analysis.thin_blocks", "sun.date", "sun.time_h",
+                    "sun.zone",         "sun.utc_offset_h"};
+        case core::AnalysisKind::kSun:
+        case core::AnalysisKind::kSunPeriod:
+        case core::AnalysisKind::kSunMonths:
+            return {
+                "analysis.surface", "analysis.thin_blocks", "analysis.step_min", "analysis.from",
+                "analysis.to",      "analysis.bin_deg",     "sun.date",          "sun.zone",
+                "sun.utc_offset_h"};
+        case core::AnalysisKind::kEnergy:
+            return {"analysis.surface",
+                    "analysis.thin_blocks",
+                    "analysis.directions",
+                    "analysis.step_min",
+                    "analysis.from",
+                    "analysis.to",
+                    "analysis.bin_deg",
+                    "analysis.linke",
+                    "analysis.diffuse",
+                    "analysis.albedo",
+                    "analysis.crown_light",
+                    "analysis.storey_m",
+                    "sun.date",
+                    "sun.zone",
+                    "sun.utc_offset_h"};
+        case core::AnalysisKind::kSight:
+            return {"analysis.surface", "analysis.range_m", "analysis.target_m",
+                    "analysis.curvature", "analysis.refraction"};
+        default: return {};
+    }
+}
+
+namespace {
+
+analyse::ReportFacts facts_of(const Reported& what) {
+    analyse::ReportFacts facts;
+    facts.kind = what.scene.analysis.kind;
+    facts.place = what.world.title;
+    facts.attribution = what.world.attribution;
+    facts.licence = what.world.licence;
+    facts.crs = what.world.crs;
+    facts.cell_m = what.grid.edge_m;
+    facts.missing_boxes = what.missing_boxes;
+    const bool has_period = !what.scene.analysis.from.empty();
+    for (const auto& [path, text] : scene::field_texts(what.scene)) {
+        const bool is_own =
+            std::find(what.fields.begin(), what.fields.end(), path) != what.fields.end();
+        if (is_own && text && !(has_period && path == "sun.date"))
+            facts.settings.emplace_back(path.substr(path.find('.') + 1), *text);
+    }
+    const auto& analysis = what.scene.analysis;
+    if (analysis.kind == core::AnalysisKind::kSight)
+        facts.settings.emplace_back("observers", std::to_string(analysis.observers.points.size()));
+    if (!what.weather.empty()) {
+        std::erase_if(facts.settings, [](const auto& one) { return one.first == "linke"; });
+        facts.settings.emplace_back("weather", what.weather);
+    }
+    for (const std::string& text : what.additions)
+        facts.settings.emplace_back("added", text);
+    return facts;
+}
+
+}  // namespace
+
+void add_report_options(CLI::App& command, ReportArguments& args) {
+    command.add_option("--report", args.page,
+                       "page with maps, charts and numbers to write, too: .html, one file");
+    command.add_option("--map", args.map,
+                       "map of the first band to write, too, with its legend: .png");
+}
+
+void check_report_targets(const ReportArguments& args) {
+    if (!args.page.empty())
+        analyse::check_report_target(args.page, ".html");
+    if (!args.map.empty())
+        analyse::check_report_target(args.map, ".png");
+}
+
+void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,
+                   const std::stop_token& stop) {
+    const analyse::ReportFacts facts = facts_of(what);
+    if (!args.map.empty())
+        analyse::write_map(cells, args.map, facts, stop);
+    if (!args.page.empty())
+        analyse::write_report(cells, args.page, facts, stop);
+}
 
 analyse::ReliefOptions relief_of(const scene::Scene& scene) {
     const scene::Scene::Analysis& asked = scene.analysis;

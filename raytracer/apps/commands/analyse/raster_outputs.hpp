@@ -3,13 +3,56 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
-#include "raytracer/analyse/raster/derived_bands.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/analyse/raster/cell_file.hpp"
+#include "raytracer/analyse/raster/cell_grid.hpp"
+#include "raytracer/analyse/raster/relief.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/apps/commands/analyse/object_arguments.hpp"
-#include "raytracer/apps/commands/analyse/report_arguments.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 namespace terravox::commands {
+
+/// The fields of a scene that an analysis has options for, in addition to those of all.
+[[nodiscard]] std::vector<std::string> own_fields(core::AnalysisKind kind);
+
+}  // namespace terravox::commands
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::commands {
+
+/// What is made for people in addition to the raster; empty: nothing.
+struct ReportArguments {
+    std::string page;  ///< .html
+    std::string map;   ///< .png
+};
+
+void add_report_options(CLI::App& command, ReportArguments& args);
+
+/// Rejects what cannot be written before any work is done.
+/// @throws UsageError, Error
+void check_report_targets(const ReportArguments& args);
+
+/// What a report is about.
+struct Reported {
+    const voxel::WorldInfo& world;
+    const scene::Scene& scene;
+    const analyse::CellGrid& grid;
+    /// Paths of the scene's fields that the analysis has options for.
+    std::vector<std::string> fields;
+    std::vector<std::string> additions;  ///< planned objects, as they were given
+    std::string weather;                 ///< file instead of a clear sky; empty: none
+    std::size_t missing_boxes = 0;
+};
+
+/// @throws Error "interrupted" when stopped; Error when they cannot be written
+void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,
+                   const std::stop_token& stop);
 
 /// How the slopes of a terrain raster are derived.
 /// @throws UsageError for an even window, and for what is no direction of light

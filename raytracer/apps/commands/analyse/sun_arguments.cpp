@@ -2,11 +2,87 @@
 
 #include <algorithm>
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
 
+#include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/commands/analyse/time_arguments.hpp"
+#include "raytracer/analyse/horizon/horizon_maker.hpp"
+#include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::commands {
+namespace {
+
+constexpr const char* kOption = "--times";
+constexpr std::size_t kDate = 10;  // characters of YYYY-MM-DD
+
+ClockTime time_of(const std::string& text) {
+    ClockTime out;
+    std::string clock = text;
+    if (text.size() > kDate && text[kDate] == 'T') {
+        out.date = text.substr(0, kDate);
+        (void)sky::date_of(out.date, kOption);
+        clock = text.substr(kDate + 1);
+    }
+    out.hour = hour_of(kOption, clock);
+    out.band = "sunlit_" + text;
+    std::erase(out.band, ':');
+    return out;
+}
+
+}  // namespace
+
+double hour_of(const std::string& option, const std::string& text) {
+    unsigned hour = 0;
+    unsigned minute = 0;
+    int end = 0;
+    const bool is_time = text.find_first_not_of("0123456789:") == std::string::npos &&
+                         std::sscanf(text.c_str(), "%2u:%2u%n", &hour, &minute, &end) == 2 &&
+                         static_cast<std::size_t>(end) == text.size() && hour < 24 && minute < 60;
+    if (!is_time)
+        throw util::UsageError("analyse sun: " + option + " " + text +
+                               "; allowed: HH:MM, 00:00 to 23:59, on the clock of --zone");
+    return hour + minute / 60.0;
+}
+
+std::vector<ClockTime> times_of(const std::string& text) {
+    std::vector<ClockTime> out;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        out.push_back(time_of(text.substr(begin, end - begin)));
+        begin = end + 1;
+        if (out.size() > kMaxTimes)
+            throw util::UsageError("analyse sun: more than " + std::to_string(kMaxTimes) +
+                                   " times in --times; allowed: up to " +
+                                   std::to_string(kMaxTimes));
+    }
+    for (std::size_t i = 0; i < out.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (out[i].band == out[j].band)
+                throw util::UsageError("analyse sun: --times has " + out[i].band.substr(7) +
+                                       " twice; allowed: each time once");
+    return out;
+}
+
+std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place) {
+    constexpr std::int64_t kDay_s = 86'400;
+    constexpr double kHour_s = 3600;
+    const geo::DateTime time = sky::time_of(scene.sun, &place);
+    return geo::days_from_1970(time.year, time.month, time.day) * kDay_s +
+           std::llround((time.hour - time.utc_offset_h) * kHour_s);
+}
+
+scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time) {
+    scene::Scene out = scene;
+    out.analysis.kind = core::AnalysisKind::kShadow;
+    out.sun.altitude_deg = std::nullopt;
+    out.sun.azimuth_deg = std::nullopt;
+    out.sun.time_h = time.hour;
+    if (!time.date.empty())
+        out.sun.date = time.date;
+    return out;
+}
+
 namespace {
 
 void refuse_together(const std::string& command, const std::string& one, const std::string& other) {
@@ -64,6 +140,49 @@ void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scen
     } else {
         scene.analysis.kind = core::AnalysisKind::kSun;
     }
+}
+
+void add_weather_option(CLI::App& command, std::string& file) {
+    command.add_option("--weather", file,
+                       "EPW file: light of a year's hours by its weather, instead of a sky without "
+                       "clouds");
+}
+
+std::optional<solar::WeatherFile> read_weather(const std::string& file,
+                                               const WorldArguments& world) {
+    if (file.empty())
+        return std::nullopt;
+    const bool has_linke =
+        std::any_of(world.fields.begin(), world.fields.end(),
+                    [](const auto& field) { return field.first == "analysis.linke"; });
+    if (has_linke)
+        throw util::UsageError(
+            "analyse energy: --weather together with --linke; allowed: one of them");
+    return solar::read_weather(file);
+}
+
+void add_horizon_options(CLI::App& command, HorizonArguments& args) {
+    command.add_option("--horizon", args.file,
+                       "raster of heights around the data, in any CRS: hills outside of the data "
+                       "hide sun and sky; default: the horizon is free there");
+    command
+        .add_option("--horizon-km", args.range_km,
+                    "how far from the data --horizon is looked at, kilometres")
+        ->check(CLI::Range(0.1, 400.0))
+        ->capture_default_str();
+}
+
+void check_horizon_arguments(const HorizonArguments& args, const scene::Scene& scene) {
+    if (!args.file.empty() && scene.analysis.range_m > 0)
+        throw util::UsageError(
+            "analyse: --horizon together with --range-m, which ends before it; allowed: one of "
+            "them");
+}
+
+void use_horizon(const HorizonArguments& args, const voxel::WorldInfo& world, scene::Scene& scene) {
+    constexpr double kMetresPerKm = 1000;
+    if (!args.file.empty())
+        analyse::look_at_horizon({args.file, args.range_km * kMetresPerKm}, world, scene);
 }
 
 }  // namespace terravox::commands

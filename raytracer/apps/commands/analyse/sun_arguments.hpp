@@ -1,8 +1,45 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "common/geo/lat_lon.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/analyse/solar/weather.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/core/scene/scene.hpp"
+
+namespace terravox::commands {
+
+/// Up to so many bands, which is each quarter of an hour of a day, or each hour of four days.
+inline constexpr std::size_t kMaxTimes = 96;
+
+/// One of the instants of `analyse sun --times`.
+struct ClockTime {
+    std::string date;  ///< YYYY-MM-DD; empty: that of the scene
+    double hour = 0;   ///< on the scene's clock
+    std::string band;  ///< name of its band, such as sunlit_0900 or sunlit_2026-06-21T0900
+};
+
+/// The hour of HH:MM.
+/// @param option for the message @throws UsageError
+[[nodiscard]] double hour_of(const std::string& option, const std::string& text);
+
+/// Reads HH:MM or YYYY-MM-DDTHH:MM, several separated by commas.
+/// @throws UsageError for none or more than kMaxTimes, for one that is given twice, and for what is
+/// no time
+[[nodiscard]] std::vector<ClockTime> times_of(const std::string& text);
+
+/// When the sun of a scene is, as seconds since 1970-01-01 00:00 UTC.
+/// @throws UsageError as sky::time_of()
+[[nodiscard]] std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place);
+
+/// The scene with the sun of an instant.
+[[nodiscard]] scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time);
+
+}  // namespace terravox::commands
 
 namespace CLI {
 class App;
@@ -13,7 +50,7 @@ namespace terravox::commands {
 /// Arguments of `analyse sun` that are no fields of a scene.
 struct SunArguments {
     std::string at;
-    std::string times;  ///< of time_arguments.hpp
+    std::string times;  ///< as typed
     bool monthly = false;
 };
 
@@ -28,5 +65,31 @@ void refuse_day_and_period(const std::string& command, const WorldArguments& wor
 /// @param world with the fields that were given on the command line
 /// @throws UsageError for options that exclude each other, and for what is no time
 void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scene::Scene& scene);
+
+/// @param file to be set: an EPW file, or empty
+void add_weather_option(CLI::App& command, std::string& file);
+
+/// Reads the weather file of a command line.
+/// @param world with the fields that were given on the command line
+/// @return nullopt where none is given
+/// @throws UsageError together with a turbidity; Error as solar::read_weather()
+[[nodiscard]] std::optional<solar::WeatherFile> read_weather(const std::string& file,
+                                                             const WorldArguments& world);
+
+/// Terrain outside of the data, on a command line.
+struct HorizonArguments {
+    std::string file;  ///< raster of heights; empty: the horizon is free
+    double range_km = 60;
+};
+
+void add_horizon_options(CLI::App& command, HorizonArguments& args);
+
+/// @param scene of the analysis
+/// @throws UsageError where rays end before the horizon
+void check_horizon_arguments(const HorizonArguments& args, const scene::Scene& scene);
+
+/// Puts the terrain into a scene, if there is any.
+/// @throws as analyse::look_at_horizon()
+void use_horizon(const HorizonArguments& args, const voxel::WorldInfo& world, scene::Scene& scene);
 
 }  // namespace terravox::commands

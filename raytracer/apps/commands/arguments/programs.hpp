@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/util/program_of_command.hpp"
+#include "common/util/command_line.hpp"
 
 namespace terravox::commands {
 

@@ -1,18 +1,42 @@
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <sstream>
 
-#include "common/util/cache_dir.hpp"
+#include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"
-#include "raytracer/core/scene/world_options_of.hpp"
-#include "voxelserver/make/voxelize/points/step_switches.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
-#include "voxelserver/make/worlds/overlay/additions.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
+#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 
 namespace terravox::commands {
+
+std::vector<double> numbers_of(const std::string& command, const std::string& flag,
+                               const std::string& text, std::size_t count,
+                               const std::string& allowed) {
+    std::vector<double> out;
+    std::istringstream in(text);
+    for (std::string word; std::getline(in, word, ',');) {
+        double value = 0;
+        const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (read.ec != std::errc{} || read.ptr != word.data() + word.size() ||
+            !std::isfinite(value))
+            break;
+        out.push_back(value);
+    }
+    if (!text.empty() &&
+        (out.size() != count ||
+         static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count))
+        throw util::UsageError(command + ": " + flag + " " + text + "; allowed: " + allowed);
+    return out;
+}
 
 scene::Scene WorldArguments::scene() const {
     return scene::compose_scene({scene::file_layer(scene_file), scene::fields_layer(fields)});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -7,6 +8,18 @@
 
 #include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
+
+namespace terravox::commands {
+
+/// Reads the numbers of a flag, separated by commas.
+/// @param allowed the expected text, for messages
+/// @return `count` finite numbers; none where the text is empty
+/// @throws UsageError "COMMAND: FLAG TEXT; allowed: ..."
+[[nodiscard]] std::vector<double> numbers_of(const std::string& command, const std::string& flag,
+                                             const std::string& text, std::size_t count,
+                                             const std::string& allowed);
+
+}  // namespace terravox::commands
 
 namespace CLI {
 class App;

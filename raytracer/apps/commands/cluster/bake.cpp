@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/cluster/bake.hpp"
+#include "raytracer/apps/commands/cluster/cluster_command.hpp"
 
 #include <charconv>
 #include <cstdio>
@@ -6,7 +6,7 @@
 #include "common/util/log.hpp"
 #include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
 #include "voxelserver/make/voxelize/world/lidar_world.hpp"
-#include "voxelserver/make/worlds/lidar/lidar_inputs.hpp"
+#include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox::cluster {

@@ -6,10 +6,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "raytracer/apps/commands/cluster/bake.hpp"
 #include "raytracer/apps/commands/cluster/job.hpp"
 #include "raytracer/core/animate/animation.hpp"
-#include "raytracer/core/animate/frame_names.hpp"
+#include "raytracer/core/animate/video.hpp"
 #include "raytracer/farm/cluster/manifests.hpp"
 
 namespace terravox::commands {

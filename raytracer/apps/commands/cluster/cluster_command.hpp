@@ -1,8 +1,24 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
+
+namespace terravox::cluster {
+
+/// Prepares LiDAR squares into the cache folder given by the arguments, so that later tasks need
+/// not decode them.
+/// @param command "render", "animate" or the kind of an analysis, whose arguments `words` are
+/// @param part "I/N": the I-th square (counted from 1) and each N-th after it, in the order of
+/// their paths
+/// @return kHoles when some could not be decoded
+/// @throws Error, UsageError
+[[nodiscard]] util::ExitCode prepare_squares(const std::string& command, const std::string& part,
+                                             const std::vector<std::string>& words);
+
+}  // namespace terravox::cluster
 
 namespace CLI {
 class App;

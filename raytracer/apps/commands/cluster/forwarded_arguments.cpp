@@ -8,8 +8,7 @@
 
 #include "common/util/program.hpp"
 #include "raytracer/apps/commands/analyse/analyse_command.hpp"
-#include "raytracer/apps/commands/animate_command.hpp"
-#include "raytracer/apps/commands/render_command.hpp"
+#include "raytracer/apps/commands/commands.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"

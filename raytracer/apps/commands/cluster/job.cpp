@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "common/util/atomic_file.hpp"
-#include "common/util/beside_program.hpp"
+#include "common/util/folders.hpp"
 
 namespace terravox::cluster {
 

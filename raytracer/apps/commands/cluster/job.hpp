@@ -9,7 +9,6 @@
 #include "common/util/error.hpp"
 #include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
 #include "raytracer/farm/cluster/slurm.hpp"
-#include "raytracer/farm/cluster/slurm_scripts.hpp"
 
 namespace terravox::cluster {
 

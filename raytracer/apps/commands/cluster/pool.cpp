@@ -9,9 +9,9 @@
 #include <cstring>
 #include <optional>
 
-#include "common/thread/stop_signals.hpp"
+#include "common/thread/stop.hpp"
 #include "common/util/secret.hpp"
-#include "common/util/shell_words.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/apps/commands/cluster/job.hpp"
 
 namespace terravox::cluster {

@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/country/runner.hpp"
+#include "raytracer/apps/commands/country/country_command.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -11,17 +11,15 @@
 #include <vector>
 
 #include "common/thread/parallel.hpp"
-#include "common/thread/stop_signals.hpp"
-#include "common/util/beside_program.hpp"
+#include "common/thread/stop.hpp"
 #include "common/util/error.hpp"
-#include "common/util/file_lock.hpp"
+#include "common/util/files.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/farm/cluster/child.hpp"
 #include "voxelserver/out/country/task.hpp"
-#include "voxelserver/out/country/task_queue.hpp"
-#include "voxelserver/out/country/task_record.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::commands {
 namespace {

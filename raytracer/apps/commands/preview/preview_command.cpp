@@ -9,16 +9,16 @@
 #include <nlohmann/json.hpp>
 
 #include "common/thread/parallel.hpp"
-#include "common/thread/stop_signals.hpp"
+#include "common/thread/stop.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/command_line.hpp"
 #include "common/util/log.hpp"
-#include "common/util/resident_memory.hpp"
+#include "common/util/process_memory.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
-#include "raytracer/apps/commands/render_pool_arguments.hpp"
-#include "raytracer/apps/preview/app/session.hpp"
+#include "raytracer/apps/commands/run_arguments.hpp"
+#include "raytracer/apps/preview/app/app.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 namespace terravox::commands {
 namespace {

@@ -1,5 +1,5 @@
 #include "raytracer/apps/commands/arguments/programs.hpp"
-#include "raytracer/apps/commands/publish/publish_command.hpp"
+#include "raytracer/apps/commands/publish/site_commands.hpp"
 
 int main(int argc, char** argv) {
     return terravox::util::run_program_of(terravox::commands::kPublish, argc, argv,

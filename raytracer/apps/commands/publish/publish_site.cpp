@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/publish/publish_site.hpp"
+#include "raytracer/apps/commands/publish/site_commands.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -8,21 +8,19 @@
 #include "common/util/det_math.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
-#include "raytracer/apps/commands/arguments/number_list.hpp"
-#include "raytracer/apps/commands/convert/job_name.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/apps/commands/convert/convert_command.hpp"
 #include "raytracer/apps/publish/appearance_file.hpp"
 #include "raytracer/apps/publish/site.hpp"
-#include "raytracer/apps/publish/site_folder.hpp"
-#include "raytracer/core/material/material_file.hpp"
+#include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/camera.hpp"
-#include "raytracer/core/sky/sun_of.hpp"
+#include "raytracer/core/sky/sun.hpp"
 #include "raytracer/farm/render/picture_renderer.hpp"
 #include "voxelserver/make/voxelize/world/lidar_world.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
 #include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 #include "voxelserver/out/archive/split.hpp"
-#include "voxelserver/out/export/core/part.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox::commands {

@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/app/shortcuts.hpp"
+#include "raytracer/apps/preview/app/app.hpp"
 
 #include <GLFW/glfw3.h>
 #include <imgui.h>

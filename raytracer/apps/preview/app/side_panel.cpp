@@ -1,12 +1,12 @@
-#include "raytracer/apps/preview/app/side_panel.hpp"
+#include "raytracer/apps/preview/app/app.hpp"
 
 #include <imgui.h>
 
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/scene_panels.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 namespace terravox::preview {
 namespace {

@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/files_panel.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -6,9 +6,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/command_line.hpp"
+#include "raytracer/apps/preview/final_render.hpp"
 #include "raytracer/apps/preview/panels/form.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"

@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/map_panel.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
 
 namespace terravox::panels {
 namespace {

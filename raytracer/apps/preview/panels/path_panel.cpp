@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/path_panel.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -9,7 +9,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
 
 namespace terravox::panels {
 

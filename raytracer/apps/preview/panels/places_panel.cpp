@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/places_panel.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -6,10 +6,10 @@
 #include <charconv>
 #include <cmath>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
-#include "raytracer/core/scene/scene_table.hpp"
+#include "common/util/folders.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
+#include "raytracer/core/scene/views.hpp"
 
 namespace terravox::panels {
 namespace {

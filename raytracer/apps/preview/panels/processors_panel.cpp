@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/processors_panel.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -6,7 +6,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
 
 namespace terravox::panels {
 namespace {

@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/panels/scene_panels.hpp"
+#include "raytracer/apps/preview/panels/panels.hpp"
 
 #include <imgui.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/panels/widgets.hpp"
-#include "raytracer/core/sky/sun_of.hpp"
+#include "raytracer/apps/preview/panels/form.hpp"
+#include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::panels {
 namespace {

@@ -1,4 +1,4 @@
-#include "raytracer/farm/render/passes/boxes_in_sight.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 
 #include <algorithm>
 #include <array>

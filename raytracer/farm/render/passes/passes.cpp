@@ -11,7 +11,6 @@
 #include "raytracer/core/output/progress.hpp"
 #include "raytracer/core/tiles/tile_plan.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"
-#include "raytracer/farm/render/passes/boxes_in_sight.hpp"
 
 namespace terravox::render {
 namespace {

@@ -7,10 +7,10 @@
 #include <set>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"

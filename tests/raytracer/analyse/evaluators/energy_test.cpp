@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "raytracer/analyse/evaluators/cell_plane.hpp"
+#include "raytracer/analyse/evaluators/plane_light.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/period_light.hpp"
 

@@ -2,7 +2,7 @@
 #include <functional>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/analyse/evaluators/wall_outline.hpp"
+#include "raytracer/analyse/evaluators/facade_evaluator.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/period_light.hpp"
 

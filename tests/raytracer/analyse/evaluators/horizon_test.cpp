@@ -7,7 +7,6 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/analyse/horizon/horizon_maker.hpp"
-#include "raytracer/analyse/horizon/skyline.hpp"
 #include "raytracer/analyse/solar/far_horizon.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -12,9 +12,8 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/material.hpp"
-#include "raytracer/analyse/objects/connected_cells.hpp"
-#include "raytracer/analyse/objects/label_file.hpp"
-#include "raytracer/analyse/objects/qgis_style.hpp"
+#include "raytracer/analyse/objects/cell_labels.hpp"
+#include "raytracer/analyse/objects/feature_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

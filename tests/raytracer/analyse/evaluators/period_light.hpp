@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "common/geo/lat_lon.hpp"
-#include "raytracer/analyse/solar/clear_sky.hpp"
-#include "raytracer/analyse/solar/sun_steps.hpp"
+#include "raytracer/analyse/solar/sky_light.hpp"
+#include "raytracer/analyse/solar/sun_way.hpp"
 #include "raytracer/core/base/ray.hpp"
 #include "raytracer/core/scene/scene.hpp"
 #include "raytracer/core/sky/sun.hpp"

@@ -6,7 +6,7 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/analyse/report/html_report.hpp"
-#include "raytracer/analyse/report/map_picture.hpp"
+#include "raytracer/analyse/report/map_sheet.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

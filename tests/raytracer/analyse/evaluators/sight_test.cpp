@@ -2,8 +2,7 @@
 #include <random>
 
 #include "common/util/error.hpp"
-#include "raytracer/analyse/evaluators/observer_placing.hpp"
-#include "raytracer/analyse/evaluators/sight_line.hpp"
+#include "raytracer/analyse/evaluators/sight.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/measured.hpp"
 

@@ -2,7 +2,7 @@
 #include <memory>
 #include <utility>
 
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/measured.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -6,8 +6,7 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/analyse/solar/clock.hpp"
-#include "raytracer/analyse/solar/sun_steps.hpp"
+#include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "tests/catch.hpp"
 
 namespace {

@@ -2,9 +2,9 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/analyse/solar/crown_light.hpp"
-#include "raytracer/analyse/solar/light_list.hpp"
-#include "raytracer/analyse/solar/weather_light.hpp"
+#include "raytracer/analyse/solar/energy.hpp"
+#include "raytracer/analyse/solar/light_sums.hpp"
+#include "raytracer/analyse/solar/weather.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/analyse/solar/epw_text.hpp"

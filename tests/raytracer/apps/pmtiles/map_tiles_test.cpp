@@ -12,7 +12,6 @@
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/apps/pmtiles/tile_cutter.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -1,4 +1,4 @@
-#include "raytracer/apps/pmtiles/tile_address.hpp"
+#include "raytracer/apps/pmtiles/web_area.hpp"
 
 #include <cstdlib>
 #include <map>

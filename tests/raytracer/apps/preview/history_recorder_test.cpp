@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/history_recorder.hpp"
+#include "raytracer/apps/preview/editor_state.hpp"
 
 #include "tests/catch.hpp"
 

@@ -1,4 +1,4 @@
-#include "raytracer/apps/preview/keyboard.hpp"
+#include "raytracer/apps/preview/input_queue.hpp"
 
 #include <GLFW/glfw3.h>
 

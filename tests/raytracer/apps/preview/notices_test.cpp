@@ -1,6 +1,6 @@
 #include "raytracer/apps/preview/notices.hpp"
 
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

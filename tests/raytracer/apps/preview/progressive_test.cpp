@@ -5,9 +5,9 @@
 #include <thread>
 
 #include "common/util/error.hpp"
-#include "raytracer/apps/preview/hole_watch.hpp"
 #include "raytracer/apps/preview/layers.hpp"
-#include "raytracer/apps/preview/picker.hpp"
+#include "raytracer/apps/preview/live_picture.hpp"
+#include "raytracer/apps/preview/pick_tool.hpp"
 #include "raytracer/apps/preview/probe_processor.hpp"
 #include "raytracer/farm/processors/green_processor.hpp"
 #include "raytracer/farm/processors/processor_pool.hpp"

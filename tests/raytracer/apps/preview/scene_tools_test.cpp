@@ -3,8 +3,8 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/apps/preview/camera_path.hpp"
-#include "raytracer/apps/preview/command_line.hpp"
-#include "raytracer/apps/preview/scene_history.hpp"
+#include "raytracer/apps/preview/editor_state.hpp"
+#include "raytracer/apps/preview/final_render.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 

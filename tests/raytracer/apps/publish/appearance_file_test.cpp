@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/det_math.hpp"
-#include "raytracer/apps/publish/half.hpp"
+#include "common/util/folders.hpp"
 #include "raytracer/core/material/material_table.hpp"
 #include "raytracer/core/sky/dome.hpp"
 #include "raytracer/core/sky/sky_table.hpp"

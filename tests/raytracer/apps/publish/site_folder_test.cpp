@@ -1,4 +1,4 @@
-#include "raytracer/apps/publish/site_folder.hpp"
+#include "raytracer/apps/publish/site.hpp"
 
 #include <sys/stat.h>
 
@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/apps/publish/site.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

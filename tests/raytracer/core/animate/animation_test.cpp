@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "common/geo/local_frame.hpp"
+#include "common/geo/lat_lon.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "tests/catch.hpp"

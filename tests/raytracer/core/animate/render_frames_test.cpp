@@ -7,8 +7,6 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/core/animate/frame_ledger.hpp"
-#include "raytracer/core/animate/frame_names.hpp"
 #include "raytracer/core/animate/video.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"

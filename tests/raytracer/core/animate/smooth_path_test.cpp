@@ -1,4 +1,4 @@
-#include "raytracer/core/animate/smooth_path.hpp"
+#include "raytracer/core/animate/animation.hpp"
 
 #include <algorithm>
 #include <cmath>

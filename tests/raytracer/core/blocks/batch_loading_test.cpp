@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "raytracer/core/blocks/block_manager.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <thread>
 
-#include "common/voxel/changed_error.hpp"
-#include "raytracer/farm/render/passes/boxes_in_sight.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -1,9 +1,8 @@
-#include "raytracer/core/blocks/hole_record.hpp"
+#include "raytracer/core/blocks/load_queue.hpp"
 
 #include <exception>
 #include <stdexcept>
 
-#include "common/voxel/changed_error.hpp"
 #include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 

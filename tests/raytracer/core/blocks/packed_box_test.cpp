@@ -1,4 +1,4 @@
-#include "raytracer/core/blocks/packed_box.hpp"
+#include "raytracer/core/blocks/block.hpp"
 
 #include "common/voxel/box_builder.hpp"
 #include "tests/catch.hpp"

@@ -1,9 +1,8 @@
-#include "raytracer/core/output/credit_line.hpp"
+#include "raytracer/core/output/lettering.hpp"
 
 #include <set>
 
 #include "raytracer/core/output/image_writer.hpp"
-#include "raytracer/core/output/small_font.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/core/output/picture_reader.hpp"

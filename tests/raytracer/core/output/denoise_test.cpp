@@ -7,7 +7,6 @@
 #include <random>
 
 #include "common/util/error.hpp"
-#include "raytracer/core/output/oidn_library.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/core/output/film.hpp"
+#include "raytracer/core/output/picture.hpp"
 #include "tests/common/picture_file.hpp"
 
 namespace terravox::test {

@@ -1,4 +1,4 @@
-#include "raytracer/core/output/tiff_picture.hpp"
+#include "raytracer/core/output/image_writer.hpp"
 
 #include <gdal.h>
 #include <ogr_srs_api.h>
@@ -11,7 +11,6 @@
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/core/output/image_writer.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -8,7 +8,6 @@
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/core/output/image_writer.hpp"
-#include "raytracer/core/output/stream_formats.hpp"
 #include "raytracer/core/tiles/tile_plan.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/emulated.hpp"

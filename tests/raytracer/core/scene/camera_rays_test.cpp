@@ -3,7 +3,7 @@
 
 #include "raytracer/core/scene/camera.hpp"
 #include "raytracer/core/walk/level_cut.hpp"
-#include "raytracer/farm/render/passes/boxes_in_sight.hpp"
+#include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/core/scene/some_cameras.hpp"
 

@@ -1,4 +1,4 @@
-#include "raytracer/core/scene/point_list.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 #include "tests/catch.hpp"
 

@@ -1,4 +1,4 @@
-#include "raytracer/core/scene/tile_size.hpp"
+#include "raytracer/core/scene/scene.hpp"
 
 #include <cmath>
 #include <random>

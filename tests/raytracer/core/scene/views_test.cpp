@@ -6,7 +6,6 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/core/scene/camera.hpp"
-#include "raytracer/core/scene/names.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -1,6 +1,6 @@
 #include "raytracer/core/shade/shading.hpp"
 
-#include "raytracer/core/walk/walker.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 

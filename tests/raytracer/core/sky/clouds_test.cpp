@@ -1,4 +1,4 @@
-#include "raytracer/core/sky/clouds.hpp"
+#include "raytracer/core/sky/weather.hpp"
 
 #include "tests/raytracer/core/sky/skies.hpp"
 

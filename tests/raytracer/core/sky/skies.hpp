@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
+#include "raytracer/core/sky/atmosphere.hpp"
 #include "raytracer/core/sky/sky.hpp"
-#include "raytracer/core/sky/spectrum.hpp"
 #include "tests/catch.hpp"
 
 namespace terravox::test {

@@ -4,7 +4,6 @@
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/core/sky/sun_of.hpp"
 #include "tests/raytracer/core/sky/skies.hpp"
 
 using namespace terravox;

@@ -1,4 +1,4 @@
-#include "raytracer/core/tiles/tile_order.hpp"
+#include "raytracer/core/tiles/tile_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,6 @@
 
 #include <numeric>
 
-#include "raytracer/core/trace/primary_rays.hpp"
 #include "raytracer/core/trace/tile_job.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"

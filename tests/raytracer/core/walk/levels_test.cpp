@@ -5,7 +5,7 @@
 #include "raytracer/core/scene/camera.hpp"
 #include "raytracer/core/walk/beam.hpp"
 #include "raytracer/core/walk/surroundings.hpp"
-#include "raytracer/core/walk/walker.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
 

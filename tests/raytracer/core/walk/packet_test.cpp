@@ -1,5 +1,5 @@
 // Packets must find what single rays find, to the last bit.
-#include "raytracer/core/trace/shadow_groups.hpp"
+#include "raytracer/core/trace/fan_tracer.hpp"
 #include "raytracer/core/walk/packet_walk.hpp"
 #include "raytracer/core/walk/surroundings.hpp"
 #include "tests/catch.hpp"

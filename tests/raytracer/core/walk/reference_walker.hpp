@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "raytracer/core/walk/walker.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "tests/common/voxel/array_world.hpp"
 
 namespace terravox::test {

@@ -1,7 +1,6 @@
 // What a skyline calls open must be empty, whatever is in memory.
-#include "raytracer/core/walk/skyline.hpp"
-
 #include "raytracer/core/walk/lane_walk.hpp"
+
 #include "tests/catch.hpp"
 #include "tests/raytracer/core/walk/walk_fixture.hpp"
 

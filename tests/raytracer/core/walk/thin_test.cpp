@@ -1,5 +1,5 @@
 // Rays that pass thin things must end as in a world without them.
-#include "raytracer/core/base/thin_materials.hpp"
+#include "raytracer/core/base/material_groups.hpp"
 #include "raytracer/core/walk/lane_walk.hpp"
 #include "raytracer/core/walk/packet_walk.hpp"
 #include "tests/catch.hpp"

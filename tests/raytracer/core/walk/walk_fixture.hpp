@@ -5,7 +5,7 @@
 #include <random>
 
 #include "raytracer/core/base/random.hpp"
-#include "raytracer/core/walk/walker.hpp"
+#include "raytracer/core/walk/walk.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
 
 namespace terravox::test {

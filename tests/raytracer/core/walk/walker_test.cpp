@@ -1,4 +1,4 @@
-#include "raytracer/core/walk/walker.hpp"
+#include "raytracer/core/walk/walk.hpp"
 
 #include <cstdio>
 #include <random>

@@ -1,4 +1,4 @@
-#include "raytracer/farm/checkpoint/input_names.hpp"
+#include "raytracer/farm/checkpoint/picture_key.hpp"
 
 #include <fstream>
 #include <functional>

@@ -1,4 +1,4 @@
-#include "raytracer/farm/checkpoint/part.hpp"
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,11 +3,11 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "common/util/shell_words.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
-#include "raytracer/farm/cluster/frame_scripts.hpp"
 #include "raytracer/farm/cluster/manifests.hpp"
-#include "raytracer/farm/cluster/slurm_scripts.hpp"
+#include "raytracer/farm/cluster/slurm.hpp"
+#include "raytracer/farm/cluster/tasks.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

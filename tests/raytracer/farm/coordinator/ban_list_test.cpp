@@ -1,4 +1,4 @@
-#include "raytracer/farm/coordinator/ban_list.hpp"
+#include "raytracer/farm/coordinator/known_workers.hpp"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "raytracer/farm/coordinator/dialled_addresses.hpp"
+#include "raytracer/farm/coordinator/known_workers.hpp"
 
 #include <string>
 #include <vector>

@@ -2,9 +2,9 @@
 #include <set>
 
 #include "common/geo/crs.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/wire/picture_spec.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"

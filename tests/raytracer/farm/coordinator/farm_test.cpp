@@ -6,7 +6,7 @@
 #include <set>
 #include <stop_token>
 
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/net/said.hpp"
 #include "tests/raytracer/farm/worker/fake_coordinator.hpp"

@@ -1,4 +1,4 @@
-#include "raytracer/farm/coordinator/latency_meter.hpp"
+#include "raytracer/farm/coordinator/worker_link.hpp"
 
 #include <cstdint>
 

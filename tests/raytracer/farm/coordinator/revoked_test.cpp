@@ -2,7 +2,7 @@
 #include <atomic>
 #include <filesystem>
 
-#include "raytracer/farm/net/certs.hpp"
+#include "raytracer/farm/net/certificates.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/eventually.hpp"

@@ -1,4 +1,4 @@
-#include "raytracer/farm/net/certs.hpp"
+#include "raytracer/farm/net/certificates.hpp"
 
 #include <sys/stat.h>
 
@@ -8,7 +8,6 @@
 
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/openssl.hpp"
-#include "raytracer/farm/net/peer_certificate.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

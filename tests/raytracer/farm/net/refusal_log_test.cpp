@@ -1,4 +1,4 @@
-#include "raytracer/farm/net/refusal_log.hpp"
+#include "raytracer/farm/net/endpoint.hpp"
 
 #include <vector>
 

@@ -7,7 +7,7 @@
 #include <future>
 #include <iterator>
 
-#include "raytracer/farm/net/certs.hpp"
+#include "raytracer/farm/net/certificates.hpp"
 #include "raytracer/farm/net/credentials.hpp"
 #include "raytracer/farm/net/farm.grpc.pb.h"
 #include "tests/catch.hpp"

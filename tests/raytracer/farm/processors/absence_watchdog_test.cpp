@@ -1,4 +1,4 @@
-#include "raytracer/farm/processors/absence_watchdog.hpp"
+#include "raytracer/farm/processors/pool_members.hpp"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "raytracer/farm/processors/check_policy.hpp"
+#include "raytracer/farm/processors/pool_results.hpp"
 
 #include <set>
 #include <vector>

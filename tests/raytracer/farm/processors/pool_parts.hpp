@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "raytracer/farm/processors/pool_member.hpp"
+#include "raytracer/farm/processors/pool_members.hpp"
 
 namespace terravox::test {
 

@@ -1,4 +1,4 @@
-#include "raytracer/farm/processors/result_validator.hpp"
+#include "raytracer/farm/processors/pool_results.hpp"
 
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/processors/pool_parts.hpp"

@@ -3,8 +3,8 @@
 #include <thread>
 
 #include "common/util/error.hpp"
-#include "raytracer/core/scene/world_options_of.hpp"
-#include "raytracer/core/shade/view_maker.hpp"
+#include "raytracer/core/scene/scene.hpp"
+#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/render/statistics.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"

@@ -2,7 +2,7 @@
 #include <chrono>
 #include <vector>
 
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

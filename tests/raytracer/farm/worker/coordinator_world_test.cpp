@@ -2,9 +2,9 @@
 
 #include <thread>
 
-#include "common/thread/stopped_error.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "raytracer/farm/wire/tile_frames.hpp"
+#include "common/thread/stop.hpp"
+#include "common/voxel/box.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 

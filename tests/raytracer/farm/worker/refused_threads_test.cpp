@@ -7,7 +7,7 @@
 #include <functional>
 #include <string_view>
 
-#include "common/util/end_of_program.hpp"
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm/worker/fake_coordinator.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
-#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
 #include "tests/catch.hpp"
 

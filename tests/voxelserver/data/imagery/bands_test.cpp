@@ -1,4 +1,4 @@
-#include "voxelserver/data/imagery/bands.hpp"
+#include "voxelserver/data/imagery/image.hpp"
 
 #include "tests/voxelserver/data/imagery/image_files.hpp"
 

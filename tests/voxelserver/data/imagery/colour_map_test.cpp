@@ -8,7 +8,6 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/data/imagery/colour_space.hpp"
 #include "voxelserver/data/imagery/palette_file.hpp"
 
 using namespace terravox;

@@ -8,8 +8,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/imagery/one_colour.hpp"
-#include "voxelserver/data/imagery/image_identity.hpp"
-#include "voxelserver/data/imagery/vrt_sources.hpp"
+#include "voxelserver/data/imagery/image_files.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -1,10 +1,10 @@
 // Prepared squares and chunk indices that a crash, a disk or another program has changed.
 #include "common/util/error.hpp"
-#include "common/util/mapped_file.hpp"
+#include "common/util/files.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/store/squares.hpp"
-#include "voxelserver/data/store/square_file.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

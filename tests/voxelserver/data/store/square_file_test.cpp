@@ -1,7 +1,7 @@
-#include "voxelserver/data/store/square_file.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 
 #include "common/util/error.hpp"
-#include "common/util/mapped_file.hpp"
+#include "common/util/files.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/store/squares.hpp"

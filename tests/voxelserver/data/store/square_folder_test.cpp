@@ -11,7 +11,6 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/store/squares.hpp"
 #include "tests/voxelserver/data/store/warnings.hpp"
-#include "voxelserver/data/store/square_file.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/data/store/chunk_index.hpp"
 #include "voxelserver/data/store/square.hpp"
 
 namespace terravox::test {

@@ -1,4 +1,4 @@
-#include "voxelserver/data/sunlight/brightness_around.hpp"
+#include "voxelserver/data/sunlight/light_removal.hpp"
 
 #include <algorithm>
 #include <random>

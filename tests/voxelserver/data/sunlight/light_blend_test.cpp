@@ -1,4 +1,4 @@
-#include "voxelserver/data/sunlight/light_blend.hpp"
+#include "voxelserver/data/sunlight/flight_light.hpp"
 
 #include <algorithm>
 #include <array>

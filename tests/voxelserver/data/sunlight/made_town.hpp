@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "voxelserver/data/sunlight/scene.hpp"
-#include "voxelserver/data/sunlight/sunlit.hpp"
+#include "voxelserver/data/sunlight/sun.hpp"
 
 namespace terravox::sunlight::test {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/data/water/adjacency.hpp"
+#include "voxelserver/data/water/water_cells.hpp"
 
 #include <algorithm>
 #include <random>

@@ -1,4 +1,4 @@
-#include "voxelserver/data/water/drainage.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 #include <cmath>
 #include <random>

@@ -4,7 +4,7 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/data/water/landscapes.hpp"
 #include "voxelserver/data/water/body_levels.hpp"
-#include "voxelserver/data/water/drainage.hpp"
+#include "voxelserver/data/water/river.hpp"
 
 using namespace terravox::water;
 using namespace terravox::water::test;

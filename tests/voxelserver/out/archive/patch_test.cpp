@@ -6,8 +6,8 @@
 #include <set>
 
 #include "common/util/error.hpp"
+#include "common/voxel/archive/archive_parts.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/archive/change.hpp"
 #include "common/voxel/box_builder.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
@@ -15,7 +15,6 @@
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/out/archive/verify.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
-#include "voxelserver/out/export/archive/change_export.hpp"
 
 using namespace terravox;
 using terravox::test::contains;

@@ -6,8 +6,8 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"

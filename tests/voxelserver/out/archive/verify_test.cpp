@@ -8,13 +8,13 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
-#include "voxelserver/out/archive/summary.hpp"
+#include "voxelserver/out/archive/archive_files.hpp"
 
 using namespace terravox;
 using namespace terravox::archive_tools;

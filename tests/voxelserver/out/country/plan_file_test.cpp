@@ -6,7 +6,7 @@
 #include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/out/country/join.hpp"
-#include "voxelserver/out/country/plan_folder.hpp"
+#include "voxelserver/out/country/plan.hpp"
 #include "voxelserver/out/country/task.hpp"
 
 namespace terravox::country {

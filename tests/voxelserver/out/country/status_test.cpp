@@ -3,10 +3,10 @@
 #include <chrono>
 #include <fstream>
 
-#include "common/util/file_lock.hpp"
+#include "common/util/files.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/out/country/task_record.hpp"
+#include "voxelserver/out/country/task.hpp"
 
 namespace terravox::country {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/out/country/task_queue.hpp"
+#include "voxelserver/out/country/task.hpp"
 
 #include <numeric>
 #include <set>

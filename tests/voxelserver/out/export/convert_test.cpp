@@ -2,16 +2,15 @@
 #include <set>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_world.hpp"
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/synthetic_world.hpp"
-#include "voxelserver/out/export/archive/archive_box.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/core/journal.hpp"
-#include "voxelserver/out/export/core/part.hpp"
 
 using namespace terravox;
 using namespace terravox::exports;

@@ -5,10 +5,10 @@
 #include <functional>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box.hpp"
 #include "common/voxel/box_builder.hpp"
-#include "common/voxel/box_codec.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"
@@ -16,7 +16,7 @@
 #include "tests/voxelserver/out/export/shape/painted_world.hpp"
 #include "voxelserver/out/export/anvil/write_anvil.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
-#include "voxelserver/out/export/core/part.hpp"
+#include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/mesh/mesh.hpp"
 #include "voxelserver/out/export/vdb/vdb.hpp"
 #include "voxelserver/out/export/vox/vox.hpp"

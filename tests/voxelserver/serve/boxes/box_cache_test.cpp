@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/small_stack.hpp"
 #include "tests/common/temporary_folder.hpp"

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/boxes/prefetch_queue.hpp"
+#include "voxelserver/serve/boxes/box_cache.hpp"
 
 #include <cstdint>
 #include <thread>

@@ -5,7 +5,7 @@
 
 #include "common/voxel/world.hpp"
 #include "tests/common/voxel/scene.hpp"
-#include "voxelserver/serve/gkot/gkot_box.hpp"
+#include "voxelserver/serve/gkot/gkot_reply.hpp"
 
 namespace terravox::test {
 

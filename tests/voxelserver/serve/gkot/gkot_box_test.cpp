@@ -4,7 +4,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/gkot/box_grid.hpp"
-#include "voxelserver/serve/gkot/gkot_blocks.hpp"
+#include "voxelserver/serve/gkot/gkot_reply.hpp"
 
 using namespace terravox;
 using gkot::Region;

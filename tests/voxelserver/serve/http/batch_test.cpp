@@ -1,8 +1,8 @@
-#include "voxelserver/serve/http/batch_route.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
 
 #include <thread>
 
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
 #include "voxelserver/serve/http/router.hpp"

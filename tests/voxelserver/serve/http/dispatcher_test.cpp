@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/dispatcher.hpp"
+#include "voxelserver/serve/http/router.hpp"
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"

@@ -1,11 +1,11 @@
-#include "voxelserver/serve/http/error_reply.hpp"
+#include "voxelserver/serve/http/service.hpp"
 
 #include <functional>
 #include <new>
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
-#include "common/voxel/unreachable_error.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/data/store/warnings.hpp"
 #include "voxelserver/serve/boxes/admission_control.hpp"

@@ -11,7 +11,6 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
-#include "common/voxel/downsample.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::test {

@@ -4,7 +4,7 @@
 #include <set>
 #include <sstream>
 
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
 

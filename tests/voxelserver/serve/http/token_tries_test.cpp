@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/token_tries.hpp"
+#include "voxelserver/serve/http/request_check.hpp"
 
 #include "tests/catch.hpp"
 

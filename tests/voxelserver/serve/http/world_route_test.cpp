@@ -1,8 +1,8 @@
-#include "voxelserver/serve/http/world_route.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
 

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/map/hill_shade.hpp"
+#include "voxelserver/serve/map/pixels.hpp"
 
 #include <random>
 

@@ -6,8 +6,7 @@
 #include <set>
 
 #include "common/util/error.hpp"
-#include "voxelserver/serve/map/made_areas.hpp"
-#include "voxelserver/serve/map/top_source.hpp"
+#include "voxelserver/serve/map/top_cache.hpp"
 
 namespace terravox::test {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/serve/map/hill_shade.hpp"
+#include "voxelserver/serve/map/pixels.hpp"
 
 namespace terravox::test {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/map/png.hpp"
+#include "voxelserver/serve/map/pixels.hpp"
 
 #include <random>
 

@@ -5,11 +5,10 @@
 #include <fstream>
 #include <new>
 
-#include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/serve/module/worlds_module.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

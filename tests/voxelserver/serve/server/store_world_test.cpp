@@ -1,4 +1,4 @@
-#include "voxelserver/serve/server/store_world.hpp"
+#include "voxelserver/serve/server/open_for_serving.hpp"
 
 #include <cmath>
 #include <optional>

@@ -1,8 +1,7 @@
-#include "voxelserver/serve/sockets/address.hpp"
+#include "voxelserver/serve/sockets/socket.hpp"
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "voxelserver/serve/sockets/socket.hpp"
 
 using namespace terravox;
 using sockets::Address;

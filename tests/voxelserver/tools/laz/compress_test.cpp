@@ -1,4 +1,4 @@
-#include "voxelserver/tools/laz/compress.hpp"
+#include "voxelserver/tools/laz/laz_commands.hpp"
 
 #include <cstring>
 
@@ -6,8 +6,6 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/lidar/las_bytes.hpp"
-#include "voxelserver/tools/laz/inspect.hpp"
-#include "voxelserver/tools/laz/point_digest.hpp"
 #include "voxelserver/tools/laz/point_stream.hpp"
 
 using namespace terravox;

@@ -8,9 +8,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/lidar/child.hpp"
 #include "tests/voxelserver/data/lidar/las_bytes.hpp"
-#include "voxelserver/tools/laz/compress.hpp"
-#include "voxelserver/tools/laz/inspect.hpp"
-#include "voxelserver/tools/laz/lax_writer.hpp"
+#include "voxelserver/tools/laz/laz_commands.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

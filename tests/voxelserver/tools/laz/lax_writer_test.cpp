@@ -1,4 +1,4 @@
-#include "voxelserver/tools/laz/lax_writer.hpp"
+#include "voxelserver/tools/laz/laz_commands.hpp"
 
 #include <random>
 
@@ -6,7 +6,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/lidar/las_bytes.hpp"
-#include "voxelserver/data/lidar/index_sources.hpp"
+#include "voxelserver/data/lidar/spatial_index.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -1,6 +1,6 @@
 #include "common/util/error.hpp"
 #include "survey_fixture.hpp"
-#include "voxelserver/tools/survey/survey_options.hpp"
+#include "voxelserver/tools/survey/survey.hpp"
 
 using namespace terravox;
 using namespace terravox::survey;

@@ -2,7 +2,6 @@
 
 #include "survey_fixture.hpp"
 #include "voxelserver/tools/survey/scanner.hpp"
-#include "voxelserver/tools/survey/true_columns.hpp"
 #include "voxelserver/tools/survey/truth.hpp"
 
 using namespace terravox::survey;

@@ -1,11 +1,10 @@
-#include "voxelserver/tools/survey/photo_light.hpp"
+#include "voxelserver/tools/survey/orthophoto.hpp"
 
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "survey_fixture.hpp"
-#include "voxelserver/tools/survey/orthophoto.hpp"
 
 using namespace terravox::survey;
 using namespace terravox::survey::test;

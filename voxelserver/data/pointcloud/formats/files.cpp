@@ -8,7 +8,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 #include "voxelserver/data/pointcloud/file_bytes.hpp"
 #include "voxelserver/data/pointcloud/formats/list.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <tuple>
 
-#include "voxelserver/data/lidar/las_format.hpp"
-#include "voxelserver/data/ply/ply_format.hpp"
+#include "voxelserver/data/lidar/las_source.hpp"
+#include "voxelserver/data/ply/ply_source.hpp"
 
 namespace terravox::pointcloud {
 

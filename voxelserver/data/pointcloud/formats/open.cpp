@@ -23,4 +23,36 @@ std::unique_ptr<const PointSource> open_point_source(const std::filesystem::path
     return kOpeners[format_of(file)](file);
 }
 
+const PointSource& DeferredSource::opened() const {
+    const std::lock_guard lock(m_mutex);
+    if (m_opened == nullptr)
+        m_opened = open_point_source(info().path);
+    return *m_opened;
+}
+
+std::vector<PointRange> DeferredSource::parts(std::uint64_t points) const {
+    return opened().parts(points);
+}
+
+void DeferredSource::read(std::span<const PointRange> ranges, const PointBatchSink& sink) const {
+    opened().read(ranges, sink);
+}
+
+void DeferredSource::read_without_echoes(std::span<const PointRange> ranges,
+                                         const PointBatchSink& sink) const {
+    opened().read_without_echoes(ranges, sink);
+}
+
+std::vector<Point> DeferredSource::sample(std::size_t about) const {
+    return opened().sample(about);
+}
+
+bool DeferredSource::sampled_all_over() const {
+    return opened().sampled_all_over();
+}
+
+std::shared_ptr<const SpatialIndex> DeferredSource::spatial_index() const {
+    return opened().spatial_index();
+}
+
 }  // namespace terravox::pointcloud

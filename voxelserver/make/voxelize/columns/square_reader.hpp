@@ -1,6 +1,9 @@
 #pragma once
 
+#include <atomic>
+#include <bitset>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -9,16 +12,129 @@
 #include <vector>
 
 #include "common/util/cache.hpp"
+#include "voxelserver/data/store/square.hpp"
 #include "voxelserver/data/store/square_folder.hpp"
-#include "voxelserver/make/voxelize/columns/file_plan.hpp"
-#include "voxelserver/make/voxelize/columns/load_report.hpp"
-#include "voxelserver/make/voxelize/columns/prepared_squares.hpp"
-#include "voxelserver/make/voxelize/columns/whole_decoder.hpp"
+#include "voxelserver/make/voxelize/points/class_table.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
-#include "voxelserver/make/voxelize/points/point_parts.hpp"
+#include "voxelserver/make/voxelize/points/placer.hpp"
+#include "voxelserver/make/voxelize/points/point_load.hpp"
+#include "voxelserver/make/voxelize/points/sources.hpp"
 #include "voxelserver/make/voxelize/points/square_info.hpp"
 
 namespace terravox::voxelize {
+
+/// How much memory the points of a world may take, bytes. The rest is for boxes, except for a sixth
+/// of the world's memory, which is left for decoding a square.
+struct PointMemory {
+    std::size_t squares = 0;  ///< those of whole files
+    std::size_t parts = 0;    ///< parts of files
+    std::size_t columns = 0;
+};
+
+/// @param memory_bytes of the whole world
+/// @param files determine how squares and parts share the memory: what whole squares do not need
+/// goes to parts
+[[nodiscard]] PointMemory share_memory(std::size_t memory_bytes,
+                                       std::span<const SquareSource> files);
+
+/// What the square of a file depends on in addition to the file.
+struct SquareRecipe {
+    const grid::Frame& frame;
+    const ClassTable& classes;
+    const Settings& settings;
+};
+
+/// How each file is to be kept, in the order of `files`. The plan points into `files`.
+/// @param recipe names the squares in the cache folder; nullptr = there is none
+[[nodiscard]] std::vector<PartedFile> plan_files(std::span<const SquareSource> files,
+                                                 const PointMemory& memory,
+                                                 const SquareRecipe* recipe);
+
+/// Logs warnings about decoded points: stray points, and classes that the table does not name. Each
+/// warning is logged once per file. Thread-safe.
+class LoadReport {
+public:
+    /// Both must outlive this.
+    LoadReport(std::span<const SquareSource> files, const ClassTable& classes);
+
+    /// A file was decoded whole, or scanned. Only the first call for a file counts.
+    void add_whole(std::size_t file, const store::PointCounts& counts);
+
+    /// A part of a file was decoded. Parts are decoded in the order of the requested boxes, some of
+    /// them twice: so the log names what was found without a count, and counts() does not change.
+    void add_part(std::size_t file, const store::PointCounts& counts);
+
+    /// The sum over all files for which add_whole() was called.
+    [[nodiscard]] store::PointCounts counts() const;
+
+private:
+    /// What was logged about a file. All members except the first are guarded by m_mutex.
+    struct Logged {
+        std::once_flag whole;
+        bool stray = false;
+        std::bitset<256> classes;
+    };
+
+    const std::span<const SquareSource> m_files;
+    const ClassTable& m_classes;
+    std::vector<Logged> m_logged;
+    mutable std::mutex m_mutex;
+    store::PointCounts m_counts;
+};
+
+/// Squares that an earlier decoding stored in the cache folder, mapped into memory. Thread-safe.
+class PreparedSquares {
+public:
+    /// @param folder must outlive this; nullptr: nothing is found or kept
+    /// @param names of the squares of all files, in the folder
+    PreparedSquares(store::SquareFolder* folder, std::vector<std::string> names);
+
+    /// Whether a square of that file seems to exist; find() may still find it damaged.
+    [[nodiscard]] bool holds(std::size_t file) const;
+
+    /// The first time that the square of a file is found, the checksums of all its patches are
+    /// verified, so that a square damaged by a crash or a bad disk is rebuilt before it is used.
+    /// @return nullptr when it does not exist or is damaged; a damaged one is logged as a warning
+    [[nodiscard]] std::shared_ptr<const store::Square> find(std::size_t file);
+
+    /// @return the mapped square, or the one given when it could not be written
+    [[nodiscard]] std::shared_ptr<const store::Square> keep(
+        std::size_t file, std::shared_ptr<const store::Square> square);
+
+private:
+    store::SquareFolder* const m_folder;
+    const std::vector<std::string> m_names;
+    std::vector<std::atomic<bool>> m_verified;  ///< by file: its square was verified in this run
+};
+
+/// Decodes whole files. Thread-safe.
+///
+/// One lock is held from the start of a decoding until its square is kept, because each decoding
+/// uses all threads, and as much memory again as its square. A damaged file is not tried again.
+class WholeDecoder {
+public:
+    /// Decodes a file.
+    /// @throws Error for a damaged one
+    using Load = std::function<LoadedSquare(std::size_t file)>;
+    /// Keeps a decoded square.
+    /// @return the square to use instead of the given one
+    using Keep =
+        std::function<std::shared_ptr<const store::Square>(std::size_t file, LoadedSquare loaded)>;
+    WholeDecoder(std::size_t files, Load load, Keep keep);
+
+    /// Blocks while another file is being decoded.
+    /// @throws Error for a damaged file, each time with the same message; whatever `load` and
+    /// `keep` throw
+    [[nodiscard]] std::shared_ptr<const store::Square> decode(std::size_t file);
+
+private:
+    [[nodiscard]] LoadedSquare load(std::size_t file);
+
+    const Load m_load;
+    const Keep m_keep;
+    std::mutex m_mutex;
+    std::vector<std::string> m_failures;  ///< by file: why it could not be decoded; "": it could
+};
 
 /// Reads the points of files in one of three ways, all of which give the same points: whole
 /// (WholeDecoder), prepared (PreparedSquares), or in parts (PointParts). Thread-safe.

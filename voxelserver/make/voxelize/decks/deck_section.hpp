@@ -2,16 +2,64 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
-#include "voxelserver/make/voxelize/decks/deck_land.hpp"
+#include "voxelserver/make/voxelize/columns/columns.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/steps/ground_fill.hpp"
+#include "voxelserver/make/voxelize/steps/water_fill.hpp"
 
 namespace terravox::voxelize {
 
+/// What is seen of a column in the search for decks without a bridge class.
+enum class LandKind : std::uint8_t {
+    kNotEvaluated,
+    kUnknown,  ///< nothing, or only plants and wires: the surface is hidden
+    kGround,
+    kDeck,   ///< a deck that its class names
+    kThing,  ///< no ground; the lowest return is unclassified or of an object: perhaps a deck
+    kWater,
+    kBuilt,
+};
+struct LandSample {
+    float height = kNoHeight;  ///< voxels; NaN when unknown
+    LandKind kind = LandKind::kNotEvaluated;
+};
+
+/// The surface of a window's columns, each evaluated at its first query. Not thread-safe; the
+/// window must outlive it.
+class DeckLand {
+public:
+    /// @param water nullptr = water only where it was seen
+    DeckLand(const Window& window, const ClassTable& classes, WaterAccess* water)
+        : m_window(window), m_classes(classes), m_water(water) {}
+
+    /// @param x, z in [-64, 128)
+    [[nodiscard]] const LandSample& at(int x, int z) {
+        LandSample& s = m_samples.at(x, z);
+        if (s.kind == LandKind::kNotEvaluated)
+            s = evaluate(x, z);
+        return s;
+    }
+
+private:
+    [[nodiscard]] LandSample evaluate(int x, int z);
+    [[nodiscard]] float body_level(int x, int z);
+
+    const Window& m_window;
+    const ClassTable& m_classes;
+    WaterAccess* m_water;
+    Grid<LandSample, Window::kMargin> m_samples;
+    // The last queried cell: columns of a cell follow each other.
+    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min();
+    std::int32_t m_cell_z = 0;
+    float m_cell_level = kNoHeight;
+};
+
 /// How far the search for decks reaches, columns. The values add up to what a window allows
-/// (deck_finder.cpp).
+/// (bridges.cpp).
 struct DeckReach {
     static constexpr int kWidest = 21;  ///< across a deck
     static constexpr int kAcross = 24;  ///< to either side of a column
@@ -121,5 +169,17 @@ private:
     Grid<std::int32_t, kReach> m_index;
     std::vector<DeckSection> m_sections;
 };
+
+/// Columns of a patch and a margin, 1 = to be searched by DeckSections.
+using DeckSeeds = Grid<char, GroundHeights::kMargin + DeckReach::kGrown>;
+
+/// Columns that may belong to a deck without a bridge class: those between two drops along a row or
+/// along a line of columns, no farther apart than a deck is wide. Wherever the land has no such
+/// drops this is the only cost of the search for decks, so it reads only the patches' rows of
+/// numbers and bits. Every column that DeckSections accepts is among the seeds; voids count as low,
+/// since their level is not queried.
+/// @return nullopt when there is none
+[[nodiscard]] std::optional<DeckSeeds> find_deck_seeds(const Window& window,
+                                                       const DeckLimits& limits);
 
 }  // namespace terravox::voxelize

@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/decks/deck_seeds.hpp"
+#include "voxelserver/make/voxelize/decks/deck_section.hpp"
 
 #include <algorithm>
 #include <array>

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/toml_file.hpp"
 
 namespace terravox::voxelize {

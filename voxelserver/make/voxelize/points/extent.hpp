@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
@@ -34,7 +36,7 @@ using KeepsPoint = std::function<bool(const pointcloud::Point&)>;
 /// Determines where the land of a file lies. A header is trusted when a sample agrees with it. When
 /// it does not (points beyond the bounds, or next to none in most of them), all points are read
 /// once, so that the result does not depend on their order: the bounds become those of the points,
-/// without strays (point_clusters.hpp), and a warning is logged.
+/// without strays, and a warning is logged.
 /// @param info that of the source, with its CRS; its min and max are set to the actual bounds
 /// @param sample kept points, in any order
 /// @param threads for reading the whole file; 0 = one for each core
@@ -46,5 +48,27 @@ using KeepsPoint = std::function<bool(const pointcloud::Point&)>;
                                                   pointcloud::PointCloudInfo& info,
                                                   std::span<const pointcloud::Point> sample,
                                                   const KeepsPoint& keeps, int threads);
+
+/// Points within about a kilometre of each other, directly or through other points.
+struct PointCluster {
+    std::uint64_t count = 0;
+    std::array<double, 3> min{}, max{};  ///< exact, closed, file coordinates
+    friend bool operator==(const PointCluster&, const PointCluster&) = default;
+};
+
+/// Decodes all points of a file.
+/// @param keeps selects the points that count
+/// @param unit_m metres per horizontal unit of the file
+/// @return largest first; the same for every order of the points and any number of threads
+/// @throws Error for a damaged file, or one whose points are strewn over more than a million
+/// squares of 256 m
+[[nodiscard]] std::vector<PointCluster> find_clusters(const pointcloud::PointSource& source,
+                                                      const KeepsPoint& keeps, double unit_m,
+                                                      int threads);
+
+/// Removes strays: clusters of at most a hundredth of all points that either have fewer than a
+/// hundred, or lie all in one place (10 m).
+/// @param clusters largest first; the first stays
+void drop_strays(std::vector<PointCluster>& clusters, double unit_m);
 
 }  // namespace terravox::voxelize

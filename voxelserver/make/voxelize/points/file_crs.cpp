@@ -1,13 +1,16 @@
 #include "voxelserver/make/voxelize/points/file_crs.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
+#include <cctype>
 #include <map>
+#include <set>
+#include <string>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/log.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -86,6 +89,39 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
     for (const auto& [crs, names] : by_name)
         util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),
                        names.size() > 1 ? fmt::format(" (one of {} such)", names.size()) : "", crs);
+}
+
+namespace {
+
+// Programs spell one name in many ways: "NGF-IGN69", "NGF - IGN69".
+std::string plain(const std::string& name) {
+    std::string out;
+    for (const char c : name)
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+            out += util::lower_case(c);
+    return out;
+}
+
+}  // namespace
+
+void warn_of_mixed_datums(std::span<const pointcloud::PointCloudInfo> infos) {
+    constexpr std::size_t kNamed = 4;
+    std::set<std::string> seen;
+    std::string named;
+    for (const pointcloud::PointCloudInfo& info : infos) {
+        const auto datum = info.crs ? info.crs->vertical_datum() : std::nullopt;
+        if (!datum || !seen.insert(plain(*datum)).second || seen.size() > kNamed)
+            continue;
+        named += (named.empty() ? "" : ", ") + info.path.string() + " from '" + *datum + "'";
+    }
+    if (seen.size() < 2)
+        return;
+    if (seen.size() > kNamed)
+        named += " and " + std::to_string(seen.size() - kNamed) + " more";
+    util::log_warn(
+        "heights are measured from different datums and not converted, so files may not meet: {}; "
+        "--crs sets one for all files",
+        named);
 }
 
 }  // namespace terravox::voxelize

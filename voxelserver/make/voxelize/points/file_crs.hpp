@@ -1,9 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "voxelserver/data/grid/square_names.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
 #include "voxelserver/make/voxelize/points/class_table.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/points/placer.hpp"
@@ -30,5 +32,11 @@ void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions&
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
                 const ClassTable& classes,
                 const std::vector<std::optional<grid::NamedSquare>>& squares);
+
+/// Logs a one-line warning when files of one world measure heights from different datums: heights
+/// are used as they are, so where such files meet there may be a step that is not in the land.
+/// Files that name no datum are ignored.
+/// @param infos each with the CRS in which its points will be read
+void warn_of_mixed_datums(std::span<const pointcloud::PointCloudInfo> infos);
 
 }  // namespace terravox::voxelize

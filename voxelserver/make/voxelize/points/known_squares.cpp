@@ -10,8 +10,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
-#include "common/voxel/bytes.hpp"
-#include "common/voxel/file_identity.hpp"
+#include "common/voxel/fingerprint.hpp"
 
 namespace terravox::voxelize {
 namespace {

@@ -16,7 +16,7 @@ namespace terravox::voxelize {
 /// What opening finds out about a point file by reading its header and a sample of its points.
 /// Plain data.
 struct KnownSquare {
-    voxel::Fingerprint identity{};       ///< common/voxel/file_identity.hpp
+    voxel::Fingerprint identity{};       ///< common/voxel/fingerprint.hpp
     voxel::Fingerprint side_identity{};  ///< of its side file; zeros: it has none
     pointcloud::PointCloudInfo stated;   ///< as the file states it; the path is not kept
 

@@ -21,7 +21,7 @@ struct LidarWorldOptions {
     std::optional<std::string> crs;  ///< overrides that of the files
     /// The CRS of files that carry none, by the paths in `files`, as a store has recorded it.
     std::map<std::filesystem::path, std::string> recorded_crs;
-    std::string title;        ///< of the world; empty: by the files (world_title.hpp)
+    std::string title;        ///< of the world; empty: by the files
     std::string licence;      ///< of the data, for WorldInfo; empty = unknown
     std::string attribution;  ///< as above
     /// "m", "ft" or "us-ft"; default: from the CRS, else its horizontal unit.
@@ -31,7 +31,7 @@ struct LidarWorldOptions {
     /// have not changed are not read again. Empty: none.
     std::filesystem::path known_squares;
     /// Folder that receives the chunk index of each file that is decoded: which of its points lie
-    /// where (store/chunk_index.hpp). Nothing is ever removed from it. Empty: none.
+    /// where (store/square.hpp). Nothing is ever removed from it. Empty: none.
     std::filesystem::path chunk_indices;
     /// Whether files are read in parts by the indices that chunk_indices holds already. Faster
     /// where few places of many files are needed, slower where most of each file is.
@@ -45,5 +45,14 @@ struct LidarWorldOptions {
     /// Limit of cache_dir: the least recently used squares are removed first.
     std::uint64_t cache_bytes = std::uint64_t{20} << 30;
 };
+
+/// The point files that the options name, and those in the folders that they name, sorted by path.
+/// Without those that the options leave out.
+/// @throws UsageError when there are none
+[[nodiscard]] std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options);
+
+/// The title of a world: that of the options; else the name of its only input, or of the folder in
+/// which all of its inputs lie; else the name of the first one, and how many more there are.
+[[nodiscard]] std::string world_title(const LidarWorldOptions& options);
 
 }  // namespace terravox::voxelize

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/voxel/box.hpp"
-#include "common/voxel/bytes.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/voxelize/points/extent.hpp"
 
 namespace terravox::voxelize {

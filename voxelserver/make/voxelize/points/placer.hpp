@@ -19,7 +19,7 @@ namespace terravox::voxelize {
 
 /// One file of the world and how it is read into voxel space. Immutable once the world is open.
 struct SquareSource {
-    voxel::Fingerprint identity{};       ///< common/voxel/file_identity.hpp
+    voxel::Fingerprint identity{};       ///< common/voxel/fingerprint.hpp
     voxel::Fingerprint side_identity{};  ///< of its side file; zeros: it has none
     std::shared_ptr<const pointcloud::PointSource> points;
     /// Of the points, with a CRS; min and max hold all kept points, whatever the header states

@@ -11,16 +11,13 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/file_identity.hpp"
-#include "voxelserver/data/pointcloud/formats/deferred_source.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/pointcloud/formats/files.hpp"
 #include "voxelserver/data/pointcloud/formats/open.hpp"
-#include "voxelserver/make/voxelize/points/brightness_scales.hpp"
 #include "voxelserver/make/voxelize/points/extent.hpp"
 #include "voxelserver/make/voxelize/points/file_crs.hpp"
-#include "voxelserver/make/voxelize/points/lidar_files.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/points/square_sample.hpp"
-#include "voxelserver/make/voxelize/points/vertical_datums.hpp"
 
 namespace terravox::voxelize {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "voxelserver/make/voxelize/points/known_squares.hpp"
 #include "voxelserver/make/voxelize/points/placer.hpp"
+#include "voxelserver/make/voxelize/points/sources.hpp"
 
 namespace terravox::voxelize {
 
@@ -34,5 +35,16 @@ struct SquareSample {
 
 /// As take_sample(), from what is known of the file. The sample has no echoes.
 [[nodiscard]] SquareSample known_sample(SquareSource& source, const KnownSquare& known);
+
+/// Brings the intensities of all files to one scale, for those whose points have no colours, and
+/// counts the flight lines. A scale that is known is taken over while all files that have a part in
+/// it are those of then; where echoes are not at hand, they are sampled.
+/// @param known of each file, or nullptr
+/// @return of each file what its scale is made of (KnownSquare::scale_of)
+std::vector<voxel::Fingerprint> share_brightness(Sources& sources,
+                                                 std::vector<SquareSample>& samples,
+                                                 const std::vector<const KnownSquare*>& known,
+                                                 const ClassTable& classes,
+                                                 const Settings::Points& filters, int threads);
 
 }  // namespace terravox::voxelize

@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "voxelserver/make/voxelize/columns/window.hpp"
+#include "voxelserver/make/voxelize/columns/columns.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/steps/ground_fill.hpp"
 
 namespace terravox::voxelize {
 
@@ -39,5 +41,33 @@ private:
     /// For each column of the window: index into m_buildings, or -1. Empty = none.
     std::vector<std::int16_t> m_index;
 };
+
+/// What stands in a column: a roof, and the wall below it down to the ground, unless it is open
+/// beneath.
+struct Roof {
+    Surface top;
+    /// Lowest height that was seen of an arcade, canopy or balcony, voxels; NaN = down to the
+    /// ground.
+    float bottom = kNoHeight;
+    /// The column whose appearance a closed gap takes, relative to this one.
+    std::int8_t appearance_dx = 0;
+    std::int8_t appearance_dz = 0;
+    [[nodiscard]] bool seen() const noexcept { return top.seen(); }
+    [[nodiscard]] bool open_beneath() const noexcept { return bottom == bottom; }
+};
+
+/// Step "building fill": roofs without holes, and which of them are open beneath.
+///
+/// A column is built upon when most of its low returns (ground, water, building) are of buildings,
+/// so that footprints are neither widened nor narrowed. Gaps between points in a roof take the
+/// median of the roofs around. A roof is open beneath where ground was seen below it by more than a
+/// storey (not only next to it: an edge that cuts through a column is a wall), and between such
+/// places, or between one and a higher wall: few pulses reach far under a roof. Its thickness is
+/// what was seen of it; a tall building keeps all but its lowest storey (a passage).
+[[nodiscard]] Margined<Roof> fill_buildings(const Window& window,
+                                            const Settings::Buildings& settings, double voxel_m);
+
+/// The columns' own building points and nothing else, for when the step is switched off.
+[[nodiscard]] Margined<Roof> seen_roofs(const Window& window);
 
 }  // namespace terravox::voxelize

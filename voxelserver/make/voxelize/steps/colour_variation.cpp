@@ -1,8 +1,138 @@
 #include "voxelserver/make/voxelize/steps/colour_variation.hpp"
 
-#include "voxelserver/make/voxelize/steps/tree_places.hpp"
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "common/util/error.hpp"
+#include "common/util/folders.hpp"
+#include "common/util/toml_file.hpp"
+#include "common/voxel/fingerprint.hpp"
+#include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
 
 namespace terravox::voxelize {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxBrightness = 0.5;
+constexpr std::size_t kMaxColours = 64;
+
+// Ref: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014 (the
+// finalizer).
+std::uint64_t mixed(std::uint64_t v) noexcept {
+    v += 0x9e3779b97f4a7c15;
+    v = (v ^ v >> 30) * 0xbf58476d1ce4e5b9;
+    v = (v ^ v >> 27) * 0x94d049bb133111eb;
+    return v ^ v >> 31;
+}
+
+fs::path file_of(const std::string& id_or_path) {
+    fs::path file = id_or_path;
+    if (file.extension() != ".toml") {
+        const fs::path folder = util::config_dir() / "tints";
+        file = folder / (id_or_path + ".toml");
+        if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
+            throw util::UsageError("find the tints '" + id_or_path + "': allowed: " +
+                                   util::toml_ids(folder) + ", or a path to a .toml file");
+    } else if (!fs::exists(file)) {
+        throw util::UsageError("read the tints " + file.string() + ": no such file");
+    }
+    return file;
+}
+
+/// @return nullopt for anything but "#rrggbb"
+std::optional<voxel::Rgb8> colour_of(const std::string& text) {
+    const auto digit = [](char c) {
+        return c >= '0' && c <= '9'   ? c - '0'
+               : c >= 'a' && c <= 'f' ? c - 'a' + 10
+               : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                      : -1;
+    };
+    if (text.size() != 7 || text[0] != '#' ||
+        std::any_of(text.begin() + 1, text.end(), [&](char c) { return digit(c) < 0; }))
+        return std::nullopt;
+    const auto byte = [&](std::size_t at) {
+        return static_cast<std::uint8_t>(digit(text[at]) * 16 + digit(text[at + 1]));
+    };
+    return voxel::Rgb8{byte(1), byte(3), byte(5)};
+}
+
+}  // namespace
+
+Tints Tints::load(const std::string& id_or_path) {
+    const fs::path file = file_of(id_or_path);
+    const auto fail = [&](const std::string& what) {
+        throw util::UsageError("read the tints " + file.string() + ": " + what);
+    };
+    const toml::table root = util::read_toml(file, fail);
+    Tints out;
+    for (const auto& [key, node] : root)
+        if (key != "title" && key != "brightness" && key != "colours")
+            fail(std::string(key.str()) + " is no field; allowed: title, brightness, colours");
+    if (const auto* node = root.get("brightness")) {
+        const auto value = node->value<double>();
+        if (!value || !(*value >= 0 && *value <= kMaxBrightness))
+            fail(fmt::format("brightness is {}; allowed: 0 to {}", util::toml_value(*node),
+                             kMaxBrightness));
+        out.m_brightness = *value;
+    }
+    const auto* colours = root["colours"].as_table();
+    if (colours == nullptr)
+        fail("colours is no table; allowed: [colours]");
+    for (const auto& [key, node] : *colours) {
+        const std::string name(key.str());
+        const auto material = voxel::material_from_name(name);
+        const auto* list = node.as_array();
+        if (!material || *material == voxel::Material::kAir)
+            fail("colours." + name + " is no material of materials.toml");
+        if (list == nullptr || list->empty() || list->size() > kMaxColours)
+            fail("colours." + name +
+                 fmt::format(" is {}; allowed: a list of 1 to {} colours", util::toml_value(node),
+                             kMaxColours));
+        for (const auto& item : *list) {
+            const auto colour = colour_of(item.value_or(std::string()));
+            if (!colour)
+                fail("colours." + name + " holds " + util::toml_value(item) +
+                     "; allowed: \"#rrggbb\"");
+            out.m_colours[voxel::material_index(*material)].push_back(*colour);
+        }
+    }
+    return out;
+}
+
+std::optional<voxel::Rgb8> Tints::of(voxel::Material material,
+                                     std::uint64_t number) const noexcept {
+    const auto& colours = m_colours[voxel::material_index(material)];
+    if (colours.empty())
+        return std::nullopt;
+    const std::uint64_t dice = mixed(number ^ static_cast<std::uint64_t>(material) << 56);
+    const voxel::Rgb8 colour = colours[(dice & 0xffffffff) % colours.size()];
+    const double share = static_cast<double>(dice >> 32) / 0x1.0p32;  // [0, 1)
+    const double factor = 1 + m_brightness * (2 * share - 1);
+    const auto channel = [&](std::uint8_t v) {
+        return static_cast<std::uint8_t>(std::lround(std::clamp(v * factor, 0.0, 255.0)));
+    };
+    return voxel::Rgb8{channel(colour.r), channel(colour.g), channel(colour.b)};
+}
+
+void Tints::add_values(voxel::ByteWriter& out) const {
+    out.add(m_brightness);
+    for (const auto& colours : m_colours) {
+        out.add(static_cast<std::uint64_t>(colours.size()));
+        for (const voxel::Rgb8& c : colours)
+            for (const std::uint8_t channel : {c.r, c.g, c.b})
+                out.add(channel);
+    }
+}
+
+std::uint64_t number_of_place(std::int32_t x, std::int32_t z, std::uint64_t seed) noexcept {
+    return mixed(mixed(static_cast<std::uint32_t>(x) |
+                       static_cast<std::uint64_t>(static_cast<std::uint32_t>(z)) << 32) ^
+                 seed);
+}
+
 namespace {
 
 constexpr std::uint64_t kBuildingSeed = 1;

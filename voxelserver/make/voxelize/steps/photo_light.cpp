@@ -1,11 +1,193 @@
 #include "voxelserver/make/voxelize/steps/photo_light.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
 
-#include "common/voxel/bytes.hpp"
+#include "common/voxel/fingerprint.hpp"
 
 namespace terravox::voxelize {
+namespace {
+
+using grid::ColumnRect;
+using grid::PatchRect;
+
+constexpr int kMaxShadowPatches = 4;
+
+std::int32_t part_of(std::int64_t length, std::int64_t i, std::int64_t count) noexcept {
+    return static_cast<std::int32_t>(length * i / count);
+}
+
+/// An image in equal parts of about a kilometre.
+class Parts {
+public:
+    Parts(const ColumnRect& image, double voxel_m) : m_image(image) {
+        constexpr double kPart_m = 1000;
+        const auto count = [&](std::int64_t columns) {
+            return std::max<std::int64_t>(
+                1, std::llround(static_cast<double>(columns) * voxel_m / kPart_m));
+        };
+        m_across = count(width());
+        m_down = count(height());
+    }
+    [[nodiscard]] ColumnRect rect(std::int64_t x, std::int64_t z) const noexcept {
+        return {m_image.min_x + part_of(width(), x, m_across),
+                m_image.min_z + part_of(height(), z, m_down),
+                m_image.min_x + part_of(width(), x + 1, m_across),
+                m_image.min_z + part_of(height(), z + 1, m_down)};
+    }
+
+    /// The part of which files cover most, to an eighth; of several the one nearest to the middle
+    /// of the image, the north-western one first. Does not depend on how files are cut.
+    [[nodiscard]] ColumnRect best_covered(const Sources& sources) const {
+        std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> covered;  // by z, x
+        for (const SquareSource& file : sources.files) {
+            const ColumnRect common = file.bounds.common(m_image);
+            if (common.area() == 0)
+                continue;
+            for (std::int64_t z = row_of(common.min_z); z <= row_of(common.max_z - 1); ++z)
+                for (std::int64_t x = column_of(common.min_x); x <= column_of(common.max_x - 1);
+                     ++x)
+                    covered[{z, x}] += common.common(rect(x, z)).area();
+        }
+        ColumnRect best{};
+        std::int64_t best_eighths = -1;
+        std::int64_t best_distance = 0;
+        for (const auto& [place, area] : covered) {
+            const auto& [z, x] = place;
+            const ColumnRect here = rect(x, z);
+            const std::int64_t eighths = (8 * area + here.area() / 2) / here.area();
+            const std::int64_t distance =
+                std::abs(2 * x + 1 - m_across) + std::abs(2 * z + 1 - m_down);
+            if (eighths > best_eighths || (eighths == best_eighths && distance < best_distance)) {
+                best = here;
+                best_eighths = eighths;
+                best_distance = distance;
+            }
+        }
+        return best;
+    }
+
+private:
+    [[nodiscard]] std::int64_t width() const noexcept {
+        return std::int64_t{m_image.max_x} - m_image.min_x;
+    }
+    [[nodiscard]] std::int64_t height() const noexcept {
+        return std::int64_t{m_image.max_z} - m_image.min_z;
+    }
+    // The last part that begins at or before a column.
+    [[nodiscard]] std::int64_t column_of(std::int32_t x) const noexcept {
+        return ((std::int64_t{x} - m_image.min_x + 1) * m_across - 1) / width();
+    }
+    [[nodiscard]] std::int64_t row_of(std::int32_t z) const noexcept {
+        return ((std::int64_t{z} - m_image.min_z + 1) * m_down - 1) / height();
+    }
+
+    ColumnRect m_image;
+    std::int64_t m_across = 1;
+    std::int64_t m_down = 1;
+};
+
+/// The patches of a rectangle between the first and the last of which the middle lies in a file, or
+/// a few columns next to it: files that a survey was cut into have gaps between their bounds.
+std::optional<PatchRect> covered_patches(const ColumnRect& rect, const Sources& sources) {
+    constexpr std::int32_t kGap = 8;
+    std::vector<ColumnRect> near;
+    for (const SquareSource& file : sources.files)
+        if (file.bounds.grown(kGap).overlaps(rect))
+            near.push_back(file.bounds.grown(kGap));
+    std::optional<PatchRect> out;
+    for (std::int32_t pz = rect.min_z >> 6; pz <= (rect.max_z - 1) >> 6; ++pz)
+        for (std::int32_t px = rect.min_x >> 6; px <= (rect.max_x - 1) >> 6; ++px) {
+            const std::int32_t x = px * grid::kPatchSize + grid::kPatchSize / 2;
+            const std::int32_t z = pz * grid::kPatchSize + grid::kPatchSize / 2;
+            const ColumnRect middle{x, z, x + 1, z + 1};
+            if (std::none_of(near.begin(), near.end(),
+                             [&](const ColumnRect& r) { return r.overlaps(middle); }))
+                continue;
+            if (!out)
+                out = PatchRect{{px, pz}, {px + 1, pz + 1}};
+            out->min = {std::min(out->min.px, px), out->min.pz};
+            out->max = {std::max(out->max.px, px + 1), pz + 1};
+        }
+    return out;
+}
+
+/// The starts of blocks along one axis, in patches.
+std::vector<std::int32_t> starts(std::int32_t first, std::int32_t end, int block, int most) {
+    const int length = end - first;
+    const int count = std::clamp(length / block, 1, most);
+    std::vector<std::int32_t> out;
+    for (int i = 0; i < count; ++i) {
+        const int middle = static_cast<int>(std::int64_t{length} * (2 * i + 1) / (2 * count));
+        out.push_back(first + std::clamp(middle - block / 2, 0, std::max(length - block, 0)));
+    }
+    return out;
+}
+
+}  // namespace
+
+int shadow_patches(double voxel_m) noexcept {
+    constexpr double kReach_m = 60;
+    // One patch around follows shadows of 55 voxels (kPatchSize - kEdgeReach): enough at 1 m.
+    return std::clamp(static_cast<int>(std::lround(kReach_m / (grid::kPatchSize * voxel_m))), 1,
+                      kMaxShadowPatches);
+}
+
+PhotoSample photo_sample(const ColumnRect& image, const Sources& sources) {
+    PhotoSample out;
+    if (image.area() == 0)
+        return out;
+    const double voxel_m = sources.frame.voxel_m();
+    const ColumnRect part = Parts(image, voxel_m).best_covered(sources);
+    if (part.area() == 0)
+        return out;
+    const auto covered = covered_patches(part, sources);
+    if (!covered)
+        return out;
+    constexpr double kBlock_m = 128;
+    constexpr double kFine_m = 0.75;
+    const int block = std::clamp(
+        static_cast<int>(std::ceil(kBlock_m / (grid::kPatchSize * voxel_m))), 1, kMaxShadowPatches);
+    const int most = voxel_m < kFine_m ? 2 : 3;
+    const int around = shadow_patches(voxel_m);
+    std::vector<ColumnRect> read;
+    for (const std::int32_t pz : starts(covered->min.pz, covered->max.pz, block, most))
+        for (const std::int32_t px : starts(covered->min.px, covered->max.px, block, most)) {
+            const PatchRect rect{
+                {px, pz},
+                {std::min(px + block, covered->max.px), std::min(pz + block, covered->max.pz)}};
+            out.blocks.push_back(rect);
+            read.push_back(
+                ColumnRect{rect.min.x0(), rect.min.z0(), rect.max.x0(), rect.max.z0()}.grown(
+                    around * grid::kPatchSize + 1));
+        }
+    for (std::size_t i = 0; i < sources.files.size(); ++i)
+        if (std::any_of(read.begin(), read.end(),
+                        [&](const ColumnRect& r) { return r.overlaps(sources.files[i].bounds); }))
+            out.files.push_back(i);
+    return out;
+}
+
+voxel::Fingerprint fingerprint_of(const PhotoSample& sample, const voxel::Fingerprint& identity,
+                                  const Sources& sources) {
+    voxel::ByteWriter out;
+    out.add(identity);
+    for (const PatchRect& block : sample.blocks)
+        for (const std::int32_t v : {block.min.px, block.min.pz, block.max.px, block.max.pz})
+            out.add(v);
+    std::vector<voxel::Fingerprint> files;
+    for (const std::size_t file : sample.files)
+        files.push_back(fingerprint_of(sources.files[file]));
+    std::sort(files.begin(), files.end());
+    for (const voxel::Fingerprint& file : files)
+        out.add(file);
+    return out.fingerprint();
+}
+
 namespace {
 
 using sunlight::Light;

@@ -3,11 +3,40 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "voxelserver/data/sunlight/light_levels.hpp"
-#include "voxelserver/data/sunlight/sun_finder.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/data/sunlight/flight_light.hpp"
+#include "voxelserver/data/sunlight/sun.hpp"
+#include "voxelserver/make/voxelize/points/sources.hpp"
 
 namespace terravox::voxelize {
+
+/// The part of an image from which its light is found.
+struct PhotoSample {
+    std::vector<grid::PatchRect> blocks;
+    /// Files whose points count: they lie in or near a block. Indices into Sources::files, rising.
+    std::vector<std::size_t> files;
+};
+
+/// Chooses up to nine blocks of about 128 m, spread evenly over one part of the image, about 1 km
+/// wide: the one that files cover most of. So few files are decoded, however large the image is.
+/// Reads nothing, and does not depend on how a survey was cut into files.
+/// @param image the columns outside of which the image has no influence
+/// @return no blocks where no file lies beneath
+[[nodiscard]] PhotoSample photo_sample(const grid::ColumnRect& image, const Sources& sources);
+
+/// An image and all that its light is found from, but for what columns of points depend on besides
+/// their files.
+/// @param sample of the image
+/// @param identity of the image
+[[nodiscard]] voxel::Fingerprint fingerprint_of(const PhotoSample& sample,
+                                                const voxel::Fingerprint& identity,
+                                                const Sources& sources);
+
+/// Within how many patches what casts a shadow on a patch is searched for: about 60 m, and at most
+/// four.
+[[nodiscard]] int shadow_patches(double voxel_m) noexcept;
 
 /// The light of one image, and how it was found.
 struct PhotoLight {

@@ -1,13 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "common/voxel/box.hpp"
-#include "voxelserver/make/voxelize/steps/building_fill.hpp"
+#include "voxelserver/make/voxelize/steps/buildings.hpp"
 #include "voxelserver/make/voxelize/steps/colour_variation.hpp"
 #include "voxelserver/make/voxelize/steps/ground_fill.hpp"
+#include "voxelserver/make/voxelize/steps/surface.hpp"
 #include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
 #include "voxelserver/make/voxelize/steps/water_fill.hpp"
 
@@ -66,5 +68,13 @@ struct RunsInput {
 /// Step "underground fill" and what stands on it: terrain, water with its bed, buildings down to
 /// the local ground, bridge decks, plants and objects, as runs by rising y without overlaps.
 [[nodiscard]] PatchRuns make_runs(const RunsInput& input);
+
+/// Step "serialization": cuts one box out of the columns of its patch.
+/// @param appearance colours seen from above: they replace the points' own colours for everything
+/// but walls, water and what is below
+/// @return nullptr when the box is air
+[[nodiscard]] std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key,
+                                                          const PatchRuns& runs,
+                                                          const SurfaceAppearance& appearance);
 
 }  // namespace terravox::voxelize

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "voxelserver/data/water/body_finder.hpp"
-#include "voxelserver/make/voxelize/columns/window.hpp"
+#include "voxelserver/make/voxelize/columns/columns.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
 
 namespace terravox::voxelize {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "voxelserver/make/voxelize/steps/photo_samples.hpp"
+#include "voxelserver/make/voxelize/steps/photo_light.hpp"
 #include "voxelserver/make/voxelize/world/step.hpp"
 
 namespace terravox::voxelize {

@@ -1,9 +1,15 @@
 #include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 
-#include "common/voxel/bytes.hpp"
+#include <algorithm>
+
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/imagery/colour_map.hpp"
 #include "voxelserver/data/imagery/filters.hpp"
-#include "voxelserver/make/voxelize/steps/tints.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
+#include "voxelserver/make/voxelize/points/sources.hpp"
+#include "voxelserver/make/voxelize/steps/colour_variation.hpp"
+#include "voxelserver/make/voxelize/steps/photo_light.hpp"
+#include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -77,6 +83,73 @@ Fingerprint InputFingerprints::fingerprint(const InputExtent& reach) const {
     if (coloured)
         out.add(palette);
     return out.fingerprint();
+}
+
+namespace {
+
+/// Each image with all that its albedo depends on besides the points beneath: the light of images
+/// around it counts, too.
+std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthophotos::Input>& images,
+                                             const Sources& sources) {
+    std::vector<Fingerprint> own;
+    for (const imagery::Orthophotos::Input& image : images)
+        own.push_back(fingerprint_of(photo_sample(image.rect, sources), image.identity, sources));
+    const PhotoMosaic mosaic(images);
+    std::vector<Fingerprint> out;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        voxel::ByteWriter all;
+        all.add(own[i]);
+        for (const std::size_t around : mosaic.around(i))
+            all.add(own[around]);
+        out.push_back(all.fingerprint());
+    }
+    return out;
+}
+
+}  // namespace
+
+voxel::Fingerprint fingerprint_everywhere(const Sources& sources, const ClassTable& classes,
+                                          const Settings& settings, int cell_voxels) {
+    ByteWriter all;
+    const grid::Frame& frame = sources.frame;
+    all.add(kBoxRecipe);
+    all.add(frame.crs().wkt());
+    all.add(frame.units_per_voxel());
+    all.add(frame.voxel_m());
+    all.add(fingerprint_of(settings));
+    all.add(fingerprint_of(classes));
+    all.add(tints_fingerprint(settings));
+    all.add(cell_voxels);
+    all.add(sources.has_water_class);
+    all.add(sources.floor_y);
+    // Nothing rises above the points that it is made from, but a bed may lie below them all, and
+    // boxes below the lowest are not requested.
+    all.add(voxel::floor_div(sources.lowest_y, voxel::kBoxSizeY));
+    return all.fingerprint();
+}
+
+InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthophotos* images,
+                                  const ClassTable& classes, const Settings& settings,
+                                  int cell_voxels) {
+    InputFingerprints out;
+    out.everywhere = fingerprint_everywhere(sources, classes, settings, cell_voxels);
+    out.palette = palette_fingerprint(settings);
+    // A margin of one voxel, as where columns are made: a transformed or rounded point may lie just
+    // outside its file's bounds.
+    for (const SquareSource& s : sources.files)
+        out.points.push_back({s.bounds.grown(1), fingerprint_of(s), s.has_colour});
+    std::sort(out.points.begin(), out.points.end(),
+              [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
+    if (images == nullptr)
+        return out;
+    const std::vector<imagery::Orthophotos::Input> inputs = images->inputs();
+    std::vector<Fingerprint> albedo;
+    if (settings.orthophoto.albedo)
+        albedo = albedo_fingerprints(inputs, sources);
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+        out.images.push_back(
+            {inputs[i].rect, albedo.empty() ? inputs[i].identity : albedo[i], true});
+    return out;
 }
 
 }  // namespace terravox::voxelize

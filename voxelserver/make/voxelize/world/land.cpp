@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "voxelserver/make/voxelize/world/fingerprints_of.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::voxelize {
 namespace {

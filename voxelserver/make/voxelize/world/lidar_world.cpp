@@ -7,13 +7,13 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "voxelserver/make/voxelize/points/brightness.hpp"
-#include "voxelserver/make/voxelize/points/world_title.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
+#include "voxelserver/make/voxelize/steps/photo_light.hpp"
 #include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
-#include "voxelserver/make/voxelize/steps/photo_samples.hpp"
 #include "voxelserver/make/voxelize/world/box_column.hpp"
-#include "voxelserver/make/voxelize/world/fingerprints_of.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/make/voxelize/world/world_facts.hpp"
 
 namespace terravox::voxelize {
@@ -24,7 +24,7 @@ using voxel::BoxKey;
 using voxel::BoxWithInputs;
 using voxel::InputExtent;
 
-// How the world's memory is divided; PointSet takes the rest (columns/file_plan.cpp).
+// How the world's memory is divided; PointSet takes the rest (columns/square_reader.cpp).
 constexpr std::size_t kColumnsShare = 10;
 constexpr std::size_t kCoarseShare = 20;
 constexpr std::size_t kMakerShare = 20;

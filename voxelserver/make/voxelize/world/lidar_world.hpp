@@ -71,7 +71,7 @@ public:
 
     /// Where a file lay when LidarWorldOptions::known_squares was written, in columns of that
     /// world.
-    /// @param identity 32 hexadecimal digits (common/voxel/file_identity.hpp)
+    /// @param identity 32 hexadecimal digits (common/voxel/fingerprint.hpp)
     /// @return nullopt when it was not known
     [[nodiscard]] virtual std::optional<grid::ColumnRect> known_bounds(
         std::string_view identity) const = 0;

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "common/util/stage_times.hpp"
-#include "voxelserver/make/voxelize/points/step_switches.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
 
 namespace terravox::voxelize {
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <utility>
 
-#include "voxelserver/make/voxelize/decks/bridge_fill.hpp"
-#include "voxelserver/make/voxelize/steps/coverage.hpp"
-#include "voxelserver/make/voxelize/steps/material_guesses.hpp"
-#include "voxelserver/make/voxelize/steps/serialize.hpp"
+#include "voxelserver/make/voxelize/decks/bridges.hpp"
+#include "voxelserver/make/voxelize/steps/ground_fill.hpp"
+#include "voxelserver/make/voxelize/steps/runs.hpp"
+#include "voxelserver/make/voxelize/steps/surface.hpp"
 #include "voxelserver/make/voxelize/world/land.hpp"
 #include "voxelserver/make/voxelize/world/step.hpp"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "voxelserver/data/grid/square_names.hpp"
-#include "voxelserver/make/voxelize/points/world_title.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
 
 namespace terravox::voxelize {
 namespace {

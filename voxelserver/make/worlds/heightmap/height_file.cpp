@@ -8,10 +8,10 @@
 #include <memory>
 #include <optional>
 
-#include "common/geo/gdal_error_scope.hpp"
-#include "common/geo/raster_file.hpp"
+#include "common/geo/gdal_files.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::heightmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/heightmap/heightmap_kind.hpp"
+#include "voxelserver/make/worlds/heightmap/heightmap_world.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,11 +8,9 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/files.hpp"
-#include "common/util/letter_case.hpp"
-#include "common/voxel/bytes.hpp"
-#include "voxelserver/data/imagery/image_identity.hpp"
-#include "voxelserver/data/imagery/orthophoto_files.hpp"
-#include "voxelserver/make/worlds/heightmap/heightmap_world.hpp"
+#include "common/util/text.hpp"
+#include "common/voxel/fingerprint.hpp"
+#include "voxelserver/data/imagery/image_files.hpp"
 
 namespace terravox::worlds {
 namespace {

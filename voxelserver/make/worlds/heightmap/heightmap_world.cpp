@@ -7,14 +7,13 @@
 #include <mutex>
 #include <string_view>
 
-#include "common/geo/raster_file.hpp"
+#include "common/geo/gdal_files.hpp"
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
 #include "voxelserver/data/grid/frame.hpp"
 #include "voxelserver/data/imagery/orthophotos.hpp"
-#include "voxelserver/make/worlds/heightmap/height_grid.hpp"
 #include "voxelserver/make/worlds/heightmap/heightmap_columns.hpp"
 
 namespace terravox::heightmap {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/make/worlds/kind/world_kind.hpp"
 
 namespace terravox::heightmap {
 
@@ -46,3 +47,10 @@ struct HeightmapOptions {
 [[nodiscard]] bool is_height_raster(const std::filesystem::path& path) noexcept;
 
 }  // namespace terravox::heightmap
+
+namespace terravox::worlds {
+
+/// Rasters of heights, or folders of them.
+extern const WorldKind kHeightmapKind;
+
+}  // namespace terravox::worlds

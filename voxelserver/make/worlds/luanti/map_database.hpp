@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "voxelserver/data/sqlite/untrusted_database.hpp"
-#include "voxelserver/make/worlds/luanti/block_place.hpp"
+#include "voxelserver/make/worlds/luanti/map_block.hpp"
 
 struct sqlite3_stmt;
 

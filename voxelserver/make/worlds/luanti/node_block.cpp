@@ -4,8 +4,61 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/box_builder.hpp"
 
 namespace terravox::luanti {
+namespace {
+
+// A game has some thousands of nodes; a file of made-up names must not fill the memory.
+constexpr std::size_t kMaxAppearances = std::size_t{1} << 16;
+
+voxel::VoxelAttr attr_of(const minecraft::BlockAppearance& appearance) noexcept {
+    voxel::VoxelAttr out;
+    out.material = appearance.material;
+    if (appearance.has_colour) {
+        out.flags = voxel::VoxelAttr::kHasColour;
+        out.colour = appearance.colour;
+    }
+    return out;
+}
+
+}  // namespace
+
+voxel::VoxelAttr NodeAppearances::of(std::string_view name) {
+    {
+        const std::shared_lock lock(m_appearances_mutex);
+        if (const auto found = m_appearances.find(name); found != m_appearances.end())
+            return found->second;
+    }
+    const minecraft::BlockAppearance appearance = m_table.of_full_name(name);
+    if (!appearance.known)
+        log_unknown(name);
+    const voxel::VoxelAttr out = attr_of(appearance);
+    const std::unique_lock lock(m_appearances_mutex);
+    if (m_appearances.size() < kMaxAppearances)
+        m_appearances.emplace(name, out);
+    return out;
+}
+
+void NodeAppearances::log_unknown(std::string_view name) {
+    const std::lock_guard lock(m_unknown_mutex);
+    if (m_unknown.size() >= kMaxAppearances || !m_unknown.emplace(name).second)
+        return;
+    if (m_unknown.size() <= kLoggedNames)
+        util::log_warn(
+            "no entry of config/blocks/luanti.toml fits the node {}: it is shown as "
+            "material 'unknown'",
+            name);
+    if (m_unknown.size() == kLoggedNames)
+        util::log_warn("more unknown nodes are not logged one by one");
+}
+
+std::size_t NodeAppearances::unknown_names() const {
+    const std::lock_guard lock(m_unknown_mutex);
+    return m_unknown.size();
+}
+
 namespace {
 
 using voxel::VoxelAttr;
@@ -62,6 +115,52 @@ std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
         out->cells = {};
     }
     return out;
+}
+
+namespace {
+
+enum class Kind : std::uint8_t { kAir, kOpaque, kClear };
+
+// Coordinates in the box, including its margin of one voxel.
+const voxel::VoxelAttr* attr_at(const BoxBlocks& blocks, int x, int y, int z) noexcept {
+    const NodeBlock* const block = blocks.at(x >> 4, y >> 4, z >> 4).get();
+    return block == nullptr ? nullptr : &block->at(x & 15, y & 15, z & 15);
+}
+
+Kind kind_at(const BoxBlocks& blocks, int x, int y, int z) noexcept {
+    const voxel::VoxelAttr* const attr = attr_at(blocks, x, y, z);
+    if (attr == nullptr || attr->material == voxel::Material::kAir)
+        return Kind::kAir;
+    return voxel::see_through(attr->material) ? Kind::kClear : Kind::kOpaque;
+}
+
+// Adds the runs of voxels of one kind. Around the box only opaque voxels count: they hide what is
+// inside.
+void add_column(const BoxBlocks& blocks, int x, int z, voxel::BoxBuilder& builder) {
+    constexpr int kEnd = voxel::kBoxSizeY + 1;
+    const bool is_inside = x >= 0 && x < voxel::kBoxSizeX && z >= 0 && z < voxel::kBoxSizeZ;
+    Kind kind = Kind::kAir;
+    int begin = -1;
+    for (int y = -1; y <= kEnd; ++y) {
+        const Kind next = y < kEnd ? kind_at(blocks, x, y, z) : Kind::kAir;
+        if (next == kind)
+            continue;
+        if (kind == Kind::kOpaque || (kind == Kind::kClear && is_inside))
+            builder.add(x, z, begin, y, kind == Kind::kOpaque);
+        kind = next;
+        begin = y;
+    }
+}
+
+}  // namespace
+
+std::shared_ptr<const voxel::Box> box_of(const BoxBlocks& blocks, const voxel::BoxKey& key) {
+    voxel::BoxBuilder builder;
+    for (int z = -1; z <= voxel::kBoxSizeZ; ++z) {
+        for (int x = -1; x <= voxel::kBoxSizeX; ++x)
+            add_column(blocks, x, z, builder);
+    }
+    return builder.build(key, [&](int x, int y, int z) { return *attr_at(blocks, x, y, z); });
 }
 
 }  // namespace terravox::luanti

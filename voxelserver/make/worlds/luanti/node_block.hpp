@@ -1,14 +1,52 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "common/voxel/box.hpp"
 #include "voxelserver/make/worlds/luanti/map_block.hpp"
-#include "voxelserver/make/worlds/luanti/node_appearances.hpp"
+#include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
 
 namespace terravox::luanti {
+
+/// Material and colour of each node name; the table is searched once for each. Thread-safe. Names
+/// that match no entry of the table are logged as warnings, once each, up to kLoggedNames.
+class NodeAppearances {
+public:
+    static constexpr std::size_t kLoggedNames = 20;
+
+    explicit NodeAppearances(minecraft::BlockTable table) : m_table(std::move(table)) {}
+
+    [[nodiscard]] voxel::VoxelAttr of(std::string_view name);
+    /// How many different names matched no entry of the table.
+    [[nodiscard]] std::size_t unknown_names() const;
+
+private:
+    struct TextHash {
+        using is_transparent = void;
+        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+            return std::hash<std::string_view>{}(text);
+        }
+    };
+    void log_unknown(std::string_view name);
+
+    const minecraft::BlockTable m_table;
+    std::shared_mutex m_appearances_mutex;  ///< guards m_appearances
+    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_appearances;
+    mutable std::mutex m_unknown_mutex;  ///< guards m_unknown
+    std::unordered_set<std::string> m_unknown;
+};
 
 /// A map block as voxels, in voxel axes. Holds something other than air. Immutable once made.
 struct NodeBlock {
@@ -31,5 +69,38 @@ struct NodeBlock {
 /// @throws Error for a node whose id has no name
 [[nodiscard]] std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
                                                              NodeAppearances& appearances);
+
+/// The 4 x 16 x 4 map blocks of a box, with one more on every side.
+class BoxBlocks {
+public:
+    static constexpr int kAcross = voxel::kBoxSizeX / kBlockVoxels;
+    static constexpr int kHigh = voxel::kBoxSizeY / kBlockVoxels;
+
+    using Block = std::shared_ptr<const NodeBlock>;  ///< nullptr: air
+
+    /// @param x, z in [-1, kAcross]
+    /// @param y in [-1, kHigh]
+    [[nodiscard]] Block& at(int x, int y, int z) noexcept { return m_blocks[index_of(x, y, z)]; }
+    [[nodiscard]] const Block& at(int x, int y, int z) const noexcept {
+        return m_blocks[index_of(x, y, z)];
+    }
+    /// How many sides of the box a block lies beyond: 0 inside, 1 where it shares a face with it.
+    [[nodiscard]] static int sides_passed(int x, int y, int z) noexcept {
+        const auto passed = [](int at, int end) { return at < 0 || at >= end ? 1 : 0; };
+        return passed(x, kAcross) + passed(y, kHigh) + passed(z, kAcross);
+    }
+
+private:
+    static constexpr int kSide = kAcross + 2;
+    [[nodiscard]] static std::size_t index_of(int x, int y, int z) noexcept {
+        return static_cast<std::size_t>((y + 1) * kSide * kSide + (z + 1) * kSide + x + 1);
+    }
+    static constexpr std::size_t kBlocks = std::size_t{kSide} * kSide * (kHigh + 2);
+    std::array<Block, kBlocks> m_blocks;
+};
+
+/// @return nullptr when it is all air
+[[nodiscard]] std::shared_ptr<const voxel::Box> box_of(const BoxBlocks& blocks,
+                                                       const voxel::BoxKey& key);
 
 }  // namespace terravox::luanti

@@ -1,15 +1,46 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "voxelserver/make/worlds/minecraft/chunk_place.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk.hpp"
 #include "voxelserver/make/worlds/minecraft/inflate.hpp"
+#include "voxelserver/make/worlds/minecraft/place_names.hpp"
+#include "voxelserver/make/worlds/minecraft/source.hpp"
+#include "voxelserver/make/worlds/minecraft/voxel_chunk.hpp"
 #include "voxelserver/make/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::minecraft {
+
+/// Where the 32 x 32 chunks of a region lie in its file: index x + 32 z; sectors of 4 KiB, first <<
+/// 8 | count; 0 = no such chunk.
+using RegionTable = std::array<std::uint32_t, 1024>;
+inline constexpr std::size_t kSectorBytes = 4096;
+/// The table, and a table of times that is ignored here.
+inline constexpr std::size_t kRegionHeadBytes = 2 * kSectorBytes;
+
+/// @param head the first kRegionHeadBytes of the file, or all of it when it is shorter
+/// @throws Error for a file that is empty or shorter than its head
+[[nodiscard]] RegionTable read_region_table(std::span<const std::uint8_t> head);
+
+/// A chunk as stored in its file.
+struct PackedChunk {
+    Compression compression = Compression::kNone;
+    bool external = false;  ///< `bytes` is empty: they are in a file of their own, c.X.Z.mcc
+    std::span<const std::uint8_t> bytes;
+};
+
+/// @param location of a RegionTable, not 0
+/// @param buffer holds the returned bytes
+/// @throws Error for a chunk that lies past the end, is longer than its sectors, or packed in an
+/// unknown way
+[[nodiscard]] PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
+                                      std::vector<std::uint8_t>& buffer);
 
 /// A chunk that is listed in some file.
 struct ChunkRef {
@@ -73,6 +104,69 @@ private:
     std::vector<ChunkRef> m_chunks;
     std::vector<std::string> m_damage;
     std::vector<std::string> m_notes;
+};
+
+/// Reads chunks of one store, one after the other, and checks that each is at its own place. Not
+/// thread-safe: one for each thread.
+class ChunkReader {
+public:
+    explicit ChunkReader(const ChunkStore& store) : m_store(store) {}
+    /// @return valid until the next call
+    /// @throws Error: why the chunk cannot be used
+    const ChunkBlocks& read(const ChunkRef& chunk);
+    /// Compression of the chunk that was read last.
+    [[nodiscard]] Compression compression() const noexcept { return m_compression; }
+
+private:
+    const ChunkStore& m_store;
+    ChunkStore::Reader m_reader;
+    ChunkBlocks m_blocks;
+    Compression m_compression = Compression::kNone;
+};
+
+/// Pool of objects that are used by one thread at a time: each thread takes an idle one, or makes
+/// another. Thread-safe.
+template <class Tool>
+class Toolbox {
+public:
+    /// Calls work(tool).
+    /// @param make std::unique_ptr<Tool>(): called when none is idle
+    template <class Make, class Work>
+    auto with(const Make& make, const Work& work) {
+        std::unique_ptr<Tool> tool = take();
+        if (tool == nullptr)
+            tool = make();
+        const PutBack put_back{*this, tool};
+        return work(*tool);
+    }
+
+    /// Visits all idle tools, in unspecified order.
+    template <class Visit>
+    void for_each(const Visit& visit) {
+        const std::lock_guard lock(m_mutex);
+        for (const auto& tool : m_idle)
+            visit(*tool);
+    }
+
+private:
+    struct PutBack {
+        Toolbox& box;
+        std::unique_ptr<Tool>& tool;
+        ~PutBack() {
+            const std::lock_guard lock(box.m_mutex);
+            box.m_idle.push_back(std::move(tool));
+        }
+    };
+    std::unique_ptr<Tool> take() {
+        const std::lock_guard lock(m_mutex);
+        if (m_idle.empty())
+            return nullptr;
+        std::unique_ptr<Tool> out = std::move(m_idle.back());
+        m_idle.pop_back();
+        return out;
+    }
+    std::mutex m_mutex;
+    std::vector<std::unique_ptr<Tool>> m_idle;
 };
 
 }  // namespace terravox::minecraft

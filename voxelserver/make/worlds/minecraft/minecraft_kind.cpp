@@ -1,11 +1,135 @@
-#include "voxelserver/make/worlds/minecraft/minecraft_kind.hpp"
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
 
-#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
-#include "voxelserver/make/worlds/minecraft/file_state.hpp"
-#include "voxelserver/make/worlds/minecraft/info.hpp"
 #include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
+#include "voxelserver/make/worlds/minecraft/place_names.hpp"
+#include "voxelserver/make/worlds/minecraft/world_folder.hpp"
+#include "voxelserver/make/worlds/minecraft/world_info.hpp"
+
+namespace terravox::minecraft {
+namespace {
+
+namespace fs = std::filesystem;
+
+util::Error cannot_look_at(const fs::path& path, const std::error_code& why) {
+    return util::Error("look at the Minecraft world's file " + path.string() + ": " +
+                       why.message());
+}
+
+/// Entities and points of interest are stored in regions, too, but hold no blocks.
+bool holds_blocks(const fs::path& file) {
+    const std::string folder = file.parent_path().filename().string();
+    if (folder == "entities" || folder == "poi")
+        return false;
+    const std::string name = file.filename().string();
+    if (name == "level.dat" || name == "terravox.json")
+        return true;
+    const std::string ending = file.extension().string();
+    constexpr std::array<std::string_view, 5> kEndings{".mca", ".mcr", ".mcc", ".nbt", ".chunk"};
+    if (std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
+        return true;
+    return name.starts_with("c.") && ending == ".dat";
+}
+
+void add_file(voxel::ByteWriter& out, const std::string& name, const fs::path& file) {
+    std::error_code failed;
+    const std::uintmax_t size = fs::file_size(file, failed);
+    if (failed)
+        throw cannot_look_at(file, failed);
+    const fs::file_time_type time = fs::last_write_time(file, failed);
+    if (failed)
+        throw cannot_look_at(file, failed);
+    out.add(name);
+    out.add(static_cast<std::uint64_t>(size));
+    out.add(static_cast<std::int64_t>(time.time_since_epoch().count()));
+}
+
+template <class Wanted>
+void add_folder(voxel::ByteWriter& out, const fs::path& folder, const Wanted& wanted) {
+    std::vector<fs::path> files;
+    std::error_code failed;
+    fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied,
+                                        failed);
+    for (const fs::recursive_directory_iterator end; !failed && at != end; at.increment(failed)) {
+        if (wanted(at->path()) && at->is_regular_file(failed))
+            files.push_back(at->path());
+    }
+    if (failed)
+        throw cannot_look_at(folder, failed);
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files)
+        add_file(out, file.lexically_relative(folder).string(), file);
+}
+
+}  // namespace
+
+voxel::Fingerprint file_state(const fs::path& world, const fs::path& blocks) {
+    voxel::ByteWriter out;
+    std::error_code failed;
+    if (fs::is_directory(world, failed))
+        add_folder(out, world, holds_blocks);
+    else
+        add_file(out, world.filename().string(), world);
+    add_folder(out, blocks, [](const fs::path&) { return true; });
+    return out.fingerprint();
+}
+
+namespace {
+
+// Checks the names in a folder and in those below it; gives up early on a large folder of something
+// else.
+bool holds_minecraft(const fs::path& folder) {
+    constexpr int kDeepest = 3;
+    constexpr int kMaxNames = 20'000;
+    int names = 0;
+    std::error_code failed;
+    fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied,
+                                        failed),
+        end;
+    for (; !failed && at != end && names < kMaxNames; at.increment(failed), ++names) {
+        if (at.depth() >= kDeepest)
+            at.disable_recursion_pending();
+        const std::string name = at->path().filename().string();
+        if (name == "level.dat" || placed_file(name))
+            return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+bool looks_like_minecraft(const fs::path& path) noexcept {
+    try {
+        std::error_code ignored;
+        if (fs::is_directory(path, ignored))
+            return holds_minecraft(path);
+        if (!fs::is_regular_file(path, ignored))
+            return false;
+        const std::string name = path.filename().string();
+        if (name == "level.dat" || placed_file(name))
+            return true;
+        const std::string ending = path.extension().string();
+        for (const char* own : {".mca", ".mcr", ".nbt", ".chunk"})
+            if (ending == own)
+                return true;
+        if (ending != ".zip" && ending != ".ZIP")
+            return false;
+        constexpr std::size_t kCacheBytes = std::size_t{1} << 20;
+        return !WorldFolder(path, kCacheBytes).dimensions().empty();
+    } catch (...) {
+        return false;
+    }
+}
+
+}  // namespace terravox::minecraft
 
 namespace terravox::worlds {
 namespace {

@@ -8,10 +8,9 @@
 #include "common/voxel/pyramid_world.hpp"
 #include "common/voxel/side_car.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
-#include "voxelserver/make/worlds/minecraft/chunk_reader.hpp"
+#include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk_survey.hpp"
-#include "voxelserver/make/worlds/minecraft/column_boxes.hpp"
-#include "voxelserver/make/worlds/minecraft/framing.hpp"
+#include "voxelserver/make/worlds/minecraft/voxel_chunk.hpp"
 #include "voxelserver/make/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::minecraft {

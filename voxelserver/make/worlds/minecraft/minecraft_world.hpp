@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/make/worlds/kind/world_kind.hpp"
 
 namespace terravox::minecraft {
 
@@ -43,4 +44,21 @@ struct MinecraftWorldOptions {
 [[nodiscard]] std::unique_ptr<voxel::World> open_minecraft_world(
     const MinecraftWorldOptions& options, const BlockTable& blocks);
 
+/// Fingerprint of the files that a world's boxes are made of: names, sizes and times of those with
+/// chunks, of level.dat and terravox.json, and of the block table. Players, entities and other
+/// files of a world, which change all the time while it is played, are not part of it. Costs one
+/// stat of each file; reads none.
+/// @param world as MinecraftWorldOptions::path
+/// @param blocks folder of the block table
+/// @throws Error naming the path that cannot be inspected
+[[nodiscard]] voxel::Fingerprint file_state(const std::filesystem::path& world,
+                                            const std::filesystem::path& blocks);
+
 }  // namespace terravox::minecraft
+
+namespace terravox::worlds {
+
+/// A Minecraft world of the Java edition: folder, ZIP, region or chunk.
+extern const WorldKind kMinecraftKind;
+
+}  // namespace terravox::worlds

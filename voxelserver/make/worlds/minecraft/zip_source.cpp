@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/minecraft/zip_source.hpp"
+#include "voxelserver/make/worlds/minecraft/source.hpp"
 
 #include <unistd.h>
 #include <zip.h>
@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "common/util/error.hpp"
-#include "voxelserver/make/worlds/minecraft/disk_file.hpp"
 
 namespace terravox::minecraft {
 namespace {

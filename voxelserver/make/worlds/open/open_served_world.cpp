@@ -8,13 +8,10 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/bytes.hpp"
-#include "common/voxel/changed_error.hpp"
-#include "common/voxel/file_identity.hpp"
-#include "common/voxel/unreachable_error.hpp"
-#include "voxelserver/make/worlds/kind/suitable_flags.hpp"
+#include "common/voxel/fingerprint.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::worlds {
 namespace {

@@ -3,11 +3,9 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_world.hpp"
-#include "voxelserver/make/worlds/archive/remote_archive.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
-#include "voxelserver/make/worlds/overlay/additions.hpp"
-#include "voxelserver/make/worlds/remote/remote_kind.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
+#include "voxelserver/make/worlds/archive/archive_kind.hpp"
+#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 #include "voxelserver/make/worlds/remote/remote_world.hpp"
 
 namespace terravox::worlds {

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/open/remedies.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/util/letter_case.hpp"
-#include "common/util/near_words.hpp"
+#include "common/util/text.hpp"
 #include "voxelserver/make/worlds/minecraft/source.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 namespace terravox::worlds {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <unistd.h>
 
@@ -9,14 +9,13 @@
 
 #include "common/util/error.hpp"
 #include "voxelserver/make/worlds/archive/archive_kind.hpp"
-#include "voxelserver/make/worlds/heightmap/heightmap_kind.hpp"
-#include "voxelserver/make/worlds/kind/http_address.hpp"
+#include "voxelserver/make/worlds/heightmap/heightmap_world.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
-#include "voxelserver/make/worlds/luanti/luanti_kind.hpp"
-#include "voxelserver/make/worlds/minecraft/minecraft_kind.hpp"
-#include "voxelserver/make/worlds/open/remedies.hpp"
-#include "voxelserver/make/worlds/procedural/procedural_kind.hpp"
-#include "voxelserver/make/worlds/remote/remote_kind.hpp"
+#include "voxelserver/make/worlds/luanti/luanti_world.hpp"
+#include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
+#include "voxelserver/make/worlds/procedural/procedural_world.hpp"
+#include "voxelserver/make/worlds/remote/remote_world.hpp"
 
 namespace terravox::worlds {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/overlay/additions.hpp"
+#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 
 #include <array>
 #include <charconv>
@@ -11,11 +11,9 @@
 
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
 #include "common/util/log.hpp"
-#include "common/voxel/bytes.hpp"
-#include "common/voxel/file_identity.hpp"
-#include "voxelserver/make/worlds/overlay/overlay_world.hpp"
+#include "common/util/text.hpp"
+#include "common/voxel/fingerprint.hpp"
 
 namespace terravox::overlay {
 namespace {

@@ -5,9 +5,8 @@
 #include <optional>
 
 #include "common/voxel/world.hpp"
-#include "voxelserver/make/worlds/procedural/hash.hpp"
-#include "voxelserver/make/worlds/procedural/region_lattice.hpp"
-#include "voxelserver/make/worlds/procedural/simplex.hpp"
+#include "voxelserver/make/worlds/procedural/noise.hpp"
+#include "voxelserver/make/worlds/procedural/terrain.hpp"
 
 namespace terravox::procedural {
 

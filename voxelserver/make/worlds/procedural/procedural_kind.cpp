@@ -1,10 +1,9 @@
-#include "voxelserver/make/worlds/procedural/procedural_kind.hpp"
+#include "voxelserver/make/worlds/procedural/procedural_world.hpp"
 
 #include <charconv>
 #include <filesystem>
 
 #include "common/util/error.hpp"
-#include "voxelserver/make/worlds/procedural/procedural_world.hpp"
 
 namespace terravox::worlds {
 namespace {

@@ -3,7 +3,8 @@
 #include <memory>
 
 #include "common/voxel/world.hpp"
-#include "voxelserver/make/worlds/kind/procedural_settings.hpp"
+#include "voxelserver/make/worlds/kind/world_kind.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 namespace terravox::procedural {
 
@@ -19,3 +20,10 @@ namespace terravox::procedural {
 [[nodiscard]] std::unique_ptr<voxel::World> open_procedural_world(const Settings& settings);
 
 }  // namespace terravox::procedural
+
+namespace terravox::worlds {
+
+/// A world of noise: the input is the text "generated" or "generated:SEED".
+extern const WorldKind kProceduralKind;
+
+}  // namespace terravox::worlds

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "voxelserver/make/worlds/procedural/hash.hpp"
-#include "voxelserver/make/worlds/procedural/simplex.hpp"
+#include "voxelserver/make/worlds/procedural/noise.hpp"
 
 namespace terravox::procedural {
 

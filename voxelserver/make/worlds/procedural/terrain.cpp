@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "voxelserver/make/worlds/procedural/hash.hpp"
-#include "voxelserver/make/worlds/procedural/simplex.hpp"
+#include "voxelserver/make/worlds/procedural/noise.hpp"
 
 namespace terravox::procedural {
 namespace {

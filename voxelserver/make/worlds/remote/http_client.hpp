@@ -14,7 +14,7 @@
 
 #include "common/util/error.hpp"
 #include "voxelserver/make/worlds/remote/http_access.hpp"
-#include "voxelserver/make/worlds/remote/retry_clock.hpp"
+#include "voxelserver/make/worlds/remote/retry.hpp"
 
 using CURL = void;
 struct curl_slist;

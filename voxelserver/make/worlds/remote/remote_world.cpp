@@ -8,10 +8,11 @@
 
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/make/worlds/remote/batch_client.hpp"
-#include "voxelserver/make/worlds/remote/box_batch.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 #include "voxelserver/make/worlds/remote/retrying_client.hpp"
 
 namespace terravox::remote {
@@ -155,3 +156,25 @@ std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::St
 }
 
 }  // namespace terravox::remote
+
+namespace terravox::worlds {
+namespace {
+
+std::unique_ptr<voxel::World> open_server(const OpenRequest& request) {
+    return remote::open_remote_world(request.input(), request.times, request.options.box_timeout,
+                                     request.stop, remote::access_of_environment());
+}
+
+}  // namespace
+
+constinit const WorldKind kServerKind{
+    .noun = "the address of a voxel server",
+    .input = "the http:// address of a voxel server or box archive",
+    .recognises = is_http_address,
+    .open = open_server,
+    .flags = "--processing-box-timeout-s",
+    .is_path = false,
+    .farm_access = FarmAccess::kByAddress,
+};
+
+}  // namespace terravox::worlds

@@ -7,8 +7,9 @@
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
+#include "voxelserver/make/worlds/kind/world_kind.hpp"
 #include "voxelserver/make/worlds/remote/http_access.hpp"
-#include "voxelserver/make/worlds/remote/retry_clock.hpp"
+#include "voxelserver/make/worlds/remote/retry.hpp"
 
 namespace terravox::remote {
 
@@ -35,3 +36,10 @@ namespace terravox::remote {
     RetryClock& clock = RetryClock::steady());
 
 }  // namespace terravox::remote
+
+namespace terravox::worlds {
+
+/// The http:// or https:// address of a voxel server.
+extern const WorldKind kServerKind;
+
+}  // namespace terravox::worlds

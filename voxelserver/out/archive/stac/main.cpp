@@ -3,7 +3,7 @@
 #include <iostream>
 #include <memory>
 
-#include "common/util/program_of_command.hpp"
+#include "common/util/command_line.hpp"
 #include "voxelserver/out/archive/stac/stac.hpp"
 #include "voxelserver/out/archive/stac_command.hpp"
 

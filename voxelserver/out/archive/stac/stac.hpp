@@ -1,13 +1,51 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "voxelserver/out/archive/stac/stac_time.hpp"
-
 namespace terravox::stac {
+
+/// An instant, or the time from one to another, in UTC as RFC 3339 writes it:
+/// "2023-04-01T00:00:00Z".
+struct StacTime {
+    std::string start;
+    std::string end;  ///< not before `start`; the same: an instant
+    [[nodiscard]] bool is_instant() const noexcept { return start == end; }
+};
+
+/// @param text a date (2023-04-01: all of that day) or an instant (2023-04-01T10:30:00Z), or two of
+/// them with a slash between them
+/// @throws UsageError for another text, a day that no calendar has, or an end before its start
+[[nodiscard]] StacTime stac_time(const std::string& text);
+
+/// What an item says of one archive.
+struct StacItem {
+    std::string id;                    ///< the archive's name without ending
+    std::array<double, 4> bbox_deg{};  ///< west, south, east, north; WGS 84
+    std::string licence;               ///< as STAC names licences
+    std::uint64_t holes = 0;
+    nlohmann::ordered_json json;
+};
+
+inline constexpr const char* kStacVersion = "1.0.0";
+inline constexpr const char* kStacCollection = "collection.json";
+
+/// @param href where the archive lies, from where the item lies
+/// @param collection id; empty: none
+/// @throws as write_stac()
+[[nodiscard]] StacItem stac_item(const std::filesystem::path& archive, const StacTime& time,
+                                 const std::string& href, const std::string& collection);
+
+/// A link of an item or a collection.
+[[nodiscard]] nlohmann::ordered_json stac_link(const char* rel, const std::string& href,
+                                               const char* type);
+
+/// A name as one segment of an address: all but unreserved characters as %XX.
+[[nodiscard]] std::string url_segment(const std::string& name);
 
 /// What is written about archives for catalogues (SpatioTemporal Asset Catalog).
 struct StacRequest {

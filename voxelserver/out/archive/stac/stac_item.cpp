@@ -1,4 +1,4 @@
-#include "voxelserver/out/archive/stac/stac_item.hpp"
+#include "voxelserver/out/archive/stac/stac.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "common/geo/crs.hpp"
-#include "common/geo/proj_check.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/world_json.hpp"
-#include "voxelserver/out/archive/summary.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/out/archive/archive_files.hpp"
 
 namespace terravox::stac {
 namespace {

@@ -1,10 +1,9 @@
-#include "voxelserver/out/export/anvil/anvil_format.hpp"
+#include "voxelserver/out/export/anvil/write_anvil.hpp"
 
 #include <filesystem>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/out/export/anvil/write_anvil.hpp"
 
 namespace terravox::exports::anvil {
 namespace {

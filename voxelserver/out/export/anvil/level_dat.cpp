@@ -1,10 +1,10 @@
-#include "voxelserver/out/export/anvil/level_dat.hpp"
+#include "voxelserver/out/export/anvil/write_anvil.hpp"
 
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "voxelserver/out/export/anvil/chunk_writer.hpp"
 #include "voxelserver/out/export/anvil/nbt_writer.hpp"
+#include "voxelserver/out/export/anvil/region_writer.hpp"
 
 namespace terravox::exports::anvil {
 namespace {

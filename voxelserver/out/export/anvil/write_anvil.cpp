@@ -6,13 +6,11 @@
 
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/voxel/side_car.hpp"
-#include "voxelserver/out/export/anvil/box_column.hpp"
-#include "voxelserver/out/export/anvil/chunk_writer.hpp"
-#include "voxelserver/out/export/anvil/level_dat.hpp"
 #include "voxelserver/out/export/anvil/region_writer.hpp"
+#include "voxelserver/out/export/anvil/section.hpp"
 #include "voxelserver/out/export/core/journal.hpp"
 
 namespace terravox::exports::anvil {

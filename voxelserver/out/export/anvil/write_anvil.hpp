@@ -1,12 +1,28 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
 #include "voxelserver/out/export/anvil/export_blocks.hpp"
+#include "voxelserver/out/export/anvil/section.hpp"
+#include "voxelserver/out/export/core/format.hpp"
 #include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::exports::anvil {
+
+/// Name of the data pack that allows high worlds.
+inline constexpr const char* kPackName = "terravox-height";
+
+/// level.dat as NBT, uncompressed: a creative world that is empty around what was written, and
+/// begins at noon at `spawn` (a block's coordinates).
+[[nodiscard]] std::string level_dat(const std::string& title,
+                                    const std::array<std::int32_t, 3>& spawn, const Place& place);
+
+/// data/minecraft/dimension_type/overworld.json of the data pack, and its pack.mcmeta.
+[[nodiscard]] std::string dimension_type(const Place& place);
+[[nodiscard]] std::string pack_mcmeta();
 
 struct AnvilOptions {
     /// Folder with blocks.toml, old-blocks.toml and export.toml; empty: config/blocks.
@@ -35,5 +51,7 @@ void check_new_world(const std::filesystem::path& out);
 /// @throws UsageError when the part is too high or wide, or the folder holds anything else; Error
 /// when something cannot be written
 void write_anvil(Job& job, const AnvilOptions& options);
+
+extern const Format kAnvilFormat;
 
 }  // namespace terravox::exports::anvil

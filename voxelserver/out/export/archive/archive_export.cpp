@@ -2,20 +2,22 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 #include <memory>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/archive/archive_parts.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/archive/coarse_levels.hpp"
-#include "common/voxel/archive/shard.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "common/voxel/pyramid_world.hpp"
-#include "voxelserver/out/export/archive/archive_box.hpp"
 #include "voxelserver/out/export/core/journal.hpp"
 
 namespace terravox::exports {
@@ -23,6 +25,98 @@ namespace {
 
 using voxel::Box;
 using voxel::BoxKey;
+
+// The box without the voxels outside the limits.
+std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box,
+                               const voxel::VoxelBounds& limits) {
+    const std::array<std::int32_t, 3> size{voxel::kBoxSizeX, voxel::kBoxSizeY, voxel::kBoxSizeZ};
+    const std::array<std::int32_t, 3> at{box->key().bx * size[0], box->key().by * size[1],
+                                         box->key().bz * size[2]};
+    std::array<int, 3> low{};
+    std::array<int, 3> high{};
+    bool whole = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]);
+        high[a] = std::clamp(limits.max[a] - at[a], 0, size[a]);
+        whole = whole && low[a] == 0 && high[a] == size[a];
+    }
+    if (whole)
+        return box;
+    voxel::BoxBuilder builder;
+    for (int x = low[0]; x < high[0]; ++x)
+        for (int z = low[2]; z < high[2]; ++z)
+            for (int y = low[1]; y < high[1]; ++y)
+                if (const auto voxel = box->voxel(x, y, z))
+                    builder.add(x, z, y, y + 1, !voxel::see_through(voxel->material));
+    return builder.build(box->key(), [&](int x, int y, int z) { return *box->voxel(x, y, z); });
+}
+
+std::uint64_t solid_count(const Box& box) {
+    const auto cells = box.cells();
+    std::uint64_t count = 0;
+    const auto walk = [&](const auto& self, const voxel::TreeCell& cell,
+                          std::uint64_t child_voxels) -> void {
+        if (child_voxels == 1) {
+            count += static_cast<std::uint64_t>(std::popcount(cell.mask));
+            return;
+        }
+        count += static_cast<std::uint64_t>(std::popcount(cell.mask & ~cell.detail)) * child_voxels;
+        for (std::uint64_t left = cell.detail; left != 0; left &= left - 1)
+            self(self, cells[cell.index_of(std::countr_zero(left))], child_voxels / 64);
+    };
+    for (int root = 0; root < Box::kRootCount; ++root)
+        walk(walk, cells[static_cast<std::size_t>(root)], 4096);
+    return count;
+}
+
+}  // namespace
+
+voxel::WorldInfo archive_info(const Part& part, const voxel::WorldInfo& world) {
+    const auto scale = static_cast<double>(std::int64_t{1} << part.level);
+    voxel::WorldInfo info = world;
+    info.bounds = part.bounds;
+    info.voxel_m *= scale;
+    info.crs_units_per_voxel *= scale;
+    info.levels = voxel::levels_for(info.bounds);
+    info.framed = {};
+    if (info.typical_heights) {
+        info.typical_heights->min >>= part.level;
+        info.typical_heights->max = ((info.typical_heights->max - 1) >> part.level) + 1;
+    }
+    return info;
+}
+
+voxel::VoxelBounds archive_limits(const Part& part, const voxel::WorldInfo& world) {
+    constexpr std::int32_t kFar = 1 << 30;
+    voxel::VoxelBounds limits = part.bounds;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (part.bounds.min[a] <= world.bounds.min[a] >> part.level)
+            limits.min[a] = -kFar;
+        if (part.bounds.max[a] > (world.bounds.max[a] - 1) >> part.level)
+            limits.max[a] = kFar;
+    }
+    return limits;
+}
+
+ArchiveBox archive_box(Job& job, const voxel::VoxelBounds& limits, const BoxKey& key) {
+    const voxel::BoxOutcome got = job.outcome(key.bx, key.by, key.bz);
+    if (got.failure) {
+        try {
+            std::rethrow_exception(got.failure);
+        } catch (const std::exception& e) {
+            return {{nullptr, e.what()}, 0};
+        }
+    }
+    const auto box = got.box ? cut(got.box, limits) : nullptr;
+    if (!box)
+        return {};
+    const auto as_finest =
+        job.part.level == 0 ? box : Box::from_arrays(key, box->cells(), box->attrs());
+    return {{as_finest, std::nullopt}, solid_count(*box)};
+}
+
+namespace {
+
 using voxel::BoxRange;
 using voxel::archive::Kind;
 using voxel::archive::kSubtreeLevel;
@@ -247,5 +341,79 @@ std::size_t finished_subtrees(const std::filesystem::path& out, const std::strin
                               const ShardChoice& shard) {
     return Journal::files_in(journal_of(out), name + suffix_of(shard));
 }
+
+namespace {
+
+using voxel::archive::ColumnRun;
+using voxel::archive::ColumnSet;
+
+ColumnSet set_of(const std::vector<ColumnAt>& columns) {
+    std::vector<ColumnRun> runs;
+    for (const ColumnAt& at : columns)
+        runs.push_back({at.bz, at.bx, at.bx + 1});
+    return ColumnSet(std::move(runs));
+}
+
+struct MadeOfColumn {
+    std::vector<MadeRecord> records;
+    std::uint64_t voxels = 0;
+};
+
+MadeOfColumn make_column(Job& job, const voxel::WorldInfo& info, const ColumnAt& at) {
+    const voxel::BoxRange all = voxel::boxes_over(info.bounds, 0);
+    const voxel::VoxelBounds limits = archive_limits(job.part, job.world());
+    MadeOfColumn out;
+    for (std::int32_t by = all.min.by; by < all.max.by; ++by) {
+        const voxel::BoxKey key{0, at.bx, by, at.bz};
+        const ArchiveBox box = archive_box(job, limits, key);
+        out.voxels += box.voxels;
+        if (MadeRecord record = voxel::archive::record_of(key, box.made); !record.frame.empty())
+            out.records.push_back(std::move(record));
+    }
+    return out;
+}
+
+}  // namespace
+
+void write_change(Job& job, const ChangedColumns& columns) {
+    const voxel::WorldInfo info = archive_info(job.part, job.world());
+    std::vector<ColumnAt> all = columns.replaced;
+    all.insert(all.end(), columns.compared.begin(), columns.compared.end());
+    voxel::ArchiveWriter writer(job.out, info, 0);
+    // There is no journal by which another run could go on.
+    voxel::archive::Unfinished unfinished(writer);
+    thread::in_order(
+        all.size(), job.threads, [&](std::size_t i) { return make_column(job, info, all[i]); },
+        [&](std::size_t, const MadeOfColumn& made) {
+            for (const MadeRecord& record : made.records)
+                writer.add(record.key, record.kind, record.frame);
+            job.count_voxels(made.voxels);
+            job.meter.add();
+        });
+    writer.finish_change(voxel::archive::json_of(voxel::archive::Change{
+        set_of(columns.replaced), set_of(columns.compared), job.damage_lines()}));
+    unfinished.release();
+    job.wrote(job.out);
+}
+
+namespace {
+
+void write(Job& job, const WriteOptions& options) {
+    if (options.changed.replaced.empty())
+        write_archive(job, options.shard);
+    else
+        write_change(job, options.changed);
+}
+
+}  // namespace
+
+const Format kArchiveFormat{
+    .name = "archive",
+    .extension = ".tvx",
+    .check_target = check_file_target,
+    .steps = archive_steps,
+    .write = write,
+    .has_shards = true,
+};
 
 }  // namespace terravox::exports

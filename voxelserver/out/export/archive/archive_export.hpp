@@ -6,11 +6,30 @@
 #include <string>
 #include <utility>
 
+#include "common/voxel/archive/coarse_levels.hpp"
 #include "voxelserver/out/export/core/columns.hpp"
 #include "voxelserver/out/export/core/format.hpp"
 #include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::exports {
+
+/// The facts of an archive of a part of a world.
+[[nodiscard]] voxel::WorldInfo archive_info(const Part& part, const voxel::WorldInfo& world);
+
+/// Outside of these, boxes of the part hold nothing: where the part ends before the world does, a
+/// box may extend beyond it. Voxels of the part's level.
+[[nodiscard]] voxel::VoxelBounds archive_limits(const Part& part, const voxel::WorldInfo& world);
+
+/// A box of level 0 of an archive.
+struct ArchiveBox {
+    voxel::archive::MadeBox made;
+    std::uint64_t voxels = 0;  ///< that are not air
+};
+/// @param limits archive_limits()
+/// @param key of the part's level; its own level does not matter
+/// @throws Error as Job::outcome()
+[[nodiscard]] ArchiveBox archive_box(Job& job, const voxel::VoxelBounds& limits,
+                                     const voxel::BoxKey& key);
 
 /// How many steps write_archive() reports to the meter.
 [[nodiscard]] std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world);
@@ -19,7 +38,7 @@ namespace terravox::exports {
 /// becomes level 0; the levels above are made from it. Resumes an interrupted run. The bytes depend
 /// neither on threads nor on interruptions.
 /// @param shard one of several: only the columns of boxes of that one, as a shard
-/// (common/voxel/archive/shard.hpp)
+/// (common/voxel/archive/archive_parts.hpp)
 void write_archive(Job& job, const ShardChoice& shard = {});
 
 /// The columns in whose order write_archive() writes: each holds `rows` subtrees of boxes, one
@@ -51,5 +70,13 @@ void remove_journal(const std::filesystem::path& out);
 /// @param name of the conversion (Job::name)
 [[nodiscard]] std::size_t finished_subtrees(const std::filesystem::path& out,
                                             const std::string& name, const ShardChoice& shard);
+
+/// Writes a change of a box archive (common/voxel/archive/archive_parts.hpp): the boxes of some
+/// columns, without coarse levels, which patching makes. A run that ends early leaves nothing under
+/// the change's name. The bytes do not depend on threads.
+/// @param columns within the part, of its level; not empty
+void write_change(Job& job, const ChangedColumns& columns);
+
+extern const Format kArchiveFormat;
 
 }  // namespace terravox::exports

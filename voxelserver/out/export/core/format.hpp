@@ -2,13 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/voxel/world.hpp"
 #include "voxelserver/out/export/core/job.hpp"
-#include "voxelserver/out/export/core/part.hpp"
 
 namespace terravox::exports {
 
@@ -71,5 +71,11 @@ void check_file_target(const std::filesystem::path& out, const WriteOptions& opt
 
 /// steps() of formats that take one step for each column of boxes.
 [[nodiscard]] std::uint64_t column_steps(const Part& part, const voxel::WorldInfo& world);
+
+/// What a change of a part replaces and compares.
+/// @param changed, others  columns of boxes of the world's level 0
+/// @return columns of the part's level; a coarser one that holds columns of both kinds is replaced
+[[nodiscard]] ChangedColumns changed_columns(const Part& part, std::span<const ColumnAt> changed,
+                                             std::span<const ColumnAt> others);
 
 }  // namespace terravox::exports

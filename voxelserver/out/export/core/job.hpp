@@ -2,10 +2,13 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -14,9 +17,39 @@
 #include "common/voxel/material.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/out/export/core/columns.hpp"
-#include "voxelserver/out/export/core/meter.hpp"
 
 namespace terravox::exports {
+
+/// Reports the progress of a conversion: a bar on a terminal, an occasional plain line elsewhere.
+/// Writes to standard error. Thread-safe.
+class Meter {
+public:
+    /// @param what text before the bar
+    /// @param total steps
+    /// @param quiet print nothing
+    /// @param told called for each step with what is done and all there is, one call at a time
+    Meter(std::string what, std::uint64_t total, bool quiet,
+          std::function<void(std::uint64_t, std::uint64_t)> told = {});
+    ~Meter() { finish(); }
+    Meter(const Meter&) = delete;
+    Meter& operator=(const Meter&) = delete;
+    void add(std::uint64_t steps = 1);
+    void finish();  ///< ends the bar's line; idempotent
+
+private:
+    void show(bool last);
+    const std::string m_what;
+    const std::uint64_t m_total;
+    const bool m_quiet;
+    const bool m_terminal;
+    const std::function<void(std::uint64_t, std::uint64_t)> m_told;
+    std::mutex m_mutex;
+    std::uint64_t m_done = 0;
+    bool m_shown = false;
+    bool m_finished = false;
+    const std::chrono::steady_clock::time_point m_start;
+    std::chrono::steady_clock::time_point m_last;
+};
 
 /// A part of a world that is to be written in another format.
 struct Part {
@@ -115,5 +148,20 @@ private:
     std::vector<std::filesystem::path> m_files;
     std::set<voxel::BoxKey> m_holes;
 };
+
+/// The part of a world that the user requests.
+struct Selection {
+    int level = 0;
+    /// West, south, east, north in the world's CRS; x0, z0, x1, z1 in voxels of level 0 in a world
+    /// without one; empty: all.
+    std::vector<double> area;
+    std::vector<double> heights;  ///< lowest, highest, metres; empty: all
+};
+
+/// The part of a world inside a selection; where no area is given for an unbounded world, what a
+/// camera frames.
+/// @throws UsageError for a level that the world does not have, reversed limits, an empty result,
+/// and more than 4096 boxes above each other
+[[nodiscard]] Part part_of(const voxel::WorldInfo& world, const Selection& selection);
 
 }  // namespace terravox::exports

@@ -1,12 +1,12 @@
 #include "voxelserver/out/export/formats/formats.hpp"
 
 #include "common/util/error.hpp"
-#include "common/util/letter_case.hpp"
-#include "voxelserver/out/export/anvil/anvil_format.hpp"
-#include "voxelserver/out/export/archive/archive_format.hpp"
-#include "voxelserver/out/export/mesh/mesh_formats.hpp"
-#include "voxelserver/out/export/vdb/vdb_format.hpp"
-#include "voxelserver/out/export/vox/vox_format.hpp"
+#include "common/util/text.hpp"
+#include "voxelserver/out/export/anvil/write_anvil.hpp"
+#include "voxelserver/out/export/archive/archive_export.hpp"
+#include "voxelserver/out/export/mesh/mesh.hpp"
+#include "voxelserver/out/export/vdb/vdb.hpp"
+#include "voxelserver/out/export/vox/vox.hpp"
 
 namespace terravox::exports {
 std::span<const Format* const> formats() noexcept {

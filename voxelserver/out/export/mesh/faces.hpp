@@ -2,11 +2,93 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <vector>
 
-#include "voxelserver/out/export/mesh/chunk.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 
 namespace terravox::exports {
+
+/// What faces must have in common to be merged: material and colour of a voxel in one number,
+/// material << 24 | r << 16 | g << 8 | b; 0 = air.
+using FaceAttributes = std::uint32_t;
+[[nodiscard]] constexpr voxel::Material material_of(FaceAttributes attributes) noexcept {
+    return static_cast<voxel::Material>(attributes >> 24);
+}
+[[nodiscard]] constexpr voxel::Rgb8 colour_of(FaceAttributes attributes) noexcept {
+    return {static_cast<std::uint8_t>(attributes >> 16), static_cast<std::uint8_t>(attributes >> 8),
+            static_cast<std::uint8_t>(attributes)};
+}
+[[nodiscard]] constexpr FaceAttributes attributes_of(voxel::Material material,
+                                                     voxel::Rgb8 c) noexcept {
+    return static_cast<FaceAttributes>(material) << 24 | static_cast<FaceAttributes>(c.r) << 16 |
+           static_cast<FaceAttributes>(c.g) << 8 | c.b;
+}
+
+/// A box and its six neighbours; nullptr = air.
+struct Neighbourhood {
+    using BoxPtr = std::shared_ptr<const voxel::Box>;
+    BoxPtr self;
+    BoxPtr west;
+    BoxPtr east;
+    BoxPtr below;
+    BoxPtr above;
+    BoxPtr north;
+    BoxPtr south;
+};
+
+/// 64 x 64 x 64 voxels, a quarter of a box, with a margin of one voxel on each side: the input of
+/// FaceFinder. Not thread-safe.
+class Chunk {
+public:
+    static constexpr int kEdge = 64;
+    using AttributesOf = std::function<FaceAttributes(const voxel::VoxelAttr&)>;
+
+    /// @param storey 0 to 3, bottom first
+    /// @param bounds of the part, in voxels relative to the lowest corner of the box; everything
+    /// outside is air
+    /// @return false when it is air throughout (and nothing was filled)
+    bool fill(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
+              const AttributesOf& attributes_of);
+
+    /// x, y, z in [-1, 65), of which at most one is outside [0, 64).
+    [[nodiscard]] FaceAttributes attributes(int x, int y, int z) const noexcept {
+        return m_attributes[index(x, y, z)];
+    }
+    /// Bit x = the voxel (x, y, z) is opaque; y, z in [-1, 65), at most one outside [0, 64).
+    [[nodiscard]] std::uint64_t opaque(int y, int z) const noexcept {
+        return m_rows[row(y, z)].opaque;
+    }
+    /// The same for voxels that are not air, but not opaque either.
+    [[nodiscard]] std::uint64_t clear(int y, int z) const noexcept {
+        return m_rows[row(y, z)].clear;
+    }
+    /// Number of voxels with attributes.
+    [[nodiscard]] std::uint64_t seen() const noexcept { return m_seen; }
+
+private:
+    static constexpr int kSide = kEdge + 2;
+    struct Row {
+        std::uint64_t opaque = 0;
+        std::uint64_t clear = 0;
+    };
+    static std::size_t row(int y, int z) noexcept {
+        return static_cast<std::size_t>((y + 1) * kSide + z + 1);
+    }
+    static std::size_t index(int x, int y, int z) noexcept {
+        return row(y, z) * kSide + static_cast<std::size_t>(x + 1);
+    }
+    void set(int x, int y, int z, FaceAttributes attributes) noexcept;
+    void fill_margin(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
+                     const AttributesOf& attributes_of);
+
+    std::vector<FaceAttributes> m_attributes =
+        std::vector<FaceAttributes>(static_cast<std::size_t>(kSide) * kSide * kSide);
+    std::vector<Row> m_rows = std::vector<Row>(static_cast<std::size_t>(kSide) * kSide);
+    std::uint64_t m_seen = 0;
+};
 
 /// The direction that a face is oriented to.
 enum class Facing : std::uint8_t { kWest, kEast, kDown, kUp, kNorth, kSouth };

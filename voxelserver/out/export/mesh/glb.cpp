@@ -6,7 +6,7 @@
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/colour.hpp"
-#include "voxelserver/out/export/mesh/mesh_writer.hpp"
+#include "voxelserver/out/export/mesh/mesh.hpp"
 #include "voxelserver/out/export/shape/placing.hpp"
 
 namespace terravox::exports {

@@ -2,7 +2,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/out/export/mesh/mesh_writer.hpp"
+#include "voxelserver/out/export/mesh/mesh.hpp"
 #include "voxelserver/out/export/shape/placing.hpp"
 
 namespace terravox::exports {

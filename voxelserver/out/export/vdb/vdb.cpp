@@ -2,14 +2,17 @@
 
 #include <dlfcn.h>
 #include <link.h>
-
+#include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <regex>
 #include <string>
+#include <system_error>
+#include <vector>
 
-#include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/out/export/vdb/vdb_module.hpp"
 
 namespace terravox::exports {
 namespace {
@@ -48,5 +51,70 @@ void write_vdb(Job& job, const VdbOptions& options) {
     static WriteVdb* const write = load();  // again when it throws
     write(kVersion, job, options);
 }
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Files that an earlier conversion to this .vdb may have left: the file, or the files that a large
+// one is divided into.
+std::vector<fs::path> earlier_files(const fs::path& out) {
+    const std::regex name(R"((.*)_\d+_\d+\.vdb)");
+    std::vector<fs::path> files;
+    std::error_code failed;
+    if (fs::exists(out, failed))
+        files.push_back(out);
+    const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
+    for (fs::directory_iterator it(folder, failed), end; !failed && it != end;
+         it.increment(failed)) {
+        std::smatch match;
+        const std::string file = it->path().filename().string();
+        if (std::regex_match(file, match, name) && match[1] == out.stem().string())
+            files.push_back(it->path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void check_target(const fs::path& out, const WriteOptions& options) {
+    if (!options.overwrite) {
+        if (const auto earlier = earlier_files(out); !earlier.empty()) {
+            throw util::UsageError("convert to " + out.string() + ": " + earlier.front().string() +
+                                   " is there already; allowed: another name, or --overwrite");
+        }
+    }
+    check_file_target(out, options);
+}
+
+// Removes the files of an earlier conversion that divided the world in another way: they would be
+// mixed with the new ones.
+void remove_unless_written(const std::vector<fs::path>& earlier, const Job& job) {
+    const auto written = job.files();
+    for (const fs::path& file : earlier) {
+        const bool is_new = std::any_of(written.begin(), written.end(), [&](const fs::path& w) {
+            return w.filename() == file.filename();
+        });
+        if (!is_new) {
+            fs::remove(file);
+            fs::remove(file.string() + ".georef.json");
+        }
+    }
+}
+
+void write(Job& job, const WriteOptions& options) {
+    const auto earlier = earlier_files(job.out);
+    write_vdb(job, {.up = options.up});
+    remove_unless_written(earlier, job);
+}
+
+}  // namespace
+
+const Format kVdbFormat{
+    .name = "vdb",
+    .extension = ".vdb",
+    .check_target = check_target,
+    .steps = column_steps,
+    .write = write,
+};
 
 }  // namespace terravox::exports

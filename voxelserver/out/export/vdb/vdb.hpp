@@ -21,4 +21,14 @@ struct VdbOptions {
 /// @throws Error when nothing is solid, a file cannot be written, or that module cannot be loaded
 void write_vdb(Job& job, const VdbOptions& options = {});
 
+/// The interface of terravox-vdb.so: one function, exported under the name below, that does what
+/// write_vdb() promises. Exceptions pass through unchanged: program and module are built together,
+/// by one compiler.
+/// @param version of the caller: kVersion
+/// @throws Error also when the module is of another version
+using WriteVdb = void(const char* version, Job& job, const VdbOptions& options);
+inline constexpr const char* kWriteVdb = "terravox_write_vdb";
+
+extern const Format kVdbFormat;
+
 }  // namespace terravox::exports

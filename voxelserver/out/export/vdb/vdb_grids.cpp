@@ -10,7 +10,6 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/colour.hpp"
-#include "voxelserver/out/export/shape/each_voxel.hpp"
 #include "voxelserver/out/export/shape/placing.hpp"
 
 namespace terravox::exports {

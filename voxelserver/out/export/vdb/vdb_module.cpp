@@ -1,4 +1,4 @@
-#include "voxelserver/out/export/vdb/vdb_module.hpp"
+#include "voxelserver/out/export/vdb/vdb.hpp"
 
 #include <string>
 

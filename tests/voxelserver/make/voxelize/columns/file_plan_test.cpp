@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/columns/file_plan.hpp"
+#include "voxelserver/make/voxelize/columns/square_reader.hpp"
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/columns/load_report.hpp"
+#include "voxelserver/make/voxelize/columns/square_reader.hpp"
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/data/store/warnings.hpp"

@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/columns/prepared_squares.hpp"
+#include "voxelserver/make/voxelize/columns/square_reader.hpp"
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

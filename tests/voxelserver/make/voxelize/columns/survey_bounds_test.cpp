@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/columns/survey_bounds.hpp"
+#include "voxelserver/make/voxelize/columns/point_set.hpp"
 
 #include "tests/catch.hpp"
 

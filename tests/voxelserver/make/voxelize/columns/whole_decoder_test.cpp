@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/columns/whole_decoder.hpp"
+#include "voxelserver/make/voxelize/columns/square_reader.hpp"
 
 #include <algorithm>
 #include <atomic>

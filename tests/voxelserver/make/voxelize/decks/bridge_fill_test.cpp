@@ -1,7 +1,7 @@
 // Bridge decks.
-#include "voxelserver/make/voxelize/decks/bridge_fill.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
+#include "voxelserver/make/voxelize/decks/bridges.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -4,8 +4,8 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
-#include "voxelserver/make/voxelize/decks/deck_finder.hpp"
-#include "voxelserver/make/voxelize/decks/deck_seeds.hpp"
+#include "voxelserver/make/voxelize/decks/bridges.hpp"
+#include "voxelserver/make/voxelize/decks/deck_section.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -2,8 +2,8 @@
 
 #include <fstream>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

@@ -5,7 +5,7 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "voxelserver/data/lidar/las_source.hpp"
-#include "voxelserver/make/voxelize/points/point_clusters.hpp"
+#include "voxelserver/make/voxelize/points/extent.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <map>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"

@@ -1,5 +1,5 @@
 // Steps chosen by name.
-#include "voxelserver/make/voxelize/points/step_switches.hpp"
+#include "voxelserver/make/voxelize/points/settings.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -1,5 +1,5 @@
 // Heights above different datums in one world.
-#include "voxelserver/make/voxelize/points/vertical_datums.hpp"
+#include "voxelserver/make/voxelize/points/file_crs.hpp"
 
 #include <algorithm>
 

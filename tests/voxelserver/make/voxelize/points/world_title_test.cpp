@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/points/world_title.hpp"
+#include "voxelserver/make/voxelize/points/options.hpp"
 
 #include <filesystem>
 

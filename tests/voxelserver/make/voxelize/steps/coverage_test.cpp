@@ -3,7 +3,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
-#include "voxelserver/make/voxelize/steps/coverage.hpp"
+#include "voxelserver/make/voxelize/steps/ground_fill.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -3,7 +3,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
-#include "voxelserver/make/voxelize/steps/isolated.hpp"
+#include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -9,9 +9,9 @@
 #include <memory>
 #include <vector>
 
-#include "voxelserver/make/voxelize/columns/window.hpp"
+#include "voxelserver/make/voxelize/columns/columns.hpp"
 #include "voxelserver/make/voxelize/points/class_table.hpp"
-#include "voxelserver/make/voxelize/world/cell_store.hpp"
+#include "voxelserver/make/voxelize/world/land.hpp"
 
 namespace terravox::test {
 

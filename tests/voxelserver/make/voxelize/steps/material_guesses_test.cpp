@@ -1,5 +1,5 @@
 // Materials where no colour is known: from brightness and the shape of roofs.
-#include "voxelserver/make/voxelize/steps/material_guesses.hpp"
+#include "voxelserver/make/voxelize/steps/surface.hpp"
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"

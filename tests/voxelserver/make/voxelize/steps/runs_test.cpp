@@ -1,8 +1,8 @@
 // From what the steps found to voxels: runs, and the attributes of a box's voxels.
+#include "voxelserver/make/voxelize/steps/runs.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
-#include "voxelserver/make/voxelize/decks/bridge_fill.hpp"
-#include "voxelserver/make/voxelize/steps/serialize.hpp"
+#include "voxelserver/make/voxelize/decks/bridges.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

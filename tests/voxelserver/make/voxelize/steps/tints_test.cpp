@@ -1,5 +1,5 @@
 // Typical colours by building and tree, and a town that has them.
-#include "voxelserver/make/voxelize/steps/tints.hpp"
+#include "voxelserver/make/voxelize/steps/colour_variation.hpp"
 
 #include <fstream>
 #include <set>

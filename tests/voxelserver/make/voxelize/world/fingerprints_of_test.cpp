@@ -1,4 +1,4 @@
-#include "voxelserver/make/voxelize/world/fingerprints_of.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"

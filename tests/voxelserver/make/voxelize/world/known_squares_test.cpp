@@ -7,7 +7,7 @@
 #include <random>
 
 #include "common/util/error.hpp"
-#include "common/voxel/file_identity.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/patchwork.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"

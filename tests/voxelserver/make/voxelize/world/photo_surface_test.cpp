@@ -6,7 +6,7 @@
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "voxelserver/make/voxelize/columns/point_set.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
-#include "voxelserver/make/voxelize/steps/photo_surface.hpp"
+#include "voxelserver/make/voxelize/steps/photo_lights.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/geo_image.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"

@@ -3,7 +3,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
-#include "voxelserver/make/voxelize/world/world_name.hpp"
+#include "voxelserver/make/voxelize/world/world_facts.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -4,11 +4,10 @@
 #include <set>
 
 #include "common/util/error.hpp"
-#include "common/voxel/bytes.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/patchwork.hpp"
 #include "voxelserver/make/voxelize/world/world_facts.hpp"
-#include "voxelserver/make/voxelize/world/world_name.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

@@ -1,13 +1,13 @@
 // Archives on web servers, some of which change while they are read.
-#include "voxelserver/make/worlds/archive/remote_archive.hpp"
+#include "voxelserver/make/worlds/archive/archive_kind.hpp"
 
 #include <atomic>
 #include <fstream>
 
 #include "common/util/error.hpp"
-#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_reader.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/make/worlds/remote/served_archive.hpp"

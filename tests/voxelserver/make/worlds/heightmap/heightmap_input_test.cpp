@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "common/geo/whole_tiff.hpp"
+#include "common/geo/raster_gate.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"

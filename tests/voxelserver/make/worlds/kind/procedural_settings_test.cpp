@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/kind/procedural_settings.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 #include <cmath>
 #include <functional>

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/kind/suitable_flags.hpp"
+#include "voxelserver/make/worlds/kind/world_options.hpp"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/luanti/block_index.hpp"
+#include "voxelserver/make/worlds/luanti/block_survey.hpp"
 
 #include <algorithm>
 #include <random>

@@ -2,7 +2,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/worlds/luanti/made_luanti.hpp"
-#include "voxelserver/make/worlds/luanti/node_appearances.hpp"
+#include "voxelserver/make/worlds/luanti/node_block.hpp"
 
 namespace terravox::luanti {
 namespace {

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/luanti/world_files.hpp"
+#include "voxelserver/make/worlds/luanti/luanti_world.hpp"
 
 #include <fstream>
 

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/minecraft/file_state.hpp"
+#include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
 
 #include <chrono>
 #include <filesystem>

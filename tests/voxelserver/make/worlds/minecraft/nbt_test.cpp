@@ -5,7 +5,7 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/worlds/minecraft/made_files.hpp"
 #include "voxelserver/make/worlds/minecraft/inflate.hpp"
-#include "voxelserver/make/worlds/minecraft/level_dat.hpp"
+#include "voxelserver/make/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::minecraft {
 namespace {

@@ -5,7 +5,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/make/worlds/minecraft/made_world.hpp"
-#include "voxelserver/make/worlds/minecraft/info.hpp"
+#include "voxelserver/make/worlds/minecraft/world_info.hpp"
 
 namespace terravox::minecraft {
 namespace {

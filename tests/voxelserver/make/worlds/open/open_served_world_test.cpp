@@ -4,8 +4,7 @@
 #include <fstream>
 
 #include "common/util/error.hpp"
-#include "common/voxel/changed_error.hpp"
-#include "common/voxel/unreachable_error.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/open/remedies.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -8,7 +8,6 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
 
 using namespace terravox;
 using terravox::test::contains;

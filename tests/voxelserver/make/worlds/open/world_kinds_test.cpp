@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/open/world_kinds.hpp"
+#include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -7,11 +7,10 @@
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/make/worlds/archive/archive_kind.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
-#include "voxelserver/make/worlds/luanti/luanti_kind.hpp"
-#include "voxelserver/make/worlds/minecraft/minecraft_kind.hpp"
-#include "voxelserver/make/worlds/open/open_world.hpp"
-#include "voxelserver/make/worlds/procedural/procedural_kind.hpp"
-#include "voxelserver/make/worlds/remote/remote_kind.hpp"
+#include "voxelserver/make/worlds/luanti/luanti_world.hpp"
+#include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
+#include "voxelserver/make/worlds/procedural/procedural_world.hpp"
+#include "voxelserver/make/worlds/remote/remote_world.hpp"
 
 using namespace terravox;
 using namespace terravox::worlds;

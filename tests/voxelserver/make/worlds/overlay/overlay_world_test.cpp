@@ -9,7 +9,6 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/array_world.hpp"
 #include "tests/voxelserver/make/worlds/voxels.hpp"
-#include "voxelserver/make/worlds/overlay/additions.hpp"
 
 namespace {
 

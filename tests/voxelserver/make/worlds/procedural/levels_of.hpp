@@ -7,7 +7,7 @@
 #include <map>
 #include <memory>
 
-#include "common/voxel/downsample.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::test {

@@ -12,8 +12,7 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/worlds/procedural/levels_of.hpp"
 #include "voxelserver/make/worlds/procedural/columns.hpp"
-#include "voxelserver/make/worlds/procedural/hash.hpp"
-#include "voxelserver/make/worlds/procedural/simplex.hpp"
+#include "voxelserver/make/worlds/procedural/noise.hpp"
 
 using namespace terravox;
 using namespace terravox::procedural;

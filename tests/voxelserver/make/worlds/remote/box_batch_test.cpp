@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/remote/box_batch.hpp"
+#include "voxelserver/make/worlds/remote/batch_client.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "voxelserver/make/worlds/remote/http_origin.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -7,7 +7,6 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "voxelserver/make/worlds/remote/address_range.hpp"
 
 using namespace terravox;
 using terravox::test::contains;

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/voxelserver/make/worlds/remote/batch_bytes.hpp"
 #include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"
 #include "tests/voxelserver/make/worlds/remote/skipped_waits.hpp"
-#include "voxelserver/make/worlds/remote/box_batch.hpp"
+#include "voxelserver/make/worlds/remote/batch_client.hpp"
 #include "voxelserver/make/worlds/remote/remote_world.hpp"
 
 using namespace terravox;

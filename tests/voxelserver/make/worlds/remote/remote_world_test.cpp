@@ -3,13 +3,13 @@
 #include <future>
 
 #include "common/util/error.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/changed_error.hpp"
+#include "common/voxel/box.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"
 #include "tests/voxelserver/make/worlds/remote/skipped_waits.hpp"
-#include "voxelserver/make/worlds/archive/remote_archive.hpp"
+#include "voxelserver/make/worlds/archive/archive_kind.hpp"
 
 using namespace terravox;
 using namespace std::chrono_literals;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/voxel/box.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"

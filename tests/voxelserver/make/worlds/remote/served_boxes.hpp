@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/voxel/box_builder.hpp"
-#include "common/voxel/world_json.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/voxelserver/make/worlds/remote/bad_server.hpp"
 
 namespace terravox::test {

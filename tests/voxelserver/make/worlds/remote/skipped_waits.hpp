@@ -3,7 +3,7 @@
 #include <atomic>
 #include <chrono>
 
-#include "voxelserver/make/worlds/remote/retry_clock.hpp"
+#include "voxelserver/make/worlds/remote/retry.hpp"
 
 namespace terravox::test {
 

@@ -10,11 +10,11 @@
 #include <stop_token>
 #include <string_view>
 
-#include "common/thread/call_until_stopped.hpp"
+#include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "voxelserver/make/worlds/remote/http_access.hpp"
 #include "voxelserver/make/worlds/remote/http_client.hpp"
-#include "voxelserver/make/worlds/remote/http_origin.hpp"
 
 using namespace terravox;
 using terravox::test::contains;

@@ -8,8 +8,8 @@
 #include "tests/voxelserver/out/export/anvil/anvil_reading.hpp"
 #include "voxelserver/out/export/anvil/export_blocks.hpp"
 #include "voxelserver/out/export/anvil/nbt_writer.hpp"
-#include "voxelserver/out/export/anvil/place.hpp"
 #include "voxelserver/out/export/anvil/region_writer.hpp"
+#include "voxelserver/out/export/anvil/section.hpp"
 
 // What a world for Minecraft is put together from: where it lies, region files, blocks, texts.
 

@@ -8,7 +8,6 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/out/export/mesh/read_mesh.hpp"
 #include "tests/voxelserver/out/export/shape/painted_world.hpp"
-#include "voxelserver/out/export/mesh/column_mesh.hpp"
 #include "voxelserver/out/export/shape/placing.hpp"
 
 using namespace terravox;

@@ -9,7 +9,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/common/voxel/array_world.hpp"
 #include "voxelserver/out/export/core/job.hpp"
-#include "voxelserver/out/export/shape/each_voxel.hpp"
+#include "voxelserver/out/export/shape/placing.hpp"
 
 namespace terravox::test {
 

@@ -9,7 +9,7 @@
 #include "tests/voxelserver/out/export/shape/painted_world.hpp"
 #include "tests/voxelserver/out/export/vox/read_vox.hpp"
 #include "voxelserver/out/export/shape/placing.hpp"
-#include "voxelserver/out/export/vox/few_colours.hpp"
+#include "voxelserver/out/export/vox/vox_palette.hpp"
 
 using namespace terravox;
 using namespace terravox::exports;

@@ -1,6 +1,6 @@
 /**
  * Identifies a version of a file on a web server: the validators of its replies, and the size of
- * the file. The rules are those of voxelserver/make/worlds/archive/file_state.cpp.
+ * the file. The rules are those of voxelserver/make/worlds/archive/archive_kind.cpp.
  * Ref: RFC 9110, 8.8, 13.1 and 14.4.
  */
 export type FileState = {

@@ -2,7 +2,7 @@ import { kMaxLevel, type BoxKey } from './box-arrays.js';
 
 /**
  * The sort order of an archive's index: by level, then along the Morton curve of (bx, by, bz), as
- * common/voxel/morton.hpp defines it. A place in this order is two numbers, `high` and `low`, which
+ * common/voxel/box.hpp defines it. A place in this order is two numbers, `high` and `low`, which
  * are compared in this order; the 63 bits of a Morton code do not fit into one.
  */
 

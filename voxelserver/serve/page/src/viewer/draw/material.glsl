@@ -250,7 +250,7 @@ float swing(float turns) {
   return 16.0 * x * (0.5 - abs(x));
 }
 
-// The slope of water's waves: see raytracer/core/material/waves.cpp. Phases are those at uWavesAt, which
+// The slope of water's waves: see raytracer/core/material/material_table.cpp. Phases are those at uWavesAt, which
 // the page computes in double precision; places are relative to it.
 vec2 waterTilt(vec2 from_m, float footprint_m) {
   const float perX[8] = float[](0.0713, 0.1319, 0.2137, 0.1873, 0.3511, 0.4943, 0.5519, 0.9277);

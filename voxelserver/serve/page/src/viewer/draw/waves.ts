@@ -1,6 +1,6 @@
 /**
  * Phases of water's waves at a place, in double precision: coordinates of a country have no digits
- * left for waves in the single precision of shaders. As raytracer/core/material/waves.cpp.
+ * left for waves in the single precision of shaders. As raytracer/core/material/material_table.cpp.
  */
 
 const kPerX = [0.0713, 0.1319, 0.2137, 0.1873, 0.3511, 0.4943, 0.5519, 0.9277] as const;

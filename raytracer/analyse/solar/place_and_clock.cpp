@@ -1,0 +1,159 @@
+#include "raytracer/analyse/solar/place_and_clock.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include "common/util/error.hpp"
+#include "raytracer/core/sky/sun.hpp"
+
+namespace terravox::solar {
+
+std::optional<geo::MapPlace> place_of(const scene::Scene& scene,
+                                      const std::optional<geo::MapPlace>& centre) {
+    if (!scene.analysis.place || scene.analysis.kind == core::AnalysisKind::kNone)
+        return centre;
+    const auto& [lat_deg, lon_deg, convergence_deg] = *scene.analysis.place;
+    if (!(std::abs(lat_deg) <= 90 && std::abs(lon_deg) <= 180 && std::abs(convergence_deg) <= 180))
+        throw util::UsageError(
+            "place the sun: analysis.place = " + std::to_string(lat_deg) + "," +
+            std::to_string(lon_deg) + "," + std::to_string(convergence_deg) +
+            "; allowed: a latitude of -90 to 90, a longitude and a convergence of -180 to 180");
+    geo::MapPlace out;
+    out.lat_deg = lat_deg;
+    out.lon_deg = lon_deg;
+    out.convergence_deg = convergence_deg;
+    return out;
+}
+
+namespace {
+
+constexpr std::int64_t kDay_s = 86'400;
+constexpr int kFirstYear = 1900;
+constexpr int kLastYear = 2100;
+
+/// A day that is named by a field of the scene.
+struct NamedDay {
+    std::string text;
+    std::string field;
+};
+
+std::int64_t day_of(const NamedDay& day) {
+    const geo::DateTime date = sky::date_of(day.text, day.field);
+    if (date.year < kFirstYear || date.year > kLastYear)
+        throw util::UsageError("place the sun: " + day.field + " = '" + day.text +
+                               "'; allowed: years " + std::to_string(kFirstYear) + " to " +
+                               std::to_string(kLastYear));
+    return geo::days_from_1970(date.year, date.month, date.day);
+}
+
+std::int64_t seconds_of(double hours) noexcept {
+    constexpr double kHour_s = 3600;
+    return std::llround(hours * kHour_s);
+}
+
+/// Reads one "OFFSET@INSTANT".
+/// @return what follows; null: it is none
+const char* read_offset(const char* at, const char* end, geo::OffsetFrom& to) noexcept {
+    constexpr double kMaxOffset_h = 24;
+    const auto [sign, no_offset] = std::from_chars(at, end, to.offset_h);
+    if (no_offset != std::errc{} || sign == end || *sign != '@' ||
+        !(std::abs(to.offset_h) <= kMaxOffset_h))
+        return nullptr;
+    const auto [stop, no_instant] = std::from_chars(sign + 1, end, to.from_s);
+    constexpr std::int64_t kMaxInstant_s = std::int64_t{1} << 40;
+    const bool is_near = to.from_s > -kMaxInstant_s && to.from_s < kMaxInstant_s;
+    return no_instant == std::errc{} && is_near ? stop : nullptr;
+}
+
+std::vector<geo::OffsetFrom> offsets_of(const std::string& text) {
+    // Two a year, for all years.
+    constexpr std::size_t kMaxOffsets = 1000;
+    std::vector<geo::OffsetFrom> out;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    while (at != nullptr && out.size() < kMaxOffsets) {
+        geo::OffsetFrom offset;
+        at = read_offset(at, end, offset);
+        if (at == nullptr || (!out.empty() && offset.from_s <= out.back().from_s))
+            break;
+        out.push_back(offset);
+        if (at == end)
+            return out;
+        at = *at == ' ' ? at + 1 : nullptr;
+    }
+    throw util::UsageError("place the sun: analysis.clock = '" + text.substr(0, 80) +
+                           "'; allowed: offsets in hours with their instants, 1@1767135600");
+}
+
+}  // namespace
+
+Days days_of(const scene::Scene& scene) {
+    const scene::Scene::Analysis& analysis = scene.analysis;
+    if (analysis.from.empty() != analysis.to.empty())
+        throw util::UsageError(std::string("place the sun: analysis.") +
+                               (analysis.from.empty() ? "from" : "to") +
+                               " is missing; give both, or none to use sun.date");
+    const bool is_day = analysis.from.empty();
+    const NamedDay first =
+        is_day ? NamedDay{scene.sun.date, "sun.date"} : NamedDay{analysis.from, "analysis.from"};
+    const NamedDay last = is_day ? first : NamedDay{analysis.to, "analysis.to"};
+    const Days out{day_of(first), day_of(last) + 1};
+    if (out.begin >= out.end)
+        throw util::UsageError("place the sun: analysis.to = '" + last.text +
+                               "'; allowed: a day that is not before analysis.from = '" +
+                               first.text + "'");
+    return out;
+}
+
+Clock::Clock(const scene::Scene& scene, const geo::MapPlace& place) {
+    const scene::Scene::Sun& sun = scene.sun;
+    if (!scene.analysis.clock.empty()) {
+        m_offsets = offsets_of(scene.analysis.clock);
+    } else if (sun.utc_offset_h) {
+        m_offsets = {{0, *sun.utc_offset_h}};
+    } else if (sun.zone.empty()) {
+        m_offsets = {{0, geo::solar_zone_offset_h(place.lon_deg)}};
+    } else {
+        // Clocks are a day or less from universal time.
+        constexpr std::int64_t kAround = 2;
+        const Days days = days_of(scene);
+        m_offsets = geo::zone_offsets(sun.zone, (days.begin - kAround) * kDay_s,
+                                      (days.end + kAround) * kDay_s);
+    }
+}
+
+double Clock::offset_h(std::int64_t utc_s) const noexcept {
+    double out = m_offsets.front().offset_h;
+    for (const geo::OffsetFrom& offset : m_offsets) {
+        if (offset.from_s > utc_s)
+            break;
+        out = offset.offset_h;
+    }
+    return out;
+}
+
+std::int64_t Clock::midnight_s(std::int64_t day) const noexcept {
+    const std::int64_t local_s = day * kDay_s;
+    for (std::size_t i = 0; i + 1 < m_offsets.size(); ++i) {
+        const std::int64_t instant = local_s - seconds_of(m_offsets[i].offset_h);
+        const std::int64_t after = local_s - seconds_of(m_offsets[i + 1].offset_h);
+        // Shown before clocks change, or not at all.
+        if (instant < m_offsets[i + 1].from_s || after < m_offsets[i + 1].from_s)
+            return instant;
+    }
+    return local_s - seconds_of(m_offsets.back().offset_h);
+}
+
+std::string Clock::text() const {
+    std::string out;
+    for (const geo::OffsetFrom& offset : m_offsets) {
+        char hours[40];
+        const auto end = std::to_chars(hours, hours + sizeof hours, offset.offset_h);
+        out += (out.empty() ? "" : " ") + std::string(hours, end.ptr) + "@" +
+               std::to_string(offset.from_s);
+    }
+    return out;
+}
+
+}  // namespace terravox::solar

@@ -1,0 +1,274 @@
+#include "raytracer/apps/commands/country/plan_outputs.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/util/folders.hpp"
+#include "common/util/text.hpp"
+#include "raytracer/farm/cluster/tasks.hpp"
+
+namespace terravox::commands {
+namespace {
+
+using country::Measured;
+using country::Plan;
+using country::PlannedFile;
+using country::PlannedShard;
+
+constexpr double kMega = 1e6;
+constexpr double kGiga = 1e9;
+constexpr double kHour_s = 3600;
+
+double sum_of(const std::vector<PlannedFile>& files, std::uint64_t PlannedFile::* member) {
+    double sum = 0;
+    for (const PlannedFile& file : files)
+        sum += static_cast<double>(file.*member);
+    return sum;
+}
+
+std::string bytes_text(double bytes) {
+    return bytes < kGiga ? fmt::format("{:.1f} MB", bytes / kMega)
+                         : fmt::format("{:.1f} GB", bytes / kGiga);
+}
+
+std::string hours_text(const Measured& cpu_s) {
+    constexpr double kMinute_s = 60;
+    if (cpu_s.value < 2 * kMinute_s)
+        return fmt::format("{:.1f} +- {:.1f} core-seconds", cpu_s.value, cpu_s.error);
+    if (cpu_s.value < kHour_s)
+        return fmt::format("{:.1f} +- {:.1f} core-minutes", cpu_s.value / kMinute_s,
+                           cpu_s.error / kMinute_s);
+    return fmt::format("{:.1f} +- {:.1f} core-hours", cpu_s.value / kHour_s, cpu_s.error / kHour_s);
+}
+
+std::uint64_t most_scratch(const Plan& plan) {
+    std::uint64_t most = 0;
+    for (const PlannedShard& shard : plan.shards)
+        most = std::max(most, shard.scratch_bytes);
+    return most;
+}
+
+}  // namespace
+
+std::string text_of(const Plan& plan) {
+    const auto row = [](std::string_view name, const std::string& text) {
+        return fmt::format("{:<8} {}\n", name, text);
+    };
+    const auto km = [&](std::size_t axis) {
+        return (plan.bounds.max[axis] - plan.bounds.min[axis]) * plan.voxel_m / 1000;
+    };
+    const auto [fewest, most] = std::minmax_element(
+        plan.shards.begin(), plan.shards.end(),
+        [](const PlannedShard& a, const PlannedShard& b) { return a.cpu_s < b.cpu_s; });
+    const country::Estimate& e = plan.estimate;
+    std::string out;
+    out += row("place", fmt::format("{:.1f} x {:.1f} km in {}, voxels of {} m", km(0), km(2),
+                                    util::printable(plan.crs), plan.voxel_m));
+    out += row("squares", fmt::format("{}, {:.1f} M points, {}; {} missing", plan.squares.size(),
+                                      sum_of(plan.squares, &PlannedFile::points) / kMega,
+                                      bytes_text(sum_of(plan.squares, &PlannedFile::bytes)),
+                                      plan.missing.size()));
+    out += row("shards", fmt::format("{}, of {:.1f} to {:.1f} core-seconds", plan.shards.size(),
+                                     fewest->cpu_s, most->cpu_s));
+    out += row("time", hours_text(e.cpu_s) + " on a cluster, " + hours_text(e.one_machine_cpu_s) +
+                           " on one machine, where tasks share decoded squares");
+    out += row("memory", fmt::format("{:.0f} MiB a task", e.memory_mib));
+    out += row("scratch", bytes_text(static_cast<double>(most_scratch(plan))) + " a task");
+    out += row("output",
+               fmt::format("{} +- {}, and as much for the shards", bytes_text(e.output_bytes.value),
+                           bytes_text(e.output_bytes.error)));
+    return out + row("sample", fmt::format("{} columns of boxes were made", e.sampled_columns));
+}
+
+std::string json_of(const Plan& plan, const std::string& folder) {
+    using Json = nlohmann::ordered_json;
+    const auto measured = [](const Measured& m) {
+        return Json{{"value", m.value}, {"error", m.error}};
+    };
+    const country::Estimate& e = plan.estimate;
+    Json out{{"plan", folder},
+             {"id", plan.id()},
+             {"crs", plan.crs},
+             {"voxel_m", plan.voxel_m},
+             {"bounds", {{"min", plan.bounds.min}, {"max", plan.bounds.max}}},
+             {"squares", plan.squares.size()},
+             {"points", sum_of(plan.squares, &PlannedFile::points)},
+             {"shards", plan.shards.size()},
+             {"sampled_columns", e.sampled_columns},
+             {"cpu_s", measured(e.cpu_s)},
+             {"one_machine_cpu_s", measured(e.one_machine_cpu_s)},
+             {"memory_mib", e.memory_mib},
+             {"scratch_bytes", most_scratch(plan)},
+             {"output_bytes", measured(e.output_bytes)},
+             {"missing", Json::array()}};
+    for (const country::MissingSquare& square : plan.missing)
+        out["missing"].push_back({{"name", square.name}, {"reason", square.reason}});
+    return out.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using cluster::ArrayJob;
+using cluster::Command;
+
+std::string exec_line(const Command& command, const std::string& more = "") {
+    return util::shell_array("command", command) + "exec \"${command[@]}\"" + more + "\n";
+}
+
+/// What a task may take: what the sample took, and a share more, since land differs.
+int memory_of(const country::Plan& plan) {
+    constexpr double kMore = 1.25;
+    constexpr double kLeast_mib = 512;
+    return static_cast<int>(std::ceil(std::max(kLeast_mib, kMore * plan.estimate.memory_mib)));
+}
+
+}  // namespace
+
+void ScriptArguments::add_to(CLI::App& command) {
+    const char* group = "Tasks for a cluster";
+    command
+        .add_option("--slurm", slurm,
+                    "write a script that submits all shards and the join to Slurm: bash FILE")
+        ->type_name("FILE")
+        ->group(group);
+    command
+        .add_option("--kubernetes", kubernetes,
+                    "write an Indexed Job of all shards and a Job that joins them, for kubectl")
+        ->type_name("FILE")
+        ->group(group);
+    command.add_option("--openjd", openjd, "write a job template of Open Job Description")
+        ->type_name("FILE")
+        ->group(group);
+    command
+        .add_option("--archive", archive,
+                    "archive that the last job writes; default: the plan's name and .tvx")
+        ->type_name("FILE")
+        ->group(group);
+    command.add_option("--nodes", nodes, "number of tasks that run at the same time")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--cpus-per-task", needs.cpus, "processors of each task")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str()
+        ->group(group);
+    command
+        .add_option("--memory-per-task", needs.memory_mib,
+                    "memory that each task asks for, MiB; default: a quarter more than the sample "
+                    "took")
+        ->check(CLI::Range(256, 1 << 24))
+        ->group(group);
+    command
+        .add_option("--program", program,
+                    "terravox-raytracer, where the machines find it; default: this one, in pods "
+                    "and OpenJD that of the PATH")
+        ->group(group);
+    command.add_option("--name", name, "of the job of Kubernetes or OpenJD")
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--partition", needs.partition, "of Slurm; default: its own")->group(group);
+    command.add_option("--time", needs.time, "limit of each job, as sbatch takes it: 4:00:00")
+        ->group(group);
+    command
+        .add_option("--sbatch", needs.extra,
+                    "further options for sbatch: \"--account=map --qos=low\"; may be given several "
+                    "times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false)
+        ->group(group);
+    command.add_option("--image", pods.image, "container image of pods, with terravox-raytracer")
+        ->group(group);
+    command
+        .add_option("--claim", pods.claim,
+                    "persistent volume claim of pods, with data and plan (ReadWriteMany)")
+        ->group(group);
+    command
+        .add_option("--mount", pods.mount,
+                    "where it is in the pods; relative paths begin there, so the plan and its data "
+                    "must be named by such")
+        ->capture_default_str()
+        ->group(group);
+}
+
+void ScriptArguments::check() const {
+    needs.check();
+    if (!kubernetes.empty())
+        pods.check(name);
+    for (const std::string& file : {slurm, kubernetes, openjd})
+        if (!file.empty())
+            util::check_writable(file);
+}
+
+void ScriptArguments::write(const country::PlanFolder& folder, const country::Plan& plan,
+                            const std::string& given) const {
+    if (slurm.empty() && kubernetes.empty() && openjd.empty())
+        return;
+    const auto job_of = [&](const std::string& runs, const std::string& at,
+                            const std::string& out) {
+        const Command base{runs, "country", "run", at};
+        Command task = base;
+        task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
+        Command join = base;
+        join.insert(join.end(), {"-o", out, "--join", "--quiet"});
+        Command waiting = join;
+        waiting.emplace_back("--wait");
+        ArrayJob job;
+        job.name = name;
+        job.tasks_name = "shards";
+        job.join_name = "join";
+        job.tasks = static_cast<int>(plan.shards.size());
+        job.task_body = [task](const std::string& number) {
+            return "task=" + number + "\n" + exec_line(task, " --task \"$((task + 1))\"");
+        };
+        job.join_body = exec_line(join);
+        job.waiting_join_body = exec_line(waiting);
+        job.cpus = needs.cpus;
+        job.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : memory_of(plan);
+        job.join_cpus = needs.cpus;
+        job.join_memory_mib = job.memory_mib;
+        return job;
+    };
+    const std::string out =
+        archive.empty() ? (fs::path(given) / "").parent_path().string() + ".tvx" : archive;
+    const std::string of_path = program.empty() ? "terravox-raytracer" : program;
+    if (!slurm.empty()) {
+        const fs::path here =
+            program.empty() ? util::beside_program("terravox-raytracer") : fs::absolute(program);
+        const ArrayJob job =
+            job_of(here.string(), folder.path().string(), fs::absolute(out).string());
+        cluster::JobPlace place{here, fs::current_path(), needs};
+        place.needs.memory_mib = job.memory_mib;
+        std::error_code failed;
+        fs::create_directories(folder.path() / "logs", failed);
+        if (failed)
+            throw util::Error("make the folder " + (folder.path() / "logs").string() + ": " +
+                              failed.message());
+        util::write_file_atomically(folder.path() / "shards.sbatch",
+                                    cluster::array_tasks_script(place, job));
+        util::write_file_atomically(folder.path() / "join.sbatch",
+                                    cluster::array_join_script(place, job));
+        util::write_file_atomically(slurm, cluster::submission_script(folder.path(), job, nodes));
+    }
+    if (!kubernetes.empty()) {
+        cluster::PodPlace place = pods;
+        place.nodes = nodes;
+        util::write_file_atomically(kubernetes,
+                                    cluster::kubernetes_array(job_of(of_path, given, out), place));
+    }
+    if (!openjd.empty()) {
+        ArrayJob job = job_of(of_path, given, out);
+        job.work = fs::current_path().string();
+        util::write_file_atomically(openjd, cluster::openjd_array(job));
+    }
+}
+
+}  // namespace terravox::commands

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+
+#include "raytracer/farm/cluster/manifests.hpp"
+#include "raytracer/farm/cluster/slurm.hpp"
+#include "voxelserver/out/country/plan.hpp"
+
+namespace terravox::commands {
+
+/// A plan in lines for people, without its missing squares.
+[[nodiscard]] std::string text_of(const country::Plan& plan);
+/// What it foresees as a JSON object, with its missing squares.
+/// @param folder of the plan
+[[nodiscard]] std::string json_of(const country::Plan& plan, const std::string& folder);
+
+}  // namespace terravox::commands
+
+namespace CLI {
+class App;
+}
+
+namespace terravox::commands {
+
+/// Options of `country plan` for the tasks of schedulers.
+struct ScriptArguments {
+    std::string slurm;  ///< files to write; empty: none
+    std::string kubernetes;
+    std::string openjd;
+    std::string archive;  ///< empty: the plan's name with .tvx
+    std::string program;
+    std::string name = "country";
+    int nodes = 1;
+    cluster::Needs needs;
+    cluster::PodPlace pods;
+
+    ScriptArguments() { needs.cpus = 1; }
+    void add_to(CLI::App& command);
+    /// @throws UsageError, before anything is planned
+    void check() const;
+    /// Writes the files.
+    /// @param given the folder of the plan as the user named it
+    /// @throws Error
+    void write(const country::PlanFolder& folder, const country::Plan& plan,
+               const std::string& given) const;
+};
+
+}  // namespace terravox::commands

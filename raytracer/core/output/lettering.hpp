@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/voxel/colour.hpp"
+
+namespace terravox::output {
+
+/// A letter as rows of pixels, 12 from top to bottom: 3 above the capitals, 7 for the letter, 2
+/// below the base line.
+struct Glyph {
+    static constexpr std::size_t kRows = 12;
+    std::array<std::uint8_t, kRows> rows{};  ///< bit width - 1 is the leftmost pixel
+    int width = 0;                           ///< pixels, 1 to 8; without the gap to the next letter
+};
+
+/// Covers ASCII, the letters of Latin-1 and of the languages of Latin Extended-A, and the other
+/// characters of attributions (the copyright sign, dashes, quotes). Anything else is a question
+/// mark.
+[[nodiscard]] Glyph glyph_of(char32_t letter) noexcept;
+
+/// Decodes UTF-8; each invalid byte becomes U+FFFD.
+[[nodiscard]] std::u32string letters_of(std::string_view utf8);
+
+/// A line of text at the lower right of a picture, light with a soft dark edge, so that it is
+/// legible on any background. Its height is about a sixtieth of the picture's; a text that is wider
+/// than the picture is set smaller, then in several lines. Safe to share between threads.
+class CreditLine {
+public:
+    /// @param text UTF-8; letters that the small font lacks become '?'
+    CreditLine(std::string_view text, int width_px, int height_px);
+
+    /// Composites the text over the pixel at (x, y), counted from the upper left.
+    /// @param display sRGB in [0, 1]
+    [[nodiscard]] voxel::Colour over(voxel::Colour display, int x, int y) const noexcept {
+        if (y < m_y0 || x < m_x0 || y >= m_y0 + m_height || x >= m_x0 + m_width)
+            return display;
+        const Ink ink = m_inks[index(x, y)];
+        return voxel::mix(display * (1 - static_cast<float>(ink.dark) / 255),
+                          {kLight, kLight, kLight}, static_cast<float>(ink.light) / 255);
+    }
+    [[nodiscard]] bool covers(int x, int y) const noexcept {
+        return y >= m_y0 && x >= m_x0 && y < m_y0 + m_height && x < m_x0 + m_width &&
+               (m_inks[index(x, y)].dark != 0 || m_inks[index(x, y)].light != 0);
+    }
+
+private:
+    static constexpr float kLight = 0.96f;
+    struct Ink {
+        std::uint8_t light = 0;
+        std::uint8_t dark = 0;
+    };
+    [[nodiscard]] std::size_t index(int x, int y) const noexcept {
+        return static_cast<std::size_t>(y - m_y0) * static_cast<std::size_t>(m_width) +
+               static_cast<std::size_t>(x - m_x0);
+    }
+    int m_x0 = 0;
+    int m_y0 = 0;
+    int m_width = 0;
+    int m_height = 0;
+    std::vector<Ink> m_inks;
+};
+
+}  // namespace terravox::output

@@ -1,9 +1,0 @@
-#pragma once
-
-#include "voxelserver/out/export/core/format.hpp"
-
-namespace terravox::exports {
-
-extern const Format kVdbFormat;
-
-}  // namespace terravox::exports
