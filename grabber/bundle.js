@@ -7,7 +7,7 @@ import { cp, mkdir, readFile, rm, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { licencesOf, packagesOf } from '../voxelserver/serve/page/licences.mjs';
+import { readLicences, listPackages } from '../voxelserver/serve/page/licences.mjs';
 
 const root = fileURLToPath(new URL('.', import.meta.url));
 // The page's build has the bundler.
@@ -32,8 +32,8 @@ const kCopied = {
 const kUnused = /\.musl\.node$|\.(?:map|cjs|[cm]?ts)$/;
 /** Packages in the older form call require(), which modules lack. */
 const kRequire =
-  "import { createRequire as requireOf } from 'node:module';\n" +
-  'globalThis.require ??= requireOf(import.meta.url);';
+  "import { createRequire as makeRequire } from 'node:module';\n" +
+  'globalThis.require ??= makeRequire(import.meta.url);';
 
 async function copyPackage(name) {
   const from = join(root, 'node_modules', name);
@@ -71,6 +71,6 @@ for (const name of Object.keys(kCopied)) await copyPackage(name);
 for (const name of ['migrations', 'package.json']) {
   await cp(join(root, name), join(out, name), { recursive: true });
 }
-const packages = [...packagesOf([result]), ...Object.keys(kCopied)].sort();
+const packages = [...listPackages([result]), ...Object.keys(kCopied)].sort();
 const about = 'The grabber holds these packages, or parts of them.';
-await writeFile(join(out, 'licences.txt'), await licencesOf(packages, root, about));
+await writeFile(join(out, 'licences.txt'), await readLicences(packages, root, about));

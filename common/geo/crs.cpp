@@ -222,7 +222,7 @@ Crs Crs::from_wkt(const std::string& wkt) {
     const GdalErrorScope errors;
     auto ogr = empty_reference();
     std::string fault =
-        notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
+        find_notation(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
     if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE)
         fault = not_understood(wkt);
     if (!fault.empty())

@@ -27,7 +27,7 @@ enum class CrsNotation {
 };
 
 /// Decides by the first characters only; the rest is not checked.
-[[nodiscard]] CrsNotation notation_of(std::string_view text) noexcept;
+[[nodiscard]] CrsNotation find_notation(std::string_view text) noexcept;
 
 /// Checks the text of a CRS before it is passed to PROJ, which opens any path that such a text
 /// names: in +nadgrids, +init and +grids, in PARAMETERFILE, in EXTENSION["PROJ4"], in METHOD["PROJ

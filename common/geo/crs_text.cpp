@@ -41,7 +41,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 template <std::size_t N>
-bool is_one_of(const std::array<std::string_view, N>& known, std::string_view text) noexcept {
+bool is_among(const std::array<std::string_view, N>& known, std::string_view text) noexcept {
     return std::find(known.begin(), known.end(), text) != known.end();
 }
 
@@ -58,7 +58,7 @@ bool is_plain(std::string_view text) noexcept {
 
 bool is_authority(std::string_view text) {
     constexpr auto kAuthorities = std::to_array<std::string_view>({"EPSG", "ESRI", "IGNF", "OGC"});
-    return is_one_of(kAuthorities, upper(text));
+    return is_among(kAuthorities, upper(text));
 }
 
 bool is_code(std::string_view text) noexcept {
@@ -94,7 +94,7 @@ bool is_proj_parameter(std::string_view name) {
          "no_uoff",  "no_off", "h",         "sweep",   "approx", "algo",   "W",       "M",
          "m",        "n",      "q",         "theta",   "tilt",   "o_proj", "o_lat_p", "o_lon_p",
          "o_alpha",  "czech"});
-    return is_one_of(kParameters, name);
+    return is_among(kParameters, name);
 }
 
 std::string fault_of_proj_parameter(std::string_view word) {
@@ -146,7 +146,7 @@ bool is_keyword(std::string_view word) {
          "URI", "SCOPE", "AREA", "BBOX", "USAGE", "VERTICALEXTENT", "TIMEEXTENT", "REMARK",
          "VERSION", "GEOIDMODEL", "COORDINATEMETADATA", "EPOCH", "DEFININGTRANSFORMATION",
          "TEMPORALQUANTITY"});
-    return is_one_of(kKeywords, word);
+    return is_among(kKeywords, word);
 }
 
 /// A keyword with the content of its brackets, excluding nested nodes.
@@ -314,7 +314,7 @@ private:
 
 }  // namespace
 
-CrsNotation notation_of(std::string_view text) noexcept {
+CrsNotation find_notation(std::string_view text) noexcept {
     text = without_blanks(text);
     const std::size_t mark = text.find_first_of("[(:=+");
     if (mark == std::string_view::npos || text[mark] == ':')
@@ -330,7 +330,7 @@ std::string fault_of_crs_text(std::string_view text) {
     });
     if (without_blanks(text).empty() || has_control)
         return "not understood";
-    switch (notation_of(text)) {
+    switch (find_notation(text)) {
         case CrsNotation::kWkt: return WktReader(text).fault();
         case CrsNotation::kProj: return fault_of_proj(text);
         case CrsNotation::kCode: break;

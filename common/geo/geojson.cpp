@@ -29,7 +29,7 @@ double number_in(const std::string& text) {
 }
 
 /// @return NaN where a property is no number
-double number_of(const json& property) {
+double to_number(const json& property) {
     if (property.is_number())
         return property.get<double>();
     return property.is_string() ? number_in(property.get_ref<const std::string&>())
@@ -74,7 +74,7 @@ private:
         if (m_stop.stop_requested())
             fail("interrupted");
     }
-    [[nodiscard]] std::string type_of(const json& object) const {
+    [[nodiscard]] std::string find_type(const json& object) const {
         const auto type = object.is_object() ? object.find("type") : object.end();
         if (!object.is_object() || type == object.end() || !type->is_string())
             fail("an object without a type");
@@ -88,14 +88,14 @@ private:
     }
 
     void read_root() {
-        const std::string type = type_of(m_root);
+        const std::string type = find_type(m_root);
         if (type != "FeatureCollection") {
             read_feature(m_root, type == "Feature");
             return;
         }
         for (const json& feature : member(m_root, "features")) {
-            if (type_of(feature) != "Feature")
-                fail("feature " + std::to_string(m_feature) + " is a " + type_of(feature));
+            if (find_type(feature) != "Feature")
+                fail("feature " + std::to_string(m_feature) + " is a " + find_type(feature));
             read_feature(feature, true);
             ++m_feature;
         }
@@ -111,7 +111,7 @@ private:
         if (const auto found = object.find("properties");
             found != object.end() && found->is_object())
             for (const auto& [name, value] : found->items())
-                if (const double number = number_of(value); !std::isnan(number))
+                if (const double number = to_number(value); !std::isnan(number))
                     (*m_numbers)[name] = number;
         // A feature without a place has the geometry null.
         if (const auto found = object.find("geometry"); found != object.end() && found->is_object())
@@ -119,7 +119,7 @@ private:
     }
 
     void read_geometry(const json& geometry) {
-        const std::string type = type_of(geometry);
+        const std::string type = find_type(geometry);
         const json& at = member(geometry, "coordinates");
         if (type == "Point")
             add(ShapeKind::kPoint, json::array({json::array({at})}));
@@ -157,12 +157,12 @@ private:
                 fail("feature " + std::to_string(m_feature) + " has no positions");
             auto& positions = shape.parts.emplace_back();
             for (const json& position : part)
-                positions.push_back(position_of(position));
+                positions.push_back(read_position(position));
         }
         m_shapes.push_back(std::move(shape));
     }
 
-    [[nodiscard]] Shape::Position position_of(const json& from) {
+    [[nodiscard]] Shape::Position read_position(const json& from) {
         check_stop();
         if (++m_positions > kMaxGeoJsonPositions)
             fail("more than " + std::to_string(kMaxGeoJsonPositions) + " positions");

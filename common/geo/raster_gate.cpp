@@ -94,7 +94,7 @@ std::vector<std::pair<GDALDriver*, OpenRaster>>& originals() {
     return all;
 }
 
-OpenRaster original_of(const GDALDriver* driver) {
+OpenRaster find_original(const GDALDriver* driver) {
     for (const auto& [known, open] : originals())
         if (known == driver)
             return open;
@@ -118,7 +118,7 @@ void check_crs_texts(const CPLXMLNode* node) {
     }
 }
 
-std::string text_of(const fs::path& file) {
+std::string to_text(const fs::path& file) {
     constexpr std::uintmax_t kMax_bytes = std::uintmax_t{64} << 20;
     if (fs::file_size(file) > kMax_bytes)
         throw util::Error("its side file " + file.filename().string() + " is larger than " +
@@ -128,7 +128,7 @@ std::string text_of(const fs::path& file) {
 }
 
 void check_aux_xml(const fs::path& file) {
-    const std::string text = text_of(file);
+    const std::string text = to_text(file);
     // Text that this parser rejects is rejected by GDAL, too, which uses the same parser.
     const std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)> tree(
         CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
@@ -138,7 +138,7 @@ void check_aux_xml(const fs::path& file) {
 /// WKT within other text: while reading it, PROJ opens only files named by these two; the rest is
 /// checked after it was read (Crs::from_ogr).
 void check_for_grids(const fs::path& file) {
-    std::string text = text_of(file);
+    std::string text = to_text(file);
     std::transform(text.begin(), text.end(), text.begin(),
                    [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     for (const char* const word : {"PROJ4_GRIDS", "PARAMETERFILE"})
@@ -211,7 +211,7 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
             return nullptr;
         if (!is_virtual)
             check_before(*driver, info->pszFilename, info->eAccess);
-        std::unique_ptr<GDALDataset> data(original_of(driver)(info));
+        std::unique_ptr<GDALDataset> data(find_original(driver)(info));
         if (data && !is_virtual)
             check_opened(*driver, *data, info->pszFilename);
         return data.release();

@@ -14,7 +14,7 @@ namespace terravox::geo {
 namespace {
 
 /// One number of GDAL's metadata of a block; 0 for a block that was never written.
-std::uint64_t number_of(GDALRasterBand& band, const char* what, int column, int row) {
+std::uint64_t to_number(GDALRasterBand& band, const char* what, int column, int row) {
     const std::string name = what + std::to_string(column) + "_" + std::to_string(row);
     const char* text = band.GetMetadataItem(name.c_str(), "TIFF");
     return text == nullptr ? 0 : std::strtoull(text, nullptr, 10);
@@ -32,8 +32,8 @@ std::uint64_t end_of_blocks(GDALRasterBand& band) {
     std::uint64_t end = 0;
     for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < columns; ++column) {
-            const std::uint64_t first = number_of(band, "BLOCK_OFFSET_", column, row);
-            const std::uint64_t bytes = number_of(band, "BLOCK_SIZE_", column, row);
+            const std::uint64_t first = to_number(band, "BLOCK_OFFSET_", column, row);
+            const std::uint64_t bytes = to_number(band, "BLOCK_SIZE_", column, row);
             end = std::max(end, first + bytes);
         }
     }

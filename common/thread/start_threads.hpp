@@ -53,7 +53,7 @@ void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work
         threads.emplace_back(std::forward<Work>(work));
     } catch (const std::system_error&) {
         throw util::Error(std::string("start a thread for ") + what + ": " +
-                          util::message_of(std::current_exception()));
+                          util::to_message(std::current_exception()));
     }
 }
 

@@ -25,7 +25,7 @@ void note(int signal) {
     errno = error;
 }
 
-sigset_t set_of(std::initializer_list<int> signals) noexcept {
+sigset_t make_set(std::initializer_list<int> signals) noexcept {
     sigset_t out;
     ::sigemptyset(&out);
     for (const int signal : signals)
@@ -67,7 +67,7 @@ void StopSignals::install(int signal, bool reset) {
 
 void StopSignals::watch() noexcept {
     // Whatever signals the other threads of the program block, this one receives them.
-    const sigset_t all = set_of({SIGINT, SIGTERM, SIGHUP});
+    const sigset_t all = make_set({SIGINT, SIGTERM, SIGHUP});
     ::pthread_sigmask(SIG_UNBLOCK, &all, nullptr);
     while (!g_pending[0]) {
         if (::sem_wait(&g_came) != 0)
@@ -81,7 +81,7 @@ void StopSignals::watch() noexcept {
 }
 
 SignalsBlocked::SignalsBlocked() {
-    const sigset_t both = set_of({SIGINT, SIGTERM});
+    const sigset_t both = make_set({SIGINT, SIGTERM});
     ::pthread_sigmask(SIG_BLOCK, &both, &m_before);
 }
 

@@ -19,7 +19,7 @@
 namespace terravox::util {
 namespace {
 
-std::filesystem::path folder_of(const std::filesystem::path& target) {
+std::filesystem::path find_folder(const std::filesystem::path& target) {
     const auto folder = target.parent_path();
     return folder.empty() ? std::filesystem::path(".") : folder;
 }
@@ -37,7 +37,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& target) {
     std::snprintf(digits.data(), digits.size(), "%08x%08x", random(), random());
     const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" +
                       digits.data() + target.extension().string();
-    return folder_of(target) / name;
+    return find_folder(target) / name;
 }
 
 /// Whether a link may be followed by a program that writes: it is this user's or the system's, or
@@ -45,7 +45,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& target) {
 bool is_trusted(const std::filesystem::path& link) noexcept {
     struct stat facts{};
     struct stat folder{};
-    if (::lstat(link.c_str(), &facts) != 0 || ::stat(folder_of(link).c_str(), &folder) != 0)
+    if (::lstat(link.c_str(), &facts) != 0 || ::stat(find_folder(link).c_str(), &folder) != 0)
         return false;
     if (facts.st_uid == ::geteuid() || facts.st_uid == 0)
         return true;
@@ -66,7 +66,7 @@ void check_place(const std::filesystem::path& name, const std::filesystem::path&
         type == std::filesystem::file_type::socket)
         throw UsageError("write " + name.string() +
                          ": this is a device, a pipe or a socket; give a file name");
-    const auto folder = folder_of(file);
+    const auto folder = find_folder(file);
     std::filesystem::create_directories(folder, failed);
     if (!std::filesystem::is_directory(folder, ignored))
         throw Error("write " + name.string() + ": cannot make the folder " + folder.string() +
@@ -137,7 +137,7 @@ AtomicFile::~AtomicFile() {
 
 void rename_durably(const std::filesystem::path& from, const std::filesystem::path& target) {
     rename_file(from, target);
-    const auto folder = folder_of(target);
+    const auto folder = find_folder(target);
     // A folder that may be written but not listed cannot be opened, nor be flushed.
     if (::access(folder.c_str(), R_OK) == 0)
         flush_to_disk(folder);

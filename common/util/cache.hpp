@@ -35,9 +35,9 @@ public:
     explicit Cache(std::size_t limit_bytes) : m_limit_bytes(limit_bytes) {}
 
     /// @param make  Ptr(): called at most once at a time for a missing key
-    /// @param bytes_of std::size_t(const Ptr&): the size of the value
-    template <class Make, class BytesOf>
-    Ptr get(const Key& key, const Make& make, const BytesOf& bytes_of) {
+    /// @param measure_bytes std::size_t(const Ptr&): the size of the value
+    template <class Make, class MeasureBytes>
+    Ptr get(const Key& key, const Make& make, const MeasureBytes& measure_bytes) {
         std::shared_ptr<std::promise<Ptr>> promise;
         std::shared_future<Ptr> pending;
         {
@@ -64,7 +64,7 @@ public:
                 std::list<Entry> evicted;  // destroyed after the lock is released
                 const std::lock_guard lock(m_mutex);
                 m_making.erase(key);
-                insert(key, value, bytes_of(value), evicted);
+                insert(key, value, measure_bytes(value), evicted);
             }
             promise->set_value(value);
             return value;

@@ -407,8 +407,8 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error, Arg
     return attempt(path) + error.what() + "; --help lists what is allowed";
 }
 
-int run_program_of(const CommandWithProgram& command, int argc, char** argv,
-                   const AddOptions& add_options) {
+int run_command_program(const CommandWithProgram& command, int argc, char** argv,
+                        const AddOptions& add_options) {
     return run_program([&] {
         CLI::App app{command.description, std::string(command.listed_by) + " " + command.name};
         app.set_version_flag("--version", std::string("terravox ") + kVersion);

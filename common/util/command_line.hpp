@@ -91,8 +91,8 @@ using AddOptions = std::function<std::function<ExitCode()>(CLI::App&)>;
 
 /// The whole of such a program: parses its arguments and runs the command.
 /// @return the exit code
-[[nodiscard]] int run_program_of(const CommandWithProgram& command, int argc, char** argv,
-                                 const AddOptions& add_options);
+[[nodiscard]] int run_command_program(const CommandWithProgram& command, int argc, char** argv,
+                                      const AddOptions& add_options);
 
 /// Adds a command to what --help of this program lists.
 void list_command(CLI::App& app, const CommandWithProgram& command);

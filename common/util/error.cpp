@@ -18,7 +18,7 @@ constexpr const char* kName = "terravox: ";
 
 /// The text of an error without any allocation; `text` is the exception's own message, where that
 /// is to be used.
-const char* plain_message_of(const std::exception_ptr& error, const char* text) noexcept {
+const char* to_plain_message(const std::exception_ptr& error, const char* text) noexcept {
     try {
         std::rethrow_exception(error);
     } catch (const std::bad_alloc&) {
@@ -77,7 +77,7 @@ void end_as_the_only_one() noexcept {
         try {
             std::rethrow_exception(error);
         } catch (const std::exception& e) {
-            message = plain_message_of(error, e.what());
+            message = to_plain_message(error, e.what());
         } catch (...) {
         }
     }
@@ -95,11 +95,11 @@ void load_unwinder() noexcept {
 
 }  // namespace
 
-std::string message_of(const std::exception_ptr& error) {
+std::string to_message(const std::exception_ptr& error) {
     try {
         std::rethrow_exception(error);
     } catch (const std::exception& e) {
-        return plain_message_of(error, e.what());
+        return to_plain_message(error, e.what());
     } catch (...) {
         return "an error that carries no message";
     }

@@ -40,7 +40,7 @@ public:
 /// The one-line message for an error that ends a program, without the program's name. Standard
 /// exceptions that mean a lack of memory or threads are described in plain words.
 /// @param error  not null
-[[nodiscard]] std::string message_of(const std::exception_ptr& error);
+[[nodiscard]] std::string to_message(const std::exception_ptr& error);
 
 /// Installs a terminate handler: from now on an uncaught exception (in a thread, a destructor, a
 /// callback of a C library) ends the program with one line on standard error and ExitCode::kFailed,

@@ -28,7 +28,7 @@ namespace {
 
 /// A key that identifies a file under any of its names: "./a", a link to it and a hard link have
 /// the same.
-std::string identity_of(const fs::path& file) {
+std::string make_identity(const fs::path& file) {
     struct stat facts{};
     // Size and time in addition to the inode number: on some network file systems these numbers are
     // not unique, and no file must be dropped because of that.
@@ -62,7 +62,7 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
     std::vector<fs::path> out;
     std::unordered_map<std::string, std::size_t> index_of;
     const auto add = [&](const fs::path& file) {
-        const auto [known, fresh] = index_of.try_emplace(identity_of(file), out.size());
+        const auto [known, fresh] = index_of.try_emplace(make_identity(file), out.size());
         if (fresh)
             out.push_back(file);
         else

@@ -8,7 +8,7 @@
 namespace terravox::util {
 namespace {
 
-double linear_of(double srgb) {
+double to_linear_value(double srgb) {
     return srgb <= 0.04045 ? srgb / 12.92 : det::pow((srgb + 0.055) / 1.055, 2.4);
 }
 
@@ -25,10 +25,12 @@ const Tables& tables() {
         std::size_t next = 0;
         for (int v = 0; v < 256; ++v) {
             const auto i = static_cast<std::size_t>(v);
-            out.linear[i] = static_cast<std::uint16_t>(linear_of(v / 255.0) * kBrightest + 0.5);
+            out.linear[i] =
+                static_cast<std::uint16_t>(to_linear_value(v / 255.0) * kBrightest + 0.5);
             const auto end =
-                v == 255 ? out.srgb.size()
-                         : static_cast<std::size_t>(linear_of((v + 0.5) / 255) * kBrightest + 0.5);
+                v == 255
+                    ? out.srgb.size()
+                    : static_cast<std::size_t>(to_linear_value((v + 0.5) / 255) * kBrightest + 0.5);
             while (next < end)
                 out.srgb[next++] = static_cast<std::uint8_t>(v);
         }

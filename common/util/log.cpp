@@ -74,7 +74,7 @@ std::unique_ptr<spdlog::formatter> log_formatter(LogFormat format) {
     return std::make_unique<Cleaning>(std::make_unique<spdlog::pattern_formatter>("[%^%l%$] %v"));
 }
 
-spdlog::level::level_enum level_of(LogLevel level) noexcept {
+spdlog::level::level_enum to_level(LogLevel level) noexcept {
     switch (level) {
         case LogLevel::kTrace: return spdlog::level::trace;
         case LogLevel::kDebug: return spdlog::level::debug;
@@ -100,13 +100,13 @@ void set_up_log(const std::string& level, LogFormat format) {
 }
 
 bool is_logged(LogLevel level) {
-    return spdlog::should_log(level_of(level));
+    return spdlog::should_log(to_level(level));
 }
 
 void write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) noexcept {
     try {
         if (is_logged(level))
-            spdlog::default_logger_raw()->log(level_of(level), fmt::vformat(format, arguments));
+            spdlog::default_logger_raw()->log(to_level(level), fmt::vformat(format, arguments));
     } catch (...) {
         // Without memory for the text, or with arguments that do not fit it.
         std::fputs("[error] a message of the log could not be written\n", stderr);

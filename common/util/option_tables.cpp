@@ -57,7 +57,7 @@ std::vector<std::string> words_of_list(std::string text) {
 }
 
 /// @param value as the help shows it: "yes|no", "TEXT:{dtm,dsm}"
-std::vector<std::string> words_of(const std::string& value, const std::string& text) {
+std::vector<std::string> list_words(const std::string& value, const std::string& text) {
     const auto open = value.find('{');
     if (const auto close = value.rfind('}'); open != std::string::npos && close > open)
         return words_between(std::string_view(value).substr(open + 1, close - open - 1), ",");
@@ -72,7 +72,7 @@ bool is_flag(const CLI::Option& option) {
     return option.get_items_expected_max() == 0;
 }
 
-Json names_of(const CLI::Option& option) {
+Json list_names(const CLI::Option& option) {
     Json names = Json::array();
     for (const std::string& name : option.get_snames())
         names.push_back("-" + name);
@@ -81,9 +81,9 @@ Json names_of(const CLI::Option& option) {
     return names;
 }
 
-Json table_of(const CLI::Option& option) {
+Json make_table(const CLI::Option& option) {
     Json out;
-    out["names"] = names_of(option);
+    out["names"] = list_names(option);
     out["positional"] = option.get_positional() ? option.get_name(true) : "";
     out["group"] = option.get_group();
     out["text"] = option.get_description();
@@ -95,7 +95,7 @@ Json table_of(const CLI::Option& option) {
     return out;
 }
 
-Json table_of(const CLI::App& app) {
+Json make_table(const CLI::App& app) {
     Json out;
     out["name"] = app.get_name();
     out["description"] = app.get_description();
@@ -104,11 +104,11 @@ Json table_of(const CLI::App& app) {
     for (const CLI::Option* option : app.get_options()) {
         // Without a group: a former name, which no help lists.
         if (!option->get_group().empty())
-            out["options"].push_back(table_of(*option));
+            out["options"].push_back(make_table(*option));
     }
     out["commands"] = Json::array();
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-        out["commands"].push_back(table_of(*command));
+        out["commands"].push_back(make_table(*command));
     return out;
 }
 
@@ -119,13 +119,13 @@ bool wants_option_tables(int argc, const char* const* argv) {
 }
 
 std::string option_tables(const CLI::App& app) {
-    return table_of(app).dump(1) + "\n";
+    return make_table(app).dump(1) + "\n";
 }
 
 std::vector<std::string> find_value_words(const CLI::Option& option) {
     if (is_flag(option))
         return {};
-    return words_of(option.get_type_name(), option.get_description());
+    return list_words(option.get_type_name(), option.get_description());
 }
 
 }  // namespace terravox::util

@@ -51,7 +51,7 @@ template <class Body>
         code = e.exit_code();
         std::cerr << "terravox: " << printable(e.what()) << "\n";
     } catch (...) {
-        std::cerr << "terravox: " << printable(message_of(std::current_exception())) << "\n";
+        std::cerr << "terravox: " << printable(to_message(std::current_exception())) << "\n";
     }
     return static_cast<int>(code);
 }

@@ -24,14 +24,14 @@ constexpr std::size_t kMaxToken = 512;
 constexpr std::size_t kMinDifferent = 10;
 constexpr std::string_view kMarks = "-._~+/=";
 
-std::string variable_of(const char* name) {
+std::string read_variable(const char* name) {
     const char* value = std::getenv(name);
     return value != nullptr ? value : "";
 }
 
 // When both secrets had one name, each of them was sent to where the other one belongs.
 void refuse_old_name() {
-    if (variable_of("TERRAVOX_TOKEN").empty())
+    if (read_variable("TERRAVOX_TOKEN").empty())
         return;
     throw UsageError(std::string("read the environment variable TERRAVOX_TOKEN: it was one name "
                                  "for two secrets; allowed: ") +
@@ -43,7 +43,7 @@ void refuse_old_name() {
 // enter. Newer versions let the group read the files, and name the service's user in an access
 // control list.
 bool is_credential_of_service(const std::filesystem::path& path) {
-    const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
+    const std::string folder = read_variable("CREDENTIALS_DIRECTORY");
     return !folder.empty() && path.lexically_normal().parent_path() ==
                                   std::filesystem::path(folder).lexically_normal();
 }
@@ -72,7 +72,7 @@ std::string read_private_file(const std::filesystem::path& path, const std::stri
 }
 
 /// @return what is wrong with a token; empty: nothing
-std::string fault_of(std::string_view token) {
+std::string describe_fault(std::string_view token) {
     const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
     const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     const auto is_mark = [](char c) { return kMarks.find(c) != std::string_view::npos; };
@@ -105,12 +105,12 @@ std::string make_token() {
         out.clear();
         for (const unsigned char byte : bytes)
             out += kLetters[byte % kLetters.size()];
-    } while (!fault_of(out).empty());  // one of 40,000 has no digit
+    } while (!describe_fault(out).empty());  // one of 40,000 has no digit
     return out;
 }
 
 void check_token(std::string_view token, const std::string& attempt) {
-    const std::string fault = fault_of(token);
+    const std::string fault = describe_fault(token);
     if (fault.empty())
         return;
     throw UsageError(attempt + ": the token has " + fault +
@@ -122,7 +122,7 @@ void check_token(std::string_view token, const std::string& attempt) {
 }
 
 std::filesystem::path find_credential(const std::string& name) {
-    const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
+    const std::string folder = read_variable("CREDENTIALS_DIRECTORY");
     if (folder.empty())
         return {};
     std::filesystem::path file = std::filesystem::path(folder) / name;
@@ -138,7 +138,7 @@ std::string find_token(const std::filesystem::path& file, const char* variable) 
     const std::string attempt = file.empty()
                                     ? std::string("read the environment variable ") + variable
                                     : "read the token file " + file.string();
-    std::string out = file.empty() ? variable_of(variable) : read_private_file(file, attempt);
+    std::string out = file.empty() ? read_variable(variable) : read_private_file(file, attempt);
     out.erase(out.find_last_not_of(" \t\r\n") + 1);
     if (!out.empty() || !file.empty())
         check_token(out, attempt);

@@ -131,7 +131,7 @@ struct Character {
     std::uint32_t code = 0;
 };
 
-Character first_of(std::string_view text) noexcept {
+Character find_first(std::string_view text) noexcept {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char lead = byte(0);
     if (lead < 0x80)
@@ -163,7 +163,7 @@ bool is_harmful(std::uint32_t code) noexcept {
            (code >= 0x2066 && code <= 0x2069);  // embeddings, overrides, isolates
 }
 
-std::string escape_of(std::uint32_t code) {
+std::string make_escape(std::uint32_t code) {
     if (code == '\n')
         return "\\n";
     if (code == '\r')
@@ -182,7 +182,7 @@ std::string printable(std::string_view text) {
     std::string out;
     out.reserve(text.size());
     while (!text.empty()) {
-        const Character c = first_of(text);
+        const Character c = find_first(text);
         if (c.bytes == 0) {
             std::array<char, 8> byte{};
             std::snprintf(byte.data(), byte.size(), "\\x%02x",
@@ -192,7 +192,7 @@ std::string printable(std::string_view text) {
             continue;
         }
         if (is_harmful(c.code))
-            out += escape_of(c.code);
+            out += make_escape(c.code);
         else
             out += text.substr(0, c.bytes);
         text.remove_prefix(c.bytes);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMax_bytes = std::size_t{1} << 20;
 
-std::string text_of(const fs::path& file, const std::function<void(const std::string&)>& fail) {
+std::string read_text(const fs::path& file, const std::function<void(const std::string&)>& fail) {
     std::error_code failed;
     const auto status = fs::status(file, failed);
     if (status.type() == fs::file_type::not_found)
@@ -41,7 +41,7 @@ std::string text_of(const fs::path& file, const std::function<void(const std::st
 }  // namespace
 
 toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) {
-    return parse_toml(text_of(file, fail), file.string(), fail);
+    return parse_toml(read_text(file, fail), file.string(), fail);
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name,

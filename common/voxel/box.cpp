@@ -35,7 +35,8 @@ constexpr std::uint32_t kMaxCells =
     Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
 constexpr std::uint32_t kMaxAttrs = kBoxSizeX * kBoxSizeY * kBoxSizeZ;
 
-std::uint64_t checksum_of(const BlobHeader& header, const std::byte* payload, std::size_t bytes) {
+std::uint64_t compute_checksum(const BlobHeader& header, const std::byte* payload,
+                               std::size_t bytes) {
     return XXH64(payload, bytes, XXH64(&header, offsetof(BlobHeader, checksum), 0));
 }
 
@@ -96,7 +97,7 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
     header.bz = key.bz;
     header.cell_count = static_cast<std::uint32_t>(cells.size());
     header.attr_count = static_cast<std::uint32_t>(attrs.size());
-    header.checksum = checksum_of(header, payload, box->m_blob_bytes - sizeof(BlobHeader));
+    header.checksum = compute_checksum(header, payload, box->m_blob_bytes - sizeof(BlobHeader));
     std::memcpy(box->m_blob.get(), &header, sizeof header);
     box->m_cells = {reinterpret_cast<const TreeCell*>(payload), cells.size()};
     box->m_attrs = {reinterpret_cast<const VoxelAttr*>(payload + cells.size_bytes()), attrs.size()};
@@ -133,7 +134,7 @@ std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
     if (blob.size() != sizeof header + payload_bytes)
         fail(std::to_string(blob.size()) + " bytes; its header promises " +
              std::to_string(sizeof header + payload_bytes));
-    if (checksum_of(header, blob.data() + sizeof header, payload_bytes) != header.checksum)
+    if (compute_checksum(header, blob.data() + sizeof header, payload_bytes) != header.checksum)
         fail("checksum differs: damaged");
 
     auto box = std::shared_ptr<Box>(new Box);
@@ -168,8 +169,8 @@ std::optional<VoxelAttr> Box::voxel(int x, int y, int z) const noexcept {
         if ((cell->detail >> bit & 1) == 0)
             return VoxelAttr{};
         if (shift == 0)
-            return m_attrs[cell->index_of(bit)];
-        cell = &m_cells[cell->index_of(bit)];
+            return m_attrs[cell->compute_index(bit)];
+        cell = &m_cells[cell->compute_index(bit)];
     }
 }
 
@@ -190,7 +191,7 @@ int Box::top() const noexcept {
                 continue;
             int y = root * 64 + layer * 16 + 16;
             if ((top_cell.detail >> bit & 1) != 0) {
-                const TreeCell& middle = m_cells[top_cell.index_of(bit)];
+                const TreeCell& middle = m_cells[top_cell.compute_index(bit)];
                 const int brick_layer = highest_layer(middle.mask);
                 y = 0;
                 for (int b = brick_layer * 16; b < brick_layer * 16 + 16; ++b) {
@@ -198,7 +199,7 @@ int Box::top() const noexcept {
                         continue;
                     int voxel_top = 4;
                     if ((middle.detail >> b & 1) != 0)
-                        voxel_top = highest_layer(m_cells[middle.index_of(b)].mask) + 1;
+                        voxel_top = highest_layer(m_cells[middle.compute_index(b)].mask) + 1;
                     y = std::max(y, root * 64 + layer * 16 + brick_layer * 4 + voxel_top);
                 }
             }

@@ -88,7 +88,7 @@ struct TreeCell {
     std::uint32_t first = 0;
     std::uint32_t reserved = 0;
 
-    [[nodiscard]] std::uint32_t index_of(int bit) const noexcept {
+    [[nodiscard]] std::uint32_t compute_index(int bit) const noexcept {
         return first +
                static_cast<std::uint32_t>(std::popcount(detail & ((std::uint64_t{1} << bit) - 1)));
     }

@@ -26,7 +26,7 @@ void transpose_squares(Words& words) noexcept {
 }
 
 // After the transposition: the four layers of 16 bits of brick `part`, lowest first.
-std::uint64_t brick_of(const Words& layers, unsigned part) noexcept {
+std::uint64_t make_brick(const Words& layers, unsigned part) noexcept {
     const unsigned first = (part & 3) * 4;
     const unsigned lane = (part >> 2) * 16;
     std::uint64_t brick = 0;
@@ -141,7 +141,7 @@ void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
         if (seen != 0)
             transpose_squares(detail);
         for (unsigned part = 0; part < 16; ++part)
-            storey.stacks[stack].bricks[part] = {brick_of(solid, part), brick_of(detail, part)};
+            storey.stacks[stack].bricks[part] = {make_brick(solid, part), make_brick(detail, part)};
     }
 }
 

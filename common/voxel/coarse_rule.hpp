@@ -10,7 +10,7 @@
 
 namespace terravox::voxel {
 
-[[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
+[[nodiscard]] constexpr Grain to_grain(Material material) noexcept;
 
 /// Up to this level (voxels of 4 m where the finest have 1 m) no part of a shell is lost; above it
 /// shells keep their area instead.
@@ -135,23 +135,23 @@ inline Counts count_children(std::uint64_t m) noexcept {
 }
 
 /// All children of the given corners.
-inline std::uint64_t children_of(std::uint64_t corners) noexcept {
+inline std::uint64_t find_children(std::uint64_t corners) noexcept {
     return corners * kEightChildren;
 }
 /// The lower child of each column in which either child is set.
-inline std::uint64_t columns_of(std::uint64_t voxels) noexcept {
+inline std::uint64_t find_columns(std::uint64_t voxels) noexcept {
     return (voxels | voxels >> 16) & ~kUpper;
 }
 /// Corners that have at least one child set.
 inline std::uint64_t any_child(std::uint64_t voxels) noexcept {
-    const std::uint64_t columns = columns_of(voxels);
+    const std::uint64_t columns = find_columns(voxels);
     const std::uint64_t pairs = columns | columns >> 4;
     return (pairs | pairs >> 1) & kCorners;
 }
 /// Corners whose key column contains one of these voxels, or whose three other columns all do:
 /// preserves the area seen from above.
 inline std::uint64_t sampled(std::uint64_t voxels) noexcept {
-    const std::uint64_t columns = columns_of(voxels);
+    const std::uint64_t columns = find_columns(voxels);
     return (columns | (columns >> 1 & columns >> 4 & columns >> 5)) & kCorners;
 }
 
@@ -159,8 +159,8 @@ inline std::uint64_t sampled(std::uint64_t voxels) noexcept {
 inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque,
                                   std::uint64_t water) noexcept {
     constexpr std::uint64_t kColumns = kEightChildren & 0xFFFF;
-    const std::uint64_t water_tops = columns_of(water & ~((opaque & kUpper) >> 16));
-    const std::uint64_t opaque_tops = columns_of(opaque & ~((water & kUpper) >> 16));
+    const std::uint64_t water_tops = find_columns(water & ~((opaque & kUpper) >> 16));
+    const std::uint64_t opaque_tops = find_columns(opaque & ~((water & kUpper) >> 16));
     std::uint64_t won = 0;
     for (; shared != 0; shared &= shared - 1) {
         const int corner = std::countr_zero(shared);
@@ -174,7 +174,7 @@ inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque,
 
 }  // namespace coarse_rule
 
-constexpr Grain grain_of(Material material) noexcept {
+constexpr Grain to_grain(Material material) noexcept {
     return coarse_rule::kGrainOf[static_cast<std::size_t>(material)];
 }
 
@@ -184,7 +184,7 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     std::array<std::uint64_t, kGrains> grains{};
     std::size_t next = 0;
     for (std::uint64_t left = brick.detail; left != 0; left &= left - 1)
-        grains[static_cast<std::size_t>(grain_of(attrs[next++].material))] |= left & (~left + 1);
+        grains[static_cast<std::size_t>(to_grain(attrs[next++].material))] |= left & (~left + 1);
     const auto of = [&](Grain grain) { return grains[static_cast<std::size_t>(grain)]; };
     const std::uint64_t shell = of(Grain::kShell);
     const std::uint64_t object = of(Grain::kObject);
@@ -199,7 +199,7 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
         any_child(overhang) |
         (level > kShellsKeptTo ? sampled(shell | object)
                                : any_child(shell) | count_children(object).two_or_more() |
-                                     (columns_of(object) & kCorners));
+                                     (find_columns(object) & kCorners));
     // Step 2: what fills at least half.
     const std::uint64_t half_full = count_children(opaque | water).four_or_more() & ~kept;
     const std::uint64_t wet = half_full & any_child(water);
@@ -210,10 +210,10 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     const std::uint64_t coarse_sparse = sampled(sparse) & ~(coarse_opaque | coarse_water);
 
     const std::uint64_t full =
-        children_of(coarse_opaque & ~(kept & ~count_children(opaque).four_or_more()));
+        find_children(coarse_opaque & ~(kept & ~count_children(opaque).four_or_more()));
     const std::uint64_t deciding =
-        (opaque & full) | ((shell | object | overhang) & children_of(kept)) |
-        (water & children_of(coarse_water)) | (sparse & children_of(coarse_sparse));
+        (opaque & full) | ((shell | object | overhang) & find_children(kept)) |
+        (water & find_children(coarse_water)) | (sparse & find_children(coarse_sparse));
     const std::uint64_t shown = deciding & brick.detail;
     CoarseVoxels out;
     out.solid = coarse_opaque | coarse_water | coarse_sparse;
@@ -230,7 +230,7 @@ inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> a
     const std::uint64_t own = coarse.sources & kEightChildren << corner;
     for (const std::uint64_t layer : {own & coarse_rule::kUpper, own & ~coarse_rule::kUpper})
         for (std::uint64_t left = layer; left != 0; left &= left - 1)
-            found[count++] = &attrs[brick.index_of(std::countr_zero(left)) - brick.first];
+            found[count++] = &attrs[brick.compute_index(std::countr_zero(left)) - brick.first];
     std::size_t best = 0;
     int most_votes = 0;
     for (std::size_t i = 0; i < count; ++i) {

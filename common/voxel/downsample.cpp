@@ -22,7 +22,7 @@ struct Node {
             return {};
         if ((cell->detail >> bit & 1) == 0)
             return {&kHidden, nullptr};
-        return {&box->cells()[cell->index_of(bit)], box};
+        return {&box->cells()[cell->compute_index(bit)], box};
     }
     /// For bricks. Empty for air and hidden rock.
     [[nodiscard]] std::span<const VoxelAttr> attrs() const noexcept {
@@ -41,7 +41,7 @@ struct Place {
     std::size_t octant;
     int corner;
 };
-constexpr Place place_of(int bit) noexcept {
+constexpr Place find_place(int bit) noexcept {
     const int x = bit & 3;
     const int z = bit >> 2 & 3;
     const int y = bit >> 4;
@@ -93,7 +93,7 @@ private:
     template <class Visit>
     static void for_children(const Eight& parents, TreeCell& cell, const Visit& visit) {
         for (int bit = 0; bit < 64; ++bit) {
-            const auto [octant, corner] = place_of(bit);
+            const auto [octant, corner] = find_place(bit);
             const Node& parent = parents[octant];
             const std::uint64_t covered = kEightChildren << corner;
             const std::uint64_t flag = std::uint64_t{1} << bit;
@@ -150,7 +150,7 @@ private:
             brick.detail |= gather_corners(coarse.seen) << shift;
         }
         for (std::uint64_t left = brick.detail; left != 0; left &= left - 1) {
-            const auto [octant, corner] = place_of(std::countr_zero(left));
+            const auto [octant, corner] = find_place(std::countr_zero(left));
             const Node& fine = bricks[octant];
             m_attrs.push_back(coarse_attr(*fine.cell, fine.attrs(), octants[octant], corner));
         }

@@ -12,7 +12,7 @@ namespace terravox::voxel {
 
 namespace fs = std::filesystem;
 
-voxel::Fingerprint fingerprint_of(std::string_view bytes) noexcept {
+voxel::Fingerprint to_fingerprint(std::string_view bytes) noexcept {
     const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
     return {hash.high64, hash.low64};
 }
@@ -47,7 +47,7 @@ voxel::Fingerprint file_identity(const fs::path& file, const char* what) {
     return out.fingerprint();
 }
 
-std::string hex_of(const voxel::Fingerprint& print) {
+std::string to_hex(const voxel::Fingerprint& print) {
     std::array<char, 33> text{};
     std::snprintf(text.data(), text.size(), "%016llx%016llx",
                   static_cast<unsigned long long>(print[0]),

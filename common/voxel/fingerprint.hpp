@@ -13,7 +13,7 @@
 namespace terravox::voxel {
 
 /// XXH3 hash, 128 bits.
-[[nodiscard]] voxel::Fingerprint fingerprint_of(std::string_view bytes) noexcept;
+[[nodiscard]] voxel::Fingerprint to_fingerprint(std::string_view bytes) noexcept;
 
 /// Serialises values to consecutive bytes (little-endian, as on every supported machine), for
 /// storage or hashing. Strings and lists are preceded by their length, so that different sequences
@@ -44,7 +44,7 @@ public:
     [[nodiscard]] const std::string& bytes() const noexcept { return m_bytes; }
     /// The hash of the bytes added so far.
     [[nodiscard]] voxel::Fingerprint fingerprint() const noexcept {
-        return fingerprint_of(m_bytes);
+        return to_fingerprint(m_bytes);
     }
 
 private:
@@ -106,6 +106,6 @@ private:
 [[nodiscard]] voxel::Fingerprint file_identity(const std::filesystem::path& file, const char* what);
 
 /// Formats a fingerprint as 32 hexadecimal digits.
-[[nodiscard]] std::string hex_of(const voxel::Fingerprint& print);
+[[nodiscard]] std::string to_hex(const voxel::Fingerprint& print);
 
 }  // namespace terravox::voxel

@@ -178,12 +178,12 @@ static_assert(
 }
 
 /// @return the traits of kUnknown for a number without a row
-[[nodiscard]] constexpr const MaterialTraits& traits_of(Material material) noexcept {
+[[nodiscard]] constexpr const MaterialTraits& find_traits(Material material) noexcept {
     return kMaterialTraits[material_index(material)];
 }
 
 [[nodiscard]] constexpr std::string_view material_name(Material material) noexcept {
-    return traits_of(material).name;
+    return find_traits(material).name;
 }
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;
 
@@ -207,7 +207,7 @@ static_assert(
 /// Whether light passes through or between the parts of a voxel (water, leaves), so that voxels
 /// behind it are visible.
 [[nodiscard]] constexpr bool see_through(Material material) noexcept {
-    return traits_of(material).optics != Optics::kOpaque;
+    return find_traits(material).optics != Optics::kOpaque;
 }
 
 /// sRGB, 8 bits per channel.

@@ -17,7 +17,8 @@ constexpr int kSideCarVersion = 1;
 
 }  // namespace
 
-SideCar side_car_of(const WorldInfo& world, int level, const std::array<std::int32_t, 3>& offset) {
+SideCar make_side_car(const WorldInfo& world, int level,
+                      const std::array<std::int32_t, 3>& offset) {
     const double scale = static_cast<double>(std::int64_t{1} << level);
     SideCar car;
     car.title = world.title;

@@ -34,8 +34,8 @@ struct SideCar {
 
 /// @param offset as SideCar::offset
 /// @param level the level of the world that the file holds
-[[nodiscard]] SideCar side_car_of(const WorldInfo& world, int level,
-                                  const std::array<std::int32_t, 3>& offset);
+[[nodiscard]] SideCar make_side_car(const WorldInfo& world, int level,
+                                    const std::array<std::int32_t, 3>& offset);
 
 /// Writes the file atomically.
 /// @throws Error

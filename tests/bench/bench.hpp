@@ -97,7 +97,7 @@ public:
 
 /// Wall time of a call, seconds.
 template <class Work>
-[[nodiscard]] double seconds_of(const Work& work) {
+[[nodiscard]] double measure_seconds(const Work& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

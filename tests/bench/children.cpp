@@ -26,7 +26,7 @@ double seconds(const timeval& t) noexcept {
 }
 
 /// A request: the output file, then the command, each ended by a NUL byte.
-std::vector<char*> texts_of(char* begin, const char* end) {
+std::vector<char*> list_texts(char* begin, const char* end) {
     std::vector<char*> out;
     for (char* at = begin; at < end; at += std::strlen(at) + 1)
         out.push_back(at);
@@ -76,7 +76,7 @@ ChildOutcome start_and_wait(const char* output, char** command) {
             continue;
         if (bytes <= 0)
             ::_exit(0);
-        auto texts = texts_of(request.data(), request.data() + bytes);
+        auto texts = list_texts(request.data(), request.data() + bytes);
         texts.push_back(nullptr);
         const ChildOutcome outcome = start_and_wait(texts[0], &texts[1]);
         if (::send(socket, &outcome, sizeof outcome, MSG_NOSIGNAL) != sizeof outcome)

@@ -19,10 +19,10 @@ struct Cost {
     double cpu_s = 0;
 };
 template <class Work>
-[[nodiscard]] Cost cost_of(const Work& work) {
+[[nodiscard]] Cost measure_cost(const Work& work) {
     const double before = process_cpu_s();
     Cost out;
-    out.wall_s = seconds_of(work);
+    out.wall_s = measure_seconds(work);
     out.cpu_s = process_cpu_s() - before;
     return out;
 }

@@ -60,7 +60,7 @@ std::string utc_now() {
 }
 
 /// Empty without git or outside a checkout: a figure is still a figure.
-std::string commit_of(ChildRunner& children, const std::filesystem::path& scratch) {
+std::string find_commit(ChildRunner& children, const std::filesystem::path& scratch) {
     const auto answer = scratch / "git.txt";
     const auto outcome = children.run(
         {"git", "-C", TERRAVOX_SOURCE_DIR, "describe", "--always", "--dirty", "--tags"}, answer);
@@ -83,11 +83,11 @@ Machine read_machine(ChildRunner& children, const std::filesystem::path& scratch
         out.load = load;
     out.date = utc_now();
     out.version = kVersion;
-    out.commit = commit_of(children, scratch);
+    out.commit = find_commit(children, scratch);
     return out;
 }
 
-std::vector<std::string> warnings_of(const Machine& machine) {
+std::vector<std::string> list_warnings(const Machine& machine) {
     std::vector<std::string> out;
     if (machine.load > kQuietLoad) {
         std::array<char, 160> text{};

@@ -26,6 +26,6 @@ struct Machine {
 
 /// Reasons to doubt the figures, one line each: other programs running, a build that is not
 /// optimized.
-[[nodiscard]] std::vector<std::string> warnings_of(const Machine& machine);
+[[nodiscard]] std::vector<std::string> list_warnings(const Machine& machine);
 
 }  // namespace terravox::bench

@@ -78,7 +78,7 @@ Report measure_all(const std::vector<Entry>& entries, const Context& context,
                    const Arguments& args) {
     Report report;
     report.machine = read_machine(context.children, context.scratch);
-    report.warnings = warnings_of(report.machine);
+    report.warnings = list_warnings(report.machine);
     report.repeats = args.repeats;
     report.threads = context.threads;
     for (const std::string& warning : report.warnings)

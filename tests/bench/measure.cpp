@@ -9,7 +9,7 @@
 
 namespace terravox::bench {
 
-double median_of(std::vector<double> values) {
+double measure_median(std::vector<double> values) {
     if (values.empty())
         throw util::Error("take the median: of no numbers");
     std::sort(values.begin(), values.end());
@@ -19,11 +19,11 @@ double median_of(std::vector<double> values) {
 
 Summary summarize(const std::vector<double>& values) {
     Summary out;
-    out.median = median_of(values);
+    out.median = measure_median(values);
     std::vector<double> deviations;
     for (const double v : values)
         deviations.push_back(std::abs(v - out.median));
-    out.mad = median_of(deviations);
+    out.mad = measure_median(deviations);
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     out.min = *low;
     out.max = *high;

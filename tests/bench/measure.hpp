@@ -19,7 +19,7 @@ struct Summary {
 };
 
 /// The mean of the two middle numbers when their count is even. @throws Error without any
-[[nodiscard]] double median_of(std::vector<double> values);
+[[nodiscard]] double measure_median(std::vector<double> values);
 [[nodiscard]] Summary summarize(const std::vector<double>& values);
 
 struct Metric {

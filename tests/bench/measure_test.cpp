@@ -55,7 +55,7 @@ TEST_CASE("median and spread of numbers in any order", "[bench][measure]") {
 }
 
 TEST_CASE("there is no median of nothing", "[bench][measure]") {
-    CHECK_THROWS_AS(median_of({}), util::Error);
+    CHECK_THROWS_AS(measure_median({}), util::Error);
 }
 
 TEST_CASE("runs to warm up are made and not counted", "[bench][measure]") {

@@ -16,7 +16,7 @@ Entry named(const std::string& name) {
 const Registration kLast([] { return std::vector{named("walk/a")}; });
 const Registration kFirst([] { return std::vector{named("boxes/b"), named("boxes/a")}; });
 
-std::vector<std::string> names_of(const std::vector<Entry>& entries) {
+std::vector<std::string> list_names(const std::vector<Entry>& entries) {
     std::vector<std::string> out;
     for (const Entry& entry : entries)
         out.push_back(entry.name);
@@ -26,15 +26,15 @@ std::vector<std::string> names_of(const std::vector<Entry>& entries) {
 }  // namespace
 
 TEST_CASE("entries are listed by name, whoever registered first", "[bench][registry]") {
-    CHECK(names_of(registered_entries()) ==
+    CHECK(list_names(registered_entries()) ==
           std::vector<std::string>{"boxes/a", "boxes/b", "walk/a"});
 }
 
 TEST_CASE("beginnings of names select entries, each once", "[bench][registry]") {
     const auto all = registered_entries();
     CHECK(select_entries(all, {}).size() == 3);
-    CHECK(names_of(select_entries(all, {"walk/a"})) == std::vector<std::string>{"walk/a"});
-    CHECK(names_of(select_entries(all, {"boxes/b", "boxes/"})) ==
+    CHECK(list_names(select_entries(all, {"walk/a"})) == std::vector<std::string>{"walk/a"});
+    CHECK(list_names(select_entries(all, {"boxes/b", "boxes/"})) ==
           std::vector<std::string>{"boxes/a", "boxes/b"});
 }
 
@@ -44,10 +44,10 @@ TEST_CASE("a long entry runs only when its whole name is given", "[bench][regist
     slow.only_by_name = true;
     all.push_back(slow);
     CHECK(select_entries(all, {}).size() == 3);
-    CHECK(names_of(select_entries(all, {"walk"})) == std::vector<std::string>{"walk/a"});
-    CHECK(names_of(select_entries(all, {"walk"}, true)) ==
+    CHECK(list_names(select_entries(all, {"walk"})) == std::vector<std::string>{"walk/a"});
+    CHECK(list_names(select_entries(all, {"walk"}, true)) ==
           std::vector<std::string>{"walk/a", "walk/slow"});
-    CHECK(names_of(select_entries(all, {"walk/slow"})) == std::vector<std::string>{"walk/slow"});
+    CHECK(list_names(select_entries(all, {"walk/slow"})) == std::vector<std::string>{"walk/slow"});
 }
 
 TEST_CASE("a beginning that no entry has is wrong usage", "[bench][registry]") {

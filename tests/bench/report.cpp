@@ -61,7 +61,7 @@ std::string machine_lines(const Report& report) {
     return out;
 }
 
-nlohmann::json json_of(const Metric& metric) {
+nlohmann::json to_json(const Metric& metric) {
     const Summary s = summarize(metric.values);
     nlohmann::json out = {{"name", metric.name},    {"unit", metric.unit}, {"median", s.median},
                           {"mad", s.mad},           {"min", s.min},        {"max", s.max},
@@ -80,10 +80,10 @@ std::string target_cell(const Metric& metric, double median) {
            format_number(metric.target.bound) + (metric.target.met_by(median) ? " met" : " missed");
 }
 
-nlohmann::json json_of(const Result& result) {
+nlohmann::json to_json(const Result& result) {
     nlohmann::json metrics = nlohmann::json::array();
     for (const Metric& m : result.metrics)
-        metrics.push_back(json_of(m));
+        metrics.push_back(to_json(m));
     nlohmann::json out = {{"name", result.name},
                           {"measures", result.measures},
                           {"work", result.work},
@@ -135,7 +135,7 @@ std::string to_json(const Report& report) {
     out["warnings"] = report.warnings;
     out["entries"] = nlohmann::json::array();
     for (const Result& result : report.results)
-        out["entries"].push_back(json_of(result));
+        out["entries"].push_back(to_json(result));
     // A file name that is not UTF-8 must not cost the whole report.
     return out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

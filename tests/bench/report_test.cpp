@@ -92,12 +92,12 @@ TEST_CASE("other programs and slow builds are warned of", "[bench][machine]") {
     Machine machine;
     machine.build_type = "Release";
     machine.load = 0.3;
-    CHECK(warnings_of(machine).empty());
+    CHECK(list_warnings(machine).empty());
     machine.load = 2;
-    REQUIRE(warnings_of(machine).size() == 1);
-    CHECK_THAT(warnings_of(machine)[0], contains("noisy: load average 2.00"));
+    REQUIRE(list_warnings(machine).size() == 1);
+    CHECK_THAT(list_warnings(machine)[0], contains("noisy: load average 2.00"));
     machine.build_type = "Debug";
-    CHECK(warnings_of(machine).size() == 2);
+    CHECK(list_warnings(machine).size() == 2);
 }
 
 TEST_CASE("targets stand beside the values, met or missed, and notes below the table",

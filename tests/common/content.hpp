@@ -8,7 +8,7 @@
 namespace terravox::test {
 
 /// The bytes of a file; none where there is no such file.
-inline std::string content_of(const std::filesystem::path& file) {
+inline std::string read_content(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }

@@ -12,7 +12,7 @@
 
 namespace {
 
-nlohmann::json metadata_of(const terravox::test::PictureFile& picture) {
+nlohmann::json read_metadata(const terravox::test::PictureFile& picture) {
     nlohmann::json out = picture.texts;
     for (const auto& [name, values] : picture.matrices)
         out[name] = values;
@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
         nlohmann::json out = {{"width", picture.width},
                               {"height", picture.height},
                               {"tile", {picture.tile_width, picture.tile_height}},
-                              {"metadata", metadata_of(picture)}};
+                              {"metadata", read_metadata(picture)}};
         for (const auto& channel : picture.channels)
             out["channels"].push_back({{"name", channel.name}, {"type", channel.type}});
         std::printf("%s\n",

@@ -14,7 +14,7 @@
 namespace terravox::fuzz {
 namespace {
 
-std::deque<grpc::ByteBuffer> messages_of(Input input) {
+std::deque<grpc::ByteBuffer> make_messages(Input input) {
     std::deque<grpc::ByteBuffer> out;
     while (input.size() >= 2) {
         const std::size_t claimed = input[0] | std::size_t{input[1]} << 8;
@@ -114,7 +114,7 @@ void take(const farm::Frame& frame) {
 }  // namespace
 
 void run(Input input) {
-    SaidStream stream(messages_of(input));
+    SaidStream stream(make_messages(input));
     stream.feed();
     while (const auto frame = stream.receive())
         allow_errors([&] { take(*frame); });

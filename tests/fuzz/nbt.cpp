@@ -28,7 +28,7 @@ void run(Input input) {
         reader.enter_root();
         minecraft::NbtField field;
         while (reader.next(field)) {
-            (void)minecraft::utf8_of(field.name);
+            (void)minecraft::to_utf8(field.name);
             reader.skip(field.type);
         }
     });

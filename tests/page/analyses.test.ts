@@ -1,18 +1,18 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api } from '../../voxelserver/serve/page/src/api.js';
-import { captionOf } from '../../voxelserver/serve/page/src/analysis-form.js';
-import { colourlessText, styleOf, valueText } from '../../voxelserver/serve/page/src/band-styles.js';
-import { colourOf, paint, scaleOf } from '../../voxelserver/serve/page/src/colour-scale.js';
-import { bodyOf, cellsOf, daysOfPeriod, fileNameOf, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/serve/page/src/jobs.js';
+import { toCaption } from '../../voxelserver/serve/page/src/analysis-form.js';
+import { colourlessText, chooseStyle, valueText } from '../../voxelserver/serve/page/src/band-styles.js';
+import { toColour, paint, chooseScale } from '../../voxelserver/serve/page/src/colour-scale.js';
+import { toBody, countCells, daysOfPeriod, makeFileName, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/serve/page/src/jobs.js';
 import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/serve/page/src/raster-file.js';
 import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
-import { shareOf } from './support/test-bytes.js';
+import { makeShare } from './support/test-bytes.js';
 
-const readerOf = (file: Uint8Array): ReadAt => async (offset, length) => file.subarray(offset, offset + length);
+const makeReader = (file: Uint8Array): ReadAt => async (offset, length) => file.subarray(offset, offset + length);
 
 function raster(width = 37, height = 21): MadeRaster {
-  const next = shareOf(width);
+  const next = makeShare(width);
   const values = (scale: number): number[] => Array.from({ length: width * height }, () => (next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale)));
   const bands = [
     { name: 'sun_hours', unit: 'h', values: values(30) },
@@ -24,7 +24,7 @@ function raster(width = 37, height = 21): MadeRaster {
 
 test('a raster is read: place, bands, values of each', async () => {
   const made = raster();
-  const read = readerOf(makeRaster(made));
+  const read = makeReader(makeRaster(made));
   const info = await readRasterInfo(read);
   assert.deepEqual(info.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
   assert.deepEqual(info.bands, made.bands.map(({ name, unit }) => ({ name, unit })));
@@ -48,18 +48,18 @@ test('a damaged raster is refused, and never read for ever', async () => {
   ];
   for (const [name, tag, values, said] of changes) {
     const file = makeRaster(made, (fields) => (fields.get(tag)!.values = values!));
-    await assert.rejects(readRasterInfo(readerOf(file)), said, name);
+    await assert.rejects(readRasterInfo(makeReader(file)), said, name);
   }
-  await assert.rejects(readRasterInfo(readerOf(new Uint8Array(0))), RangeError);
-  await assert.rejects(readRasterInfo(readerOf(Buffer.from('MM\0*'))), /TIFF|bounds|Offset/i);
+  await assert.rejects(readRasterInfo(makeReader(new Uint8Array(0))), RangeError);
+  await assert.rejects(readRasterInfo(makeReader(Buffer.from('MM\0*'))), /TIFF|bounds|Offset/i);
   const file = makeRaster(made);
   for (let seed = 0; seed < 100; ++seed) {
-    const next = shareOf(seed);
+    const next = makeShare(seed);
     const bad = Uint8Array.from(file);
     for (let i = 0; i < 3; ++i) bad[Math.floor(next() * bad.length)] = Math.floor(next() * 256);
     try {
-      const info = await readRasterInfo(readerOf(bad));
-      for (let i = 0; i < info.bands.length; ++i) await readBand(readerOf(bad), info, levelFor(info, 1e6), i);
+      const info = await readRasterInfo(makeReader(bad));
+      for (let i = 0; i < info.bands.length; ++i) await readBand(makeReader(bad), info, levelFor(info, 1e6), i);
     } catch (error) {
       assert.ok(error instanceof Error, `seed ${seed}`);
     }
@@ -72,20 +72,20 @@ test('a tile that unpacks to more than it may is not unpacked', async () => {
     fields.get(322)!.values = [16];
     fields.get(323)!.values = [16];
   });
-  const info = await readRasterInfo(readerOf(file));
-  await assert.rejects(readBand(readerOf(file), info, levelFor(info, 1e6), 0), /longer than it may be/);
+  const info = await readRasterInfo(makeReader(file));
+  await assert.rejects(readBand(makeReader(file), info, levelFor(info, 1e6), 0), /longer than it may be/);
 });
 
 test('colours go from the least to the most, and leave out what has no value', () => {
   const values = Float32Array.of(2, kNoData, 4, NaN, 3);
-  const scale = scaleOf(values, kNoData)!;
+  const scale = chooseScale(values, kNoData)!;
   assert.deepEqual(scale, { min: 2, max: 4 });
-  assert.equal(scaleOf(Float32Array.of(kNoData), kNoData), undefined);
+  assert.equal(chooseScale(Float32Array.of(kNoData), kNoData), undefined);
   const rgba = new Uint8ClampedArray(20);
   paint(values, kNoData, scale, 'warm', rgba);
   assert.deepEqual([...rgba].filter((_, i) => i % 4 === 3), [255, 0, 255, 0, 255]);
-  assert.notDeepEqual(colourOf(2, scale, 'warm'), colourOf(4, scale, 'warm'));
-  assert.deepEqual(colourOf(-100, scale, 'warm'), colourOf(2, scale, 'warm'));
+  assert.notDeepEqual(toColour(2, scale, 'warm'), toColour(4, scale, 'warm'));
+  assert.deepEqual(toColour(-100, scale, 'warm'), toColour(2, scale, 'warm'));
 });
 
 test('a scale has a length, and where all values are alike they have the colour of the least', () => {
@@ -99,40 +99,40 @@ test('a scale has a length, and where all values are alike they have the colour 
     ['hole', 1, 0, 1],
   ];
   for (const [band, value, min, max] of cases) {
-    const style = styleOf(band)!;
-    const scale = scaleOf(Float32Array.of(value, kNoData, value), kNoData, style)!;
+    const style = chooseStyle(band)!;
+    const scale = chooseScale(Float32Array.of(value, kNoData, value), kNoData, style)!;
     assert.deepEqual(scale, { min, max }, band);
     const end = value === 1 ? max : min;
-    assert.deepEqual(colourOf(value, scale, style.ramp), colourOf(end, scale, style.ramp), band);
+    assert.deepEqual(toColour(value, scale, style.ramp), toColour(end, scale, style.ramp), band);
   }
-  assert.notDeepEqual(colourOf(0, { min: 0, max: 1 }, 'warm'), colourOf(1, { min: 0, max: 1 }, 'warm'));
+  assert.notDeepEqual(toColour(0, { min: 0, max: 1 }, 'warm'), toColour(1, { min: 0, max: 1 }, 'warm'));
 });
 
 test('the ends that values give leave out the outermost hundredths, such as one mast', () => {
   const values = Float32Array.from({ length: 1000 }, (_, i) => (i % 200) / 10);
   values.set([300, -50, kNoData, NaN, Infinity], 100);
   const ends = (band: string): number[] => {
-    const { min, max } = scaleOf(values, kNoData, styleOf(band))!;
+    const { min, max } = chooseScale(values, kNoData, chooseStyle(band))!;
     return [min, max].map((end) => Math.round(end * 10) / 10);
   };
   assert.deepEqual(ends('dsm'), [0.1, 19.8]);
   assert.deepEqual(ends('ndsm'), [0, 19.8]);
   assert.deepEqual(ends('openness'), [0, 90]);
-  const scale = scaleOf(values, kNoData)!;
-  assert.deepEqual(colourOf(300, scale, 'heights'), colourOf(scale.max, scale, 'heights'));
+  const scale = chooseScale(values, kNoData)!;
+  assert.deepEqual(toColour(300, scale, 'heights'), toColour(scale.max, scale, 'heights'));
   const rarelySunny = Float32Array.from({ length: 1000 }, (_, i) => (i < 5 ? 10 : 0));
-  assert.deepEqual(scaleOf(rarelySunny, kNoData, styleOf('sun_hours')), { min: 0, max: 1 });
+  assert.deepEqual(chooseScale(rarelySunny, kNoData, chooseStyle('sun_hours')), { min: 0, max: 1 });
 });
 
 test('a band that has ends by nature has these, and directions close a circle', () => {
-  const aspect = styleOf('aspect')!;
-  const scale = scaleOf(Float32Array.of(10, 350), kNoData, aspect)!;
+  const aspect = chooseStyle('aspect')!;
+  const scale = chooseScale(Float32Array.of(10, 350), kNoData, aspect)!;
   assert.deepEqual(scale, { min: 0, max: 360 });
-  assert.deepEqual(colourOf(0, scale, aspect.ramp), colourOf(360, scale, aspect.ramp));
-  const energy = scaleOf(Float32Array.of(900, 1200), kNoData, styleOf('kwh_m2')!);
+  assert.deepEqual(toColour(0, scale, aspect.ramp), toColour(360, scale, aspect.ramp));
+  const energy = chooseScale(Float32Array.of(900, 1200), kNoData, chooseStyle('kwh_m2')!);
   assert.deepEqual(energy, { min: 0, max: 1200 });
-  assert.equal(scaleOf(Float32Array.of(kNoData), kNoData, aspect), undefined);
-  assert.equal(styleOf('material'), undefined);
+  assert.equal(chooseScale(Float32Array.of(kNoData), kNoData, aspect), undefined);
+  assert.equal(chooseStyle('material'), undefined);
 });
 
 test('values are written as their band is read', () => {
@@ -150,7 +150,7 @@ test('values are written as their band is read', () => {
     ['seen', '', 0, 1, 'not seen'],
     ['something_new', 'm', 12.345, 50, '12.3 m'],
   ];
-  for (const [band, unit, value, max, text] of cases) assert.equal(valueText(value, unit, styleOf(band)!, { min: 0, max }), text, band);
+  for (const [band, unit, value, max, text] of cases) assert.equal(valueText(value, unit, chooseStyle(band)!, { min: 0, max }), text, band);
 });
 
 test('what has no colour is said where it may be a value', () => {
@@ -160,7 +160,7 @@ test('what has no colour is said where it may be a value', () => {
     ['seen', false, 'Cells without colour are: not seen.'],
     ['seen', true, 'Some data could not be read: cells without colour have no value, or are: not seen.'],
   ];
-  for (const [band, hasHoles, text] of cases) assert.equal(colourlessText(styleOf(band)!, hasHoles), text, band);
+  for (const [band, hasHoles, text] of cases) assert.equal(colourlessText(chooseStyle(band)!, hasHoles), text, band);
 });
 
 const wish: Wish = {
@@ -177,25 +177,25 @@ const wish: Wish = {
 test('what is asked for has the form of the interface', () => {
   const placed = { isPlaced: true, unitsPerVoxel: 0.5 };
   const body = { area: [10, 20, 30, 50], resolution_m: 2 };
-  assert.deepEqual(bodyOf(wish, placed), { kind: 'sun', ...body, surface: 'ground', date: '2026-06-21' });
-  assert.deepEqual(bodyOf({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), { kind: 'energy', ...body, surface: 'ground', from: '2026-06-21', to: '2026-06-30', step_min: 30 });
-  assert.deepEqual(bodyOf({ ...wish, kind: 'terrain' }, placed), { kind: 'terrain', ...body });
-  assert.deepEqual(bodyOf({ ...wish, kind: 'sight' }, placed), { kind: 'sight', ...body, surface: 'ground', observers: [[12, 22, 1.6]], target_m: 1.6 });
+  assert.deepEqual(toBody(wish, placed), { kind: 'sun', ...body, surface: 'ground', date: '2026-06-21' });
+  assert.deepEqual(toBody({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), { kind: 'energy', ...body, surface: 'ground', from: '2026-06-21', to: '2026-06-30', step_min: 30 });
+  assert.deepEqual(toBody({ ...wish, kind: 'terrain' }, placed), { kind: 'terrain', ...body });
+  assert.deepEqual(toBody({ ...wish, kind: 'sight' }, placed), { kind: 'sight', ...body, surface: 'ground', observers: [[12, 22, 1.6]], target_m: 1.6 });
   // In voxels, whose z is to the south.
-  const sight = bodyOf({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
+  const sight = toBody({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
   assert.deepEqual(sight['area'], [5, -25, 15, -10]);
   assert.deepEqual(sight['observers'], [[6, -11, 1.6]]);
 });
 
 test('a result says what it is of, and its file is named so', () => {
-  assert.equal(captionOf(wish), 'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.');
+  assert.equal(toCaption(wish), 'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.');
   const year: Wish = { ...wish, kind: 'energy', surface: 'top', from: '2026-01-01', to: '2026-12-31' };
-  assert.equal(captionOf(year), 'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.');
-  assert.equal(captionOf({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
-  assert.match(captionOf({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
-  assert.equal(fileNameOf(wish), 'terravox-sun-2026-06-21.tif');
-  assert.equal(fileNameOf(year), 'terravox-energy-2026-01-01-2026-12-31.tif');
-  assert.equal(fileNameOf({ ...wish, kind: 'sight' }), 'terravox-sight.tif');
+  assert.equal(toCaption(year), 'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.');
+  assert.equal(toCaption({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
+  assert.match(toCaption({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
+  assert.equal(makeFileName(wish), 'terravox-sun-2026-06-21.tif');
+  assert.equal(makeFileName(year), 'terravox-energy-2026-01-01-2026-12-31.tif');
+  assert.equal(makeFileName({ ...wish, kind: 'sight' }), 'terravox-sight.tif');
 });
 
 test('a period is as long as the server takes it', () => {
@@ -206,7 +206,7 @@ test('a period is as long as the server takes it', () => {
 });
 
 test('cells are as large as they must be', () => {
-  assert.deepEqual(cellsOf([0, 0, 100, 50], 2, 0.5), [25, 13]);
+  assert.deepEqual(countCells([0, 0, 100, 50], 2, 0.5), [25, 13]);
   assert.equal(resolutionFor([0, 0, 100, 50], 0.5, 1, 1e6), 0.5);
   assert.equal(resolutionFor([0, 0, 1000, 1000], 0.5, 1, 1e5), 4);
 });

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { coloursOnMap, noBrowser, openBrowser, openPage, pixelsOnMap, screenshot, textOf, until, untilText, type WatchedPage } from './support/browser.js';
+import { coloursOnMap, noBrowser, openBrowser, openPage, pixelsOnMap, screenshot, readShownText, until, untilText, type WatchedPage } from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
 const kRealUrl = process.env['TERRAVOX_URL'];
@@ -13,7 +13,7 @@ const testOfFake = (name: string, run: () => Promise<void>): void => {
 };
 
 /** Ref: W3C, Web Content Accessibility Guidelines 2.2, "relative luminance" and "contrast ratio". */
-function contrastOf(a: string, b: string): number {
+function measureContrast(a: string, b: string): number {
   const luminance = (hex: string): number => {
     assert.match(hex, /^#[0-9a-f]{6}$/i);
     const [r, g, bl] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
@@ -47,19 +47,19 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     assert.deepEqual(foreign, [], 'requests to other hosts');
     await page.context().close();
   }
-  const position = (page: Page): Promise<string> => textOf(page, '#position');
+  const position = (page: Page): Promise<string> => readShownText(page, '#position');
   const untilMoved = (page: Page, from: string): Promise<void> => until(`the map left ${from}`, async () => (await position(page)) !== from);
 
   test('it shows the world, its tiles, squares and statistics', async () => {
     const watched = await openMap();
     const { page } = watched;
     assert.ok(watched.paths.some((path) => /^map\/\d+\/-?\d+\/-?\d+\.png$/.test(path)));
-    assert.notEqual(await textOf(page, '#title'), '');
+    assert.notEqual(await readShownText(page, '#title'), '');
     await untilText(page, '#squares', /in all/);
     await untilText(page, '#server', /Running for.*Memory/);
     await untilText(page, '#rate', /\d requests a second/);
     assert.match(await position(page), /^Middle: -?\d+\.?\d*, -?\d+\.?\d*/);
-    assert.match(await textOf(page, '.ol-scale-line'), /\d+ (m|km)/);
+    assert.match(await readShownText(page, '.ol-scale-line'), /\d+ (m|km)/);
     await until('the line has points', async () => ((await page.locator('#rate polyline').getAttribute('points')) ?? '').includes(' '));
     await screenshot(page, 'light-1280');
     await closeClean(watched);
@@ -69,7 +69,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const watched = await openMap();
     const { page } = watched;
     await page.locator('#map').focus();
-    const scale = (): Promise<string> => textOf(page, '.ol-scale-line');
+    const scale = (): Promise<string> => readShownText(page, '.ol-scale-line');
     for (const key of ['ArrowRight', 'ArrowUp']) {
       const before = await position(page);
       await page.keyboard.press(key);
@@ -112,10 +112,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const number = '-?\\d+\\.?\\d*';
     const place = `${number},${number},${number}`;
     assert.match(command, new RegExp(`^\\./terravox render ${url.replace(/\/$/, '')} --camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`));
-    assert.match(await textOf(page, '#place dl'), /On top.*m/);
+    assert.match(await readShownText(page, '#place dl'), /On top.*m/);
     if (kRealUrl === undefined) {
-      assert.match(await textOf(page, '#place dl'), /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/);
-      assert.match(await textOf(page, '#place-summary'), /^\d+\.\d,\d+\.\d: square TM_46/);
+      assert.match(await readShownText(page, '#place dl'), /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/);
+      assert.match(await readShownText(page, '#place-summary'), /^\d+\.\d,\d+\.\d: square TM_46/);
     }
     await page.getByRole('button', { name: 'Copy command' }).click();
     await untilText(page, '.command', /Copied/);
@@ -147,10 +147,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.keyboard.press('Space');
     await untilText(page, '#layers', /\d+ in memory, \d+ on disk/);
     await screenshot(page, 'light-1280-boxes');
-    const text = await textOf(page, '#layers');
+    const text = await readShownText(page, '#layers');
     await page.getByLabel('Level of the boxes').selectOption('1');
     await until('level 1 is requested', () => watched.paths.includes('v2/cached/1'));
-    if (kRealUrl === undefined) await until('other numbers', async () => (await textOf(page, '#layers')) !== text);
+    if (kRealUrl === undefined) await until('other numbers', async () => (await readShownText(page, '#layers')) !== text);
     for (const name of ['Top view', 'LiDAR squares', 'Kept boxes']) await page.getByLabel(name).uncheck();
     await until('nothing is drawn any more', async () => (await coloursOnMap(page)) <= 5);
     await page.getByLabel('Top view').check();
@@ -185,7 +185,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   testOfFake('steps can be sorted', async () => {
     const watched = await openMap();
     const { page } = watched;
-    const first = (): Promise<string> => textOf(page, '#steps tbody tr:first-child th');
+    const first = (): Promise<string> => readShownText(page, '#steps tbody tr:first-child th');
     await untilText(page, '#steps', /point load578 ms4/);
     assert.equal(await first(), 'point load');
     await page.getByRole('button', { name: 'Runs' }).click();
@@ -213,7 +213,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
       const watched = await openMap({ colorScheme });
       const value = (name: string): Promise<string> =>
         watched.page.evaluate((n) => getComputedStyle(document.documentElement).getPropertyValue(n).trim(), name);
-      const contrast = async (a: string, b: string): Promise<number> => contrastOf(await value(a), await value(b));
+      const contrast = async (a: string, b: string): Promise<number> => measureContrast(await value(a), await value(b));
       // WCAG 2.2: 4.5 for text, 3 for lines and signs.
       for (const back of ['--back', '--panel']) {
         const inks = ['--text', '--faint', '--accent', '--error'];
@@ -232,11 +232,11 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     // A key that comes while the map still zooms may change nothing: the nearest step is where it goes.
     await until('coarse tiles are asked for', async () => {
       await page.keyboard.press('-');
-      return /not made yet/.test(await textOf(page, '#layers'));
+      return /not made yet/.test(await readShownText(page, '#layers'));
     });
     await screenshot(page, 'light-1280-unfinished');
     fake.made = 11;
-    await until('the hint is gone', async () => !/not made yet/.test(await textOf(page, '#layers')));
+    await until('the hint is gone', async () => !/not made yet/.test(await readShownText(page, '#layers')));
     await closeClean(watched);
     fake.made = 3;
   });
@@ -252,17 +252,17 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.locator('#analysis-result').waitFor({ state: 'visible' });
     await untilText(page, '#analysis-result .ends', /^([\d.]+ h){3}$/);
     await untilText(page, '#analysis-state', /^$/);
-    assert.match(await textOf(page, '#analysis-caption'), /^Hours of sun · roofs and crowns · 21 Jun 2026 · cells of 4 m\..*no clouds.*UTC\+\d+\.$/);
+    assert.match(await readShownText(page, '#analysis-caption'), /^Hours of sun · roofs and crowns · 21 Jun 2026 · cells of 4 m\..*no clouds.*UTC\+\d+\.$/);
     await page.locator('#map').hover();
     await until('the value under the pointer is shown', async () => {
       await page.mouse.move(400 + Math.random() * 100, 400);
-      return /^Here: [\d.]+ h$/.test(await textOf(page, '#analysis-value'));
+      return /^Here: [\d.]+ h$/.test(await readShownText(page, '#analysis-value'));
     });
     await page.locator('#analysis-result').scrollIntoViewIfNeeded();
     await screenshot(page, 'light-1280-analysis');
     // The form is of the next analysis, and the value is that of the band without any movement.
     await page.getByLabel('First day').fill('2026-06-20');
-    assert.match(await textOf(page, '#analysis-caption'), /21 Jun 2026/);
+    assert.match(await readShownText(page, '#analysis-caption'), /21 Jun 2026/);
     await page.getByLabel('Shown', { exact: true }).selectOption({ label: 'First sun, clock time' });
     await untilText(page, '#analysis-result .ends', /^(\d\d:\d\d){3}$/);
     await untilText(page, '#analysis-value', /^Here: (\d\d:\d\d|no value)$/);

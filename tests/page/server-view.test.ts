@@ -24,7 +24,7 @@ async function whole(page: Page): Promise<void> {
   await page.waitForFunction(() => window.terravox.stats().isComplete, undefined, { polling: 200 });
 }
 
-const hitsOf = (page: Page): Promise<number[]> => page.evaluate(() => [...window.terravox.firstHits()!.voxels]);
+const readHits = (page: Page): Promise<number[]> => page.evaluate(() => [...window.terravox.firstHits()!.voxels]);
 
 async function giveToken(page: Page): Promise<void> {
   const ask = page.locator('dialog#token');
@@ -78,7 +78,7 @@ test('a voxel server shows its world as a site of it does', { skip: noBrowser },
     await whole(server);
     const site = await open(`${kSite}${link}`);
     await whole(site);
-    compare(await hitsOf(server), await hitsOf(site));
+    compare(await readHits(server), await readHits(site));
 
     await server.locator('#picture').click();
     await untilText(server, '#facts', /LiDAR square[A-Z]+_\d+_\d+/);

@@ -2,10 +2,10 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { readAppearance, unpackAppearance, type Appearance } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
 import type { Camera, Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
-import { heightColour, kLayerColours, legendOf, type Layer } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
+import { heightColour, kLayerColours, makeLegend, type Layer } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
 import type { CastRay, Look } from '../../voxelserver/serve/page/src/viewer/draw/renderer.js';
 import type { Pick } from '../../voxelserver/serve/page/src/viewer/stage.js';
-import { cameraOf, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { toCamera, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import { noBrowser, openBrowser, openPage, type WatchedPage } from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
@@ -20,7 +20,7 @@ const kPixels = kSmall.width * kSmall.height;
 const kMaxRays = 4096;
 
 const unit = (v: Vec3): Vec3 => plus([0, 0, 0], v, 1 / Math.hypot(...v));
-const normalOf = (face: number): Vec3 => [0, 1, 2].map((a) => (face >> 1 === a ? (face & 1) * 2 - 1 : 0)) as unknown as Vec3;
+const toNormal = (face: number): Vec3 => [0, 1, 2].map((a) => (face >> 1 === a ? (face & 1) * 2 - 1 : 0)) as unknown as Vec3;
 
 type Seen = { readonly voxel: Vec3; readonly bits: number; readonly face: number; readonly level: number; readonly point: Vec3; readonly material: number; readonly lidarClass: number };
 
@@ -74,7 +74,7 @@ class Tools {
         bits,
         face: bits & 7,
         level: (bits >> 4) & 31,
-        point: plus(this.camera.position, this.directionOf(i), floats[4 * i]),
+        point: plus(this.camera.position, this.pixelDirection(i), floats[4 * i]),
         material: (details[4 * i + 1]! >>> 24) & 63,
         lidarClass: details[4 * i + 2]!,
       };
@@ -82,7 +82,7 @@ class Tools {
   }
 
   /** Of the ray through the middle of a pixel. */
-  directionOf(i: number): Vec3 {
+  pixelDirection(i: number): Vec3 {
     const { width, height } = kSmall;
     const { forward, right, up } = this.camera;
     const across = (2 * ((i % width) + 0.5) - width) / height;
@@ -139,7 +139,7 @@ async function openTools(browser: Awaited<ReturnType<typeof openBrowser>>): Prom
   const watched = await openPage(browser, link, { viewport: kSmall }, 1);
   await watched.page.evaluate(() => window.terravox.ready);
   const appearance = readAppearance(await unpackAppearance((await load('appearance.bin')).body!));
-  const tools = new Tools(watched, cameraOf(view), appearance);
+  const tools = new Tools(watched, toCamera(view), appearance);
   await tools.settled();
   return [tools, watched];
 }
@@ -147,8 +147,8 @@ async function openTools(browser: Awaited<ReturnType<typeof openBrowser>>): Prom
 const share = (of: readonly boolean[]): number => of.filter(Boolean).length / of.length;
 
 /** Pixels whose neighbours show the same kind, so that samples away from their middle do, too. */
-function inner(hits: readonly (Seen | undefined)[], kindOf: (hit: Seen) => number): number[] {
-  const kind = hits.map((hit) => (hit === undefined ? -1 : kindOf(hit)));
+function inner(hits: readonly (Seen | undefined)[], toKind: (hit: Seen) => number): number[] {
+  const kind = hits.map((hit) => (hit === undefined ? -1 : toKind(hit)));
   const out: number[] = [];
   for (let y = 1; y < kSmall.height - 1; ++y)
     for (let x = 1; x < kSmall.width - 1; ++x) {
@@ -163,7 +163,7 @@ const linear = (byte: number): number => (byte <= 10 ? byte / 255 / 12.92 : ((by
 const sRgb = (c: number): number => 255 * (c <= 0.0031308 ? c * 12.92 : 1.055 * c ** (1 / 2.4) - 0.055);
 
 /** Whether a pixel is a shade of a colour: neither hue nor saturation differ. */
-function isShadeOf(pixel: readonly number[], colour: readonly number[]): boolean {
+function isSameHue(pixel: readonly number[], colour: readonly number[]): boolean {
   const brightest = colour.indexOf(Math.max(...colour));
   const shade = linear(pixel[brightest]!) / linear(colour[brightest]!);
   return shade > 0.15 && shade < 1.05 && colour.every((c, a) => Math.abs(sRgb(linear(c) * shade) - pixel[a]!) <= 4);
@@ -173,7 +173,7 @@ async function castMeetsPicture(tools: Tools): Promise<void> {
   const hits = await tools.hits();
   const before = await tools.samples();
   const origin = tools.camera.position;
-  const rays = hits.map((_, i) => ({ origin, direction: tools.directionOf(i), maxT: 1e6 }));
+  const rays = hits.map((_, i) => ({ origin, direction: tools.pixelDirection(i), maxT: 1e6 }));
   const met = await tools.cast(rays);
   const same = met.map((hit, i) => {
     const seen = hits[i];
@@ -217,7 +217,7 @@ async function sectionCuts(tools: Tools): Promise<void> {
     for (const hit of solid) assert.ok(dot(normal, hit.point) <= offset + 1e-2, `${hit.point} is cut away`);
     // What is solid where a ray meets the plane is the cut face, without gaps.
     const starts = hits.map((_, i): CastRay => {
-      const direction = tools.directionOf(i);
+      const direction = tools.pixelDirection(i);
       const t = (offset - 1 / 128 - dot(normal, tools.camera.position)) / dot(normal, direction);
       return { origin: plus(tools.camera.position, direction, t > 0 ? t : -1e6), direction, maxT: 1e-3 };
     });
@@ -237,27 +237,27 @@ async function layersMatchLegends(tools: Tools): Promise<void> {
   const hits = await tools.hits();
   const heights = hits.filter((hit) => hit !== undefined).map((hit) => hit.point[1]);
   const heightRange = [Math.floor(Math.min(...heights)), Math.ceil(Math.max(...heights))] as const;
-  const kindOf: Record<Exclude<Layer, 'none'>, (hit: Seen) => number> = {
+  const toKind: Record<Exclude<Layer, 'none'>, (hit: Seen) => number> = {
     height: (hit) => (hit.face === 3 ? (hit.voxel[1] + 1) * 2 ** hit.level : -1),
     material: (hit) => hit.material,
     class: (hit) => hit.lidarClass,
     level: (hit) => hit.level,
   };
-  const colourOf = (layer: Layer, kind: number, levels: number): readonly number[] => {
+  const toColour = (layer: Layer, kind: number, levels: number): readonly number[] => {
     if (layer === 'height') {
       const at = (kind - heightRange[0]) / (heightRange[1] - heightRange[0]);
       return heightColour(Math.round(at * (kLayerColours - 1)) / (kLayerColours - 1));
     }
-    const legend = legendOf(layer, tools.appearance, 1, levels);
+    const legend = makeLegend(layer, tools.appearance, 1, levels);
     const names: Partial<Record<Layer, string | undefined>> = { material: tools.appearance.materials[kind]?.name, class: `class${kind}`, level: `${2 ** kind} m` };
     return legend.find(({ name }) => name === names[layer])?.colour ?? [0, 0, 0];
   };
   /** Share of the pixels whose colour is the legend's of a world with so many levels. */
   const rightShare = async (layer: Exclude<Layer, 'none'>, levels: number): Promise<number> => {
     const picture = await tools.picture();
-    const places = inner(hits, kindOf[layer]);
+    const places = inner(hits, toKind[layer]);
     assert.ok(places.length > kPixels / 50, `${layer}: ${places.length} pixels`);
-    return share(places.map((i) => isShadeOf([...picture.subarray(4 * i, 4 * i + 3)], colourOf(layer, kindOf[layer](hits[i]!), levels))));
+    return share(places.map((i) => isSameHue([...picture.subarray(4 * i, 4 * i + 3)], toColour(layer, toKind[layer](hits[i]!), levels))));
   };
   let levels = 1; // which the page does not tell
   // Samples lie around the middle of a pixel, where hits are read, and may meet smaller things; how
@@ -287,12 +287,12 @@ async function observerSees(tools: Tools): Promise<void> {
   const places = hits.flatMap((hit, i) => (hit !== undefined && hit.face < 6 ? [i] : []));
   const rays = places.map((i): CastRay => {
     const { point, face } = hits[i]!;
-    const origin = plus(point, normalOf(face), 1e-2);
+    const origin = plus(point, toNormal(face), 1e-2);
     const to = plus(observer, origin, -1);
     return { origin, direction: unit(to), maxT: Math.hypot(...to) };
   });
   const blocked = await tools.cast(rays);
-  const same = places.map((i, k) => isVisible[i] === (blocked[k] === undefined && dot(rays[k]!.direction, normalOf(hits[i]!.face)) > 0));
+  const same = places.map((i, k) => isVisible[i] === (blocked[k] === undefined && dot(rays[k]!.direction, toNormal(hits[i]!.face)) > 0));
   assert.ok(share(same) >= 0.99, `the same: ${share(same)}`);
   const seen = share(places.map((i) => isVisible[i]!));
   assert.ok(seen > 0.02 && seen < 0.98, `seen: ${seen}`);
@@ -304,7 +304,7 @@ async function observerSees(tools: Tools): Promise<void> {
   const kept = share(violet.filter(([visible]) => visible).map(([, is]) => !is));
   assert.ok(tinted >= 0.9 && kept >= 0.9, `tinted: ${tinted}, kept: ${kept}`);
   await tools.show({});
-  assert.equal((await tools.cast([{ origin: tools.camera.position, direction: tools.directionOf(kPixels - 1), maxT: 1e6 }]))[0]?.isVisible, undefined);
+  assert.equal((await tools.cast([{ origin: tools.camera.position, direction: tools.pixelDirection(kPixels - 1), maxT: 1e6 }]))[0]?.isVisible, undefined);
 }
 
 test('the tools for analyses draw and tell the same', { skip: noBrowser }, async (t) => {

@@ -79,7 +79,7 @@ async function tabTo(page: Page, selector: string, key = 'Tab'): Promise<void> {
 const opener = (tool: string): string => `#tool-buttons [aria-controls='tool-${tool}']`;
 
 /** The button of a tool with this text, as a selector that matches() knows, by its number. */
-async function buttonOf(page: Page, tool: string, text: string): Promise<string> {
+async function findButton(page: Page, tool: string, text: string): Promise<string> {
   const found = await page.evaluate(
     ([id, name]) =>
       [...document.querySelectorAll(`#tool-${id} button`)].findIndex((b) => b.textContent === name),
@@ -107,7 +107,7 @@ async function lookAside(page: Page, byDeg: number, kept: RegExp): Promise<void>
 }
 
 /** Names and values of a list of facts. */
-const factsOf = (page: Page, selector: string): Promise<Record<string, string>> =>
+const readShownFacts = (page: Page, selector: string): Promise<Record<string, string>> =>
   page.evaluate(
     (s) =>
       Object.fromEntries(
@@ -126,7 +126,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   // Measuring: a point by the button, one by Enter on the picture.
   await tabTo(page, opener('measure'));
   await press('Enter');
-  await tabTo(page, await buttonOf(page, 'measure', 'Add middle of picture'));
+  await tabTo(page, await findButton(page, 'measure', 'Add middle of picture'));
   await press('Enter');
   await lookAside(page, 3, /&measure=/);
   await press('Enter');
@@ -135,15 +135,15 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   await linkHas(page, /&measure=[-\d.,]+_[-\d.,]+_[-\d.,]+&tool=measure$/);
   await tabTo(page, '#tool-measure input');
   await press('Space');
-  const measures = await factsOf(page, '#measures');
+  const measures = await readShownFacts(page, '#measures');
   assert.equal(measures['Points'], '3');
   assert.match(measures['Slope distance']!, /^[\d.]+ k?m$/);
   assert.match(measures['Horizontal area']!, /^[\d.]+ (m²|ha|km²)$/);
   assert.ok(parseFloat(measures['Slope distance']!) >= parseFloat(measures['Horizontal']!));
   await screenshot(page, 'tools-measure');
-  await tabTo(page, await buttonOf(page, 'measure', 'Undo point'), 'Shift+Tab');
+  await tabTo(page, await findButton(page, 'measure', 'Undo point'), 'Shift+Tab');
   await press('Enter');
-  assert.equal((await factsOf(page, '#measures'))['Points'], '2');
+  assert.equal((await readShownFacts(page, '#measures'))['Points'], '2');
   await press('Escape');
   assert.equal(await page.locator('#tool-measure').isVisible(), false);
   assert.ok(await page.evaluate((s) => document.activeElement?.matches(s), opener('measure')));
@@ -159,7 +159,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   // A profile, and along its chart.
   await tabTo(page, opener('profile'));
   await press('Enter');
-  await tabTo(page, await buttonOf(page, 'profile', 'Add middle of picture'));
+  await tabTo(page, await findButton(page, 'profile', 'Add middle of picture'));
   await press('Enter');
   await lookAside(page, -6, /&profile=/);
   await press('Enter');
@@ -193,7 +193,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   await tabTo(page, '#tool-section input');
   await press('ArrowRight');
   await until('the slider turns the plane', () => page.url() !== plane);
-  await tabTo(page, await buttonOf(page, 'section', 'Flip'));
+  await tabTo(page, await findButton(page, 'section', 'Flip'));
   await press('Enter');
   await linkHas(page, /&section=v,[\d.]+,[-\d.]+,1&/);
   await screenshot(page, 'tools-section');
@@ -205,7 +205,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   // A line of sight.
   await tabTo(page, opener('sight'));
   await press('Enter');
-  await tabTo(page, await buttonOf(page, 'sight', 'Set middle of picture'));
+  await tabTo(page, await findButton(page, 'sight', 'Set middle of picture'));
   await press('Enter');
   await linkHas(page, /&observer=[-\d.]+,[-\d.]+,[-\d.]+,1\.7&/);
   await lookAside(page, 3, /&observer=/);
@@ -213,7 +213,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   await linkHas(page, /&target=/);
   assert.match((await page.locator('#sight').textContent())!, /^The observer (sees|does not see)/);
   await screenshot(page, 'tools-sight');
-  await tabTo(page, await buttonOf(page, 'sight', 'Clear'));
+  await tabTo(page, await findButton(page, 'sight', 'Clear'));
   await press('Enter');
   await press('Escape');
 
@@ -239,8 +239,8 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   await tabTo(page, opener('sun'));
   await press('Enter');
   await linkHas(page, /&sun=1&tool=sun$/);
-  assert.match((await factsOf(page, '#sun-facts'))['Sunrise']!, /^\d\d:\d\d, azimuth \d+°$/);
-  await tabTo(page, await buttonOf(page, 'sun', 'Turn to the sun'));
+  assert.match((await readShownFacts(page, '#sun-facts'))['Sunrise']!, /^\d\d:\d\d, azimuth \d+°$/);
+  await tabTo(page, await findButton(page, 'sun', 'Turn to the sun'));
   await press('Enter');
   await screenshot(page, 'tools-sun');
   await end();
@@ -387,7 +387,7 @@ const lowContrast = (page: Page, min: number): Promise<{ seen: number; low: stri
   }, min);
 
 /** Roles that people act on, and their names as assistive technology hears them. */
-async function namesOf(page: Page): Promise<(readonly [string, string])[]> {
+async function listNames(page: Page): Promise<(readonly [string, string])[]> {
   const session = await page.context().newCDPSession(page);
   const { nodes } = await session.send('Accessibility.getFullAXTree');
   const roles =
@@ -423,7 +423,7 @@ test('texts are legible, inputs have names, the language is one', { skip: noBrow
       assert.deepEqual(low, [], `${theme}, ${tool}`);
       await screenshot(page, `tools-${tool ?? 'facts'}-${theme}`);
       if (theme === 'dark') continue;
-      const names = await namesOf(page);
+      const names = await listNames(page);
       assert.ok(names.length > 15, `${names.length} inputs`);
       assert.deepEqual(
         names.filter(([, name]) => name.trim() === ''),

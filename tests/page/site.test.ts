@@ -3,7 +3,7 @@ import { writeFileSync } from 'node:fs';
 import { test } from 'node:test';
 import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
 import { fromLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
-import { cameraOf, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { toCamera, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import { noBrowser, openBrowser, openPage, screenshot, until, untilText } from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
@@ -92,7 +92,7 @@ test('the view of the whole place lies beside the panel, whatever the shape of t
           return { link: location.hash, picture: rectangle('#picture'), panel: rectangle('#controls') };
         });
         const { view } = fromLink(link, { view: direction, timeMs: 0 });
-        const { forward, right, up } = cameraOf(view);
+        const { forward, right, up } = toCamera(view);
         const scale = picture.height / 2 / dot(up, up);
         return corners.every((corner) => {
           const d = plus(corner, view.position, -1);

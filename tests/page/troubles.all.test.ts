@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, describe, test } from 'node:test';
 import type { Browser } from 'playwright-core';
-import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, textOf, until, untilText } from './support/browser.js';
+import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, readShownText, until, untilText } from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
 // The browser itself logs to its console that a request failed: that is no error of the page.
@@ -97,9 +97,9 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     fake.rasterFails = true;
     await choose('First sun, clock time');
     await untilText(page, note, new RegExp(`^The raster could not be shown\\. .*no such disk.* ${holes}\\.$`));
-    assert.equal(await textOf(page, '#analysis-result .ends'), '');
+    assert.equal(await readShownText(page, '#analysis-result .ends'), '');
     assert.equal(await page.locator('#analysis-result canvas').isVisible(), false);
-    assert.equal(await textOf(page, '#analysis-value'), 'Here: no value');
+    assert.equal(await readShownText(page, '#analysis-value'), 'Here: no value');
     await page.getByRole('button', { name: 'Download GeoTIFF' }).click();
     await untilText(page, note, /^The file could not be fetched\. /);
     fake.rasterFails = false;
@@ -120,7 +120,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await untilText(page, '#steps', /S <img/);
     await page.getByRole('button', { name: harm }).click();
     await untilText(page, '#place', /L <img/);
-    assert.equal(await textOf(page, '#title'), `T ${harm}`);
+    assert.equal(await readShownText(page, '#title'), `T ${harm}`);
     await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
     assert.match(await page.locator('#command').inputValue(), /-o N-img-src-x-onerror-alert-1-script-alert-2-script\.png$/);
     assert.equal(await page.evaluate(() => document.querySelectorAll('img, main script, header script').length), 0);

@@ -10,7 +10,7 @@ import { cameraHeight, cameraPlace, fileName, renderCommand } from '../../voxels
 import { readStats, readWorld } from '../../voxelserver/serve/page/src/replies.js';
 import { readCachedBoxes, readSquares, squareContains } from '../../voxelserver/serve/page/src/squares.js';
 import { viewLink, viewOfMap, viewOfPlace } from '../../voxelserver/serve/page/src/view-link.js';
-import { forwardOf } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { computeForward } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { fromLink, type ViewState } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
 import { horizontalWkt, WorldProjection } from '../../voxelserver/serve/page/src/world-projection.js';
 import crsCases from './support/crs.json';
@@ -42,7 +42,7 @@ for (const item of crsCases)
 
 test('clocks of analyses are those of the longitude: of the middle of small worlds, of the part in wide ones', () => {
   const item = crsCases[0]!;
-  const worldOf = (halfM: number, lonDeg: number): WorldProjection =>
+  const makeWorld = (halfM: number, lonDeg: number): WorldProjection =>
     new WorldProjection({
       ...world,
       crsWkt: item.wkt,
@@ -53,14 +53,14 @@ test('clocks of analyses are those of the longitude: of the middle of small worl
     });
   const part = [item.easting - 500, item.northing - 500, item.easting + 500, item.northing + 500] as const;
   const ofPart = Math.round(item.lonDeg / 15);
-  assert.equal(worldOf(9_000, -30.2).clockOffsetH(part), -2);
-  assert.equal(worldOf(15_000, item.lonDeg).clockOffsetH(part), ofPart);
+  assert.equal(makeWorld(9_000, -30.2).clockOffsetH(part), -2);
+  assert.equal(makeWorld(15_000, item.lonDeg).clockOffsetH(part), ofPart);
   assert.equal(new WorldProjection({ ...world, centre: undefined }).clockOffsetH(part), undefined);
 });
 
 test('in a wide world clocks are those of the middle of a square of 10 km, as on the server', () => {
   // On this globe a degree has 100 km, and clocks change 4 km and 6 km into squares.
-  const wideOf = (falseEasting: number): WorldProjection =>
+  const makeWideWorld = (falseEasting: number): WorldProjection =>
     new WorldProjection({
       ...world,
       crsWkt: `+proj=eqc +R=5729577.951308232 +x_0=${falseEasting} +units=m +no_defs`,
@@ -72,7 +72,7 @@ test('in a wide world clocks are those of the middle of a square of 10 km, as on
   // The middle of the square is at 755 km.
   const cases = [[4_000, 751_000, 1], [4_000, 759_000, 1], [4_000, 749_000, 0], [6_000, 759_000, 0], [6_000, 761_000, 1], [6_000, -741_000, -1]] as const;
   for (const [falseEasting, easting, hours] of cases)
-    assert.equal(wideOf(falseEasting).clockOffsetH([easting - 100, 300, easting + 100, 500]), hours, `${falseEasting}, ${easting}`);
+    assert.equal(makeWideWorld(falseEasting).clockOffsetH([easting - 100, 300, easting + 100, 500]), hours, `${falseEasting}, ${easting}`);
 });
 
 test('clocks of a world with a place but without a CRS are those of its centre, halves away from zero', () => {
@@ -173,7 +173,7 @@ test('links to the viewer are views of the place, from above the ground', () => 
     assert.ok(link.startsWith('view/#'), name);
     const { view, timeMs } = fromLink(link.slice('view/'.length), otherwise);
     assert.equal(timeMs, otherwise.timeMs, 'the time is left to the viewer');
-    const forward = forwardOf(view);
+    const forward = computeForward(view);
     // Where the line of sight passes above the place: it must pass right above it.
     const t = (-place.northing - view.position[2]) / forward[2];
     assert.ok(t > 0 && Math.abs(view.position[0] + t * forward[0] - place.easting) < 1, `${name}: ${link}`);

@@ -5,33 +5,33 @@ import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-
 import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { readFacts } from '../../voxelserver/serve/page/src/viewer/data/facts.js';
 import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
-import { nameOf } from './support/columns.js';
+import { toName } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
 import { fullBoxFrame } from './support/full-box.js';
-import { kindOf, kindOfAsync } from './support/data-errors.js';
+import { catchKind, kindOfAsync } from './support/data-errors.js';
 import {
   boxBytes,
   kFacts,
   makeArchive,
   zstdBlock,
   zstdFrame,
-  zstdFrameOf,
+  makeZstdFrame,
   type ArchiveOptions,
   type Key,
   type RawEntry,
   type RawLeaf,
   type TestBox,
 } from './support/make-archive.js';
-import { bytesOf, randomOf, skewed } from './support/test-bytes.js';
+import { toBytes, makeRandom, skewed } from './support/test-bytes.js';
 import {
   kVoxels,
   kBoxes,
   kColumns,
-  hostOf,
+  makeHost,
   archiveHost,
   collect,
-  columnsOf,
-  rowOf,
+  readColumns,
+  makeRow,
 } from './support/small-archive.js';
 
 test('an archive gives every box that it holds, its holes, and air for all else', async () => {
@@ -40,8 +40,8 @@ test('an archive gives every box that it holds, its holes, and air for all else'
     const { facts } = await host.open();
     assert.equal(facts.world.title, 'small');
     assert.equal(facts.damage, 3);
-    const found = await columnsOf(host);
-    assert.equal(found.size, new Set(kColumns.map(nameOf)).size);
+    const found = await readColumns(host);
+    assert.equal(found.size, new Set(kColumns.map(toName)).size);
     const column = found.get('0/0/0') as Column;
     assert.equal(column.byBegin, -1);
     const expected = kBoxes
@@ -58,7 +58,7 @@ test('an archive gives every box that it holds, its holes, and air for all else'
     assert.deepEqual(air, { level: 0, bx: 1, bz: 0, byBegin: 0, boxes: [] });
     const full = [...found.values()].filter((c) => !(c instanceof DataError) && c.boxes.length > 0);
     assert.equal(full.length, 5);
-    const outside = await columnsOf(host, [
+    const outside = await readColumns(host, [
       { level: 0, bx: 77, bz: 0 },
       { level: 3, bx: 0, bz: 0 },
     ]);
@@ -104,7 +104,7 @@ test('a small archive opens with one request, a larger one with two', async () =
 });
 
 test('boxes between those that were wanted take no further request', async () => {
-  const { facts, boxes } = rowOf(32, 6);
+  const { facts, boxes } = makeRow(32, 6);
   const host = archiveHost({ facts, gapBytes: 20_000 }, boxes);
   const source = new ArchiveSource(await host.open(), host.clock);
   const before = host.asked.length;
@@ -121,7 +121,7 @@ test('boxes between those that were wanted take no further request', async () =>
 });
 
 test('leaves that lie close to each other share a request', async () => {
-  const { facts, boxes } = rowOf(32, 6);
+  const { facts, boxes } = makeRow(32, 6);
   const columns = boxes.map(({ key }) => ({ level: 0, bx: key[1], bz: 0 }));
   const others = [...columns, { level: 77, bx: 0, bz: 0 }];
   const known = async (leafGapBytes: number): Promise<[requests: number, columns: number]> => {
@@ -143,7 +143,7 @@ test('of a column that has failed nothing more is fetched', async () => {
   const tall = { bounds: { min: [-128, 0, -128], max: [128, 256 * 20, 128] } };
   const boxes = Array.from({ length: 5 }, (_, by) => {
     const key: Key = [0, 0, by, 0];
-    return by === 1 ? { key, frame: bytesOf(1, 2, 3) } : { key, voxels: kVoxels };
+    return by === 1 ? { key, frame: toBytes(1, 2, 3) } : { key, voxels: kVoxels };
   });
   const host = archiveHost({ facts: tall, gapBytes: 70_000 }, boxes);
   const source = new ArchiveSource(await host.open(), host.clock);
@@ -157,15 +157,15 @@ test('of a column that has failed nothing more is fetched', async () => {
 
 test('an archive with a changed byte gives the same columns or errors', async () => {
   const whole = makeArchive(kBoxes, { entriesPerLeaf: 3 });
-  const good = await columnsOf(hostOf(whole));
-  const random = randomOf(5);
+  const good = await readColumns(makeHost(whole));
+  const random = makeRandom(5);
   let [refused, tried] = [0, 0];
   // Each byte of the header, then every third.
   for (let at = 0; at < whole.length; at += at < 64 ? 1 : 3) {
     tried += 1;
     const changed = whole.slice();
     changed[at]! ^= 1 << random(8);
-    const found = await columnsOf(hostOf(changed)).catch((error: unknown) => {
+    const found = await readColumns(makeHost(changed)).catch((error: unknown) => {
       assert.ok(error instanceof DataError, `byte ${at}: ${String(error)}`);
       return undefined;
     });
@@ -180,9 +180,9 @@ test('an archive with a changed byte gives the same columns or errors', async ()
 test('an archive that is cut off or has more bytes is refused', async () => {
   const whole = makeArchive(kBoxes);
   for (const length of [1, 63, 64, 500, whole.length - 1])
-    assert.notEqual(await kindOfAsync(hostOf(whole.slice(0, length)).open()), 'none', `${length}`);
-  assert.equal(await kindOfAsync(hostOf(whole.slice(0, whole.length - 1)).open()), 'cut');
-  assert.equal(await kindOfAsync(hostOf(new Uint8Array([...whole, 0])).open()), 'damaged');
+    assert.notEqual(await kindOfAsync(makeHost(whole.slice(0, length)).open()), 'none', `${length}`);
+  assert.equal(await kindOfAsync(makeHost(whole.slice(0, whole.length - 1)).open()), 'cut');
+  assert.equal(await kindOfAsync(makeHost(new Uint8Array([...whole, 0])).open()), 'damaged');
 });
 
 const reversed = <T>(items: T[]): T[] => [...items].reverse();
@@ -237,7 +237,7 @@ test('an index that lies is refused', async () => {
   ];
   for (const [name, options, boxes] of cases) {
     const host = archiveHost(options, boxes);
-    const found = await columnsOf(host).catch((error: unknown) => error);
+    const found = await readColumns(host).catch((error: unknown) => error);
     const errors = found instanceof Map ? [...found.values()] : [found];
     const failed = errors.filter((error) => error instanceof Error);
     assert.ok(failed.length > 0, name);
@@ -289,7 +289,7 @@ test('facts that no world has are refused', async () => {
   const deep = JSON.stringify(kFacts).replace('[64,256,64]', '['.repeat(1e6) + ']'.repeat(1e6));
   const facts = new TextEncoder().encode(deep);
   assert.equal(
-    kindOf(() => readFacts(facts, 'x')),
+    catchKind(() => readFacts(facts, 'x')),
     'damaged',
   );
   const text = Buffer.from(makeArchive([])).toString('latin1');
@@ -297,24 +297,24 @@ test('facts that no world has are refused', async () => {
     const bytes = new Uint8Array(
       Buffer.from(text.slice(0, 64) + bad + text.slice(64 + bad.length), 'latin1'),
     );
-    assert.equal(await kindOfAsync(hostOf(bytes).open()), 'damaged');
+    assert.equal(await kindOfAsync(makeHost(bytes).open()), 'damaged');
   }
 });
 
 test('a frame that is no box, or a bomb, fails its column alone', async () => {
   const key: Key = [0, 1, 0, 0];
   const other = boxBytes([0, 1, 0, 1], kVoxels);
-  const huge = Array.from({ length: 100 }, () => zstdBlock('rle', 131_072, bytesOf(1)));
+  const huge = Array.from({ length: 100 }, () => zstdBlock('rle', 131_072, toBytes(1)));
   const cases: [string, Uint8Array][] = [
-    ['no frame', bytesOf(1, 2, 3)],
+    ['no frame', toBytes(1, 2, 3)],
     ['nothing', new Uint8Array(0)],
     ['another box', zstdFrame(other)],
     ['no box', zstdFrame(skewed(500))],
-    ['more than any box', zstdFrameOf(13_107_200, huge)],
+    ['more than any box', makeZstdFrame(13_107_200, huge)],
     ['a damaged box', zstdFrame(boxBytes(key, kVoxels).fill(1, 70, 71))],
   ];
   for (const [name, frame] of cases) {
-    const found = await columnsOf(archiveHost({}, [...kBoxes, { key, frame }]));
+    const found = await readColumns(archiveHost({}, [...kBoxes, { key, frame }]));
     const failed = [...found].filter(([, column]) => column instanceof DataError);
     assert.deepEqual(
       failed.map(([place]) => place),
@@ -332,14 +332,14 @@ test('a column of more memory than a page should hold is refused', async () => {
     return { key, frame: fullBoxFrame(key) };
   });
   const column = { level: 0, bx: 0, bz: 0 };
-  const found = await columnsOf(archiveHost({ facts: tall }, boxes), [column]);
+  const found = await readColumns(archiveHost({ facts: tall }, boxes), [column]);
   assert.equal((found.get('0/0/0') as DataError).kind, 'too-large');
-  const few = await columnsOf(archiveHost({ facts: tall }, boxes.slice(0, 3)), [column]);
+  const few = await readColumns(archiveHost({ facts: tall }, boxes.slice(0, 3)), [column]);
   assert.equal((few.get('0/0/0') as Column).boxes.length, 3);
 });
 
 test('files with random bytes give errors or columns', async () => {
-  const random = randomOf(11);
+  const random = makeRandom(11);
   const whole = makeArchive(kBoxes, { entriesPerLeaf: 2 });
   for (let i = 0; i < 60; ++i) {
     const bytes =
@@ -349,7 +349,7 @@ test('files with random bytes give errors or columns', async () => {
       const end = Math.min(bytes.length, from + 1 + random(40));
       for (let at = from; at < end; ++at) bytes[at] = random(256);
     }
-    const found = await columnsOf(hostOf(bytes)).catch((error: unknown) => error);
+    const found = await readColumns(makeHost(bytes)).catch((error: unknown) => error);
     assert.ok(found instanceof Map || found instanceof DataError, `file ${i}: ${String(found)}`);
   }
 });

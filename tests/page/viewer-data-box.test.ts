@@ -2,15 +2,15 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { readBox } from '../../voxelserver/serve/page/src/box-reader.js';
 import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
-import { kindOf } from './support/data-errors.js';
+import { catchKind } from './support/data-errors.js';
 import { boxBytes, sealBox, type Key } from './support/make-archive.js';
 import { makeBox, type Voxel } from './support/make-box.js';
-import { randomOf } from './support/test-bytes.js';
+import { makeRandom } from './support/test-bytes.js';
 import { kVoxels } from './support/small-archive.js';
 
 const kKey = { level: 1, bx: -2, by: 0, bz: 3 };
 
-const keyOf = ({ level, bx, by, bz }: typeof kKey): Key => [level, bx, by, bz];
+const toKey = ({ level, bx, by, bz }: typeof kKey): Key => [level, bx, by, bz];
 
 /** The attribute of a voxel by a walk through the arrays. */
 function attributeAt(box: ReturnType<typeof readBoxArrays>, voxel: Voxel): number | undefined {
@@ -33,7 +33,7 @@ function attributeAt(box: ReturnType<typeof readBoxArrays>, voxel: Voxel): numbe
 test('arrays of a box hold every voxel with its material, colour and class', () => {
   const bytes = makeBox(kVoxels);
   bytes[bytes.length - 8 * kVoxels.length + 1] = 200;
-  const box = readBoxArrays(sealBox(bytes, keyOf(kKey)), kKey);
+  const box = readBoxArrays(sealBox(bytes, toKey(kKey)), kKey);
   assert.equal(box.cells.length, 4 * box.first.length);
   assert.equal(box.attributes.length, kVoxels.length);
   assert.equal(box.classes[0], 200);
@@ -50,12 +50,12 @@ test('arrays of a box hold every voxel with its material, colour and class', () 
 });
 
 test('the top of a box is the same as by the reader of the map', () => {
-  const random = randomOf(3);
+  const random = makeRandom(3);
   const voxels = Array.from({ length: 400 }, () => {
     return { x: random(64), y: random(256), z: random(64), material: 1 + random(32) };
   });
   const places = new Map(voxels.map((voxel) => [`${voxel.x},${voxel.y},${voxel.z}`, voxel]));
-  const bytes = sealBox(makeBox([...places.values()]), keyOf(kKey));
+  const bytes = sealBox(makeBox([...places.values()]), toKey(kKey));
   const arrays = readBoxArrays(bytes, kKey);
   for (const voxel of places.values()) {
     const top = readBox(bytes).top(voxel.x, voxel.z);
@@ -65,28 +65,28 @@ test('the top of a box is the same as by the reader of the map', () => {
 });
 
 test('a box with any changed byte is refused', () => {
-  const box = boxBytes(keyOf(kKey), kVoxels);
+  const box = boxBytes(toKey(kKey), kVoxels);
   for (let at = 0; at < box.length; ++at) {
     const changed = box.map((byte, i) => (i === at ? byte ^ 0x10 : byte));
     assert.equal(
-      kindOf(() => readBoxArrays(changed, kKey)),
+      catchKind(() => readBoxArrays(changed, kKey)),
       'damaged',
       `byte ${at}`,
     );
   }
   for (const length of [0, 63, 64, box.length - 1])
     assert.equal(
-      kindOf(() => readBoxArrays(box.subarray(0, length), kKey)),
+      catchKind(() => readBoxArrays(box.subarray(0, length), kKey)),
       'damaged',
     );
   assert.equal(
-    kindOf(() => readBoxArrays(box, { ...kKey, bz: 4 })),
+    catchKind(() => readBoxArrays(box, { ...kKey, bz: 4 })),
     'damaged',
   );
 });
 
 test('a box whose checksum holds is refused when an index leaves the order of the format', () => {
-  const good = boxBytes(keyOf(kKey), kVoxels);
+  const good = boxBytes(toKey(kKey), kVoxels);
   const cells = new DataView(good.buffer).getUint32(28, true);
   const change = (at: number, value: number, size = good.length): Uint8Array => {
     const bytes = new Uint8Array(size);
@@ -110,33 +110,33 @@ test('a box whose checksum holds is refused when an index leaves the order of th
     ['another version', change(8, 2)],
   ];
   assert.equal(
-    kindOf(() => readBoxArrays(sealBox(good.slice(), keyOf(kKey)), kKey)),
+    catchKind(() => readBoxArrays(sealBox(good.slice(), toKey(kKey)), kKey)),
     'none',
   );
   for (const [name, bytes] of cases)
     assert.equal(
-      kindOf(() => readBoxArrays(sealBox(bytes, keyOf(kKey)), kKey)),
+      catchKind(() => readBoxArrays(sealBox(bytes, toKey(kKey)), kKey)),
       'damaged',
       name,
     );
   const level = { ...kKey, level: 21 };
   assert.equal(
-    kindOf(() => readBoxArrays(sealBox(good.slice(), keyOf(level)), level)),
+    catchKind(() => readBoxArrays(sealBox(good.slice(), toKey(level)), level)),
     'damaged',
   );
 });
 
 test('no walk leaves the arrays of a box that was accepted, whatever its cells say', () => {
-  const good = boxBytes(keyOf(kKey), kVoxels);
+  const good = boxBytes(toKey(kKey), kVoxels);
   const cells = new DataView(good.buffer).getUint32(28, true);
-  const random = randomOf(13);
+  const random = makeRandom(13);
   let accepted = 0;
   for (let i = 0; i < 1000; ++i) {
     const bytes = good.slice();
     const at = 64 + random(24 * cells);
     bytes[at]! ^= 1 << random(8);
-    sealBox(bytes, keyOf(kKey));
-    if (kindOf(() => readBoxArrays(bytes, kKey)) !== 'none') continue;
+    sealBox(bytes, toKey(kKey));
+    if (catchKind(() => readBoxArrays(bytes, kKey)) !== 'none') continue;
     accepted += 1;
     const box = readBoxArrays(bytes, kKey);
     for (const voxel of kVoxels) {

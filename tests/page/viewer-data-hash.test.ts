@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { xxh64 } from '../../voxelserver/serve/page/src/viewer/data/xxh64.js';
 import { big, halves } from './support/hash64.js';
 import { slowXxh64 } from './support/make-archive.js';
-import { randomOf } from './support/test-bytes.js';
+import { makeRandom } from './support/test-bytes.js';
 
 // Of xxhash's own sanity check: bytes of this generator, and a prime as the seed.
 const kVectors = [
@@ -31,7 +31,7 @@ test('XXH64 gives the official values, with and without a seed', () => {
   }
   for (const [length, seed, hash] of kVectors)
     assert.equal(big(xxh64(bytes.subarray(0, length), halves(seed))), hash, `${length}, ${seed}`);
-  const random = randomOf(1);
+  const random = makeRandom(1);
   for (let length = 0; length < 200; ++length) {
     const some = Uint8Array.from({ length }, () => random(256));
     const seed = BigInt.asUintN(64, slowXxh64(some));

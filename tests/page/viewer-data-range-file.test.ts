@@ -2,9 +2,9 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { RangeFile } from '../../voxelserver/serve/page/src/viewer/data/range-file.js';
-import { gapsOf, planRanges } from '../../voxelserver/serve/page/src/viewer/data/range-plan.js';
-import { kindOf, kindOfAsync } from './support/data-errors.js';
-import { kOpen, type Handler, FakeHost, status, brokenBody, partOf } from './support/fake-host.js';
+import { findGaps, planRanges } from '../../voxelserver/serve/page/src/viewer/data/range-plan.js';
+import { catchKind, kindOfAsync } from './support/data-errors.js';
+import { kOpen, type Handler, FakeHost, status, brokenBody, makePart } from './support/fake-host.js';
 
 test('ranges are merged over small gaps, up to a size, and each is in one request', () => {
   const KiB = 1024;
@@ -37,7 +37,7 @@ test('what a request reads besides its ranges are the gaps between them', () => 
     { offset: 15, bytes: 5 },
     { offset: 30, bytes: 1 },
   ];
-  assert.deepEqual(planRanges(ranges).map(gapsOf), [[{ offset: 20, bytes: 10 }]]);
+  assert.deepEqual(planRanges(ranges).map(findGaps), [[{ offset: 20, bytes: 10 }]]);
 });
 
 const kContent = Uint8Array.from({ length: 1000 }, (_, i) => i % 251);
@@ -126,7 +126,7 @@ test('parts of a file are read as one', async () => {
   host.files.set('http://other/0', kContent.subarray(0, 399));
   assert.equal(await kindOfAsync(read(host, host.file(parts), 0, 5)), 'changed');
   assert.equal(
-    kindOf(() => host.file([{ url: 'http://h/', bytes: 0 }])),
+    catchKind(() => host.file([{ url: 'http://h/', bytes: 0 }])),
     'damaged',
   );
 });
@@ -146,14 +146,14 @@ test('failures of a host have their kinds; only those that may pass are tried ag
     ['503', status(503), 'server', 3],
     ['no network', () => Promise.reject(new TypeError('failed')), 'cors', 3],
     ['no reply', () => new Promise<Response>(() => undefined), 'timeout', 3],
-    ['a stalled body', () => partOf(brokenBody(3, 'hangs'), ok), 'timeout', 3],
-    ['a lost connection', () => partOf(brokenBody(3, 'fails'), ok), 'cut', 3],
-    ['a short body', () => partOf(brokenBody(3, 'ends'), ok), 'cut', 3],
-    ['a long body', () => partOf(brokenBody(99, 'hangs'), ok), 'no-range', 1],
+    ['a stalled body', () => makePart(brokenBody(3, 'hangs'), ok), 'timeout', 3],
+    ['a lost connection', () => makePart(brokenBody(3, 'fails'), ok), 'cut', 3],
+    ['a short body', () => makePart(brokenBody(3, 'ends'), ok), 'cut', 3],
+    ['a long body', () => makePart(brokenBody(99, 'hangs'), ok), 'no-range', 1],
     ['no Content-Range', () => new Response('x', { status: 206 }), 'no-range', 1],
-    ['another range', () => partOf('0123456789', 'bytes 1-10/1000'), 'range', 1],
-    ['a longer range', () => partOf('01234567890', 'bytes 0-10/1000'), 'range', 1],
-    ['no size', () => partOf('0123456789', 'bytes 0-9/*'), 'no-range', 1],
+    ['another range', () => makePart('0123456789', 'bytes 1-10/1000'), 'range', 1],
+    ['a longer range', () => makePart('01234567890', 'bytes 0-10/1000'), 'range', 1],
+    ['no size', () => makePart('0123456789', 'bytes 0-9/*'), 'no-range', 1],
   ];
   for (const [name, handler, kind, attempts] of cases) {
     const host = new FakeHost();
@@ -205,8 +205,8 @@ test('a host that ignores ranges is accepted with a small file alone', async () 
 test('a file that changes ends reading for good, on any origin', async () => {
   const range = 'bytes 5-9/1000';
   const changes: [string, Handler][] = [
-    ['another tag', () => partOf('56789', range, '"two"')],
-    ['another size', () => partOf('56789', 'bytes 5-9/1001')],
+    ['another tag', () => makePart('56789', range, '"two"')],
+    ['another size', () => makePart('56789', 'bytes 5-9/1001')],
     ['no tag', () => new Response('56789', { status: 206, headers: { 'Content-Range': range } })],
     ['412', status(412)],
     ['416 of a shorter file', status(416, { 'Content-Range': 'bytes */3', ETag: '"two"' })],
@@ -234,7 +234,7 @@ test('an outdated reply of the cache is requested again, past the cache', async 
     host.etag = etag;
     const file = host.file(url);
     await host.clock.finish(file.head(64, kOpen));
-    host.next.push(() => partOf('56789', 'bytes 5-9/1000', '"old"'));
+    host.next.push(() => makePart('56789', 'bytes 5-9/1000', '"old"'));
     assert.deepEqual(await read(host, file, 5, 5), kContent.subarray(5, 10));
     const modes = host.asked.map(({ init }) => init.cache);
     assert.deepEqual(modes, ['no-store', 'default', 'reload']);
@@ -265,7 +265,7 @@ test('weak tags are compared and not sent; a date stands in for a tag', async ()
 
 test('a cancelled read rejects with the reason and sends nothing more', async () => {
   const host = new FakeHost();
-  host.handler = () => partOf(brokenBody(3, 'hangs'), 'bytes 0-9/1000');
+  host.handler = () => makePart(brokenBody(3, 'hangs'), 'bytes 0-9/1000');
   const controller = new AbortController();
   const reading = host.file().head(10, controller.signal);
   await new Promise((resolve) => setImmediate(resolve));

@@ -5,9 +5,9 @@ import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/col
 import { DataError } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { Scheduler } from '../../voxelserver/serve/page/src/viewer/data/scheduler.js';
 import type { BoxSource, Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
-import { nameOf, at, columnAt } from './support/columns.js';
+import { toName, at, columnAt } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
-import { archiveHost, rowOf } from './support/small-archive.js';
+import { archiveHost, makeRow } from './support/small-archive.js';
 
 type Job = {
   readonly names: string[];
@@ -43,7 +43,7 @@ class FakeSource implements BoxSource {
     };
     signal.addEventListener('abort', () => stop(signal.reason));
     this.jobs.push({
-      names: columns.map(nameOf),
+      names: columns.map(toName),
       signal,
       end: (error) => stop(error),
       give: (result) => {
@@ -72,8 +72,8 @@ function scheduling(options?: { maxRequests?: number }) {
     source,
     {
       whenReady,
-      onColumn: (column) => void got.push(nameOf(column)),
-      onFailed: (column, error) => failed.push(`${nameOf(column)} ${error.kind}`),
+      onColumn: (column) => void got.push(toName(column)),
+      onFailed: (column, error) => failed.push(`${toName(column)} ${error.kind}`),
       onEnded: (error) => ended.push(error.kind),
     },
     options,
@@ -163,7 +163,7 @@ test('a failing column ends no other, a failing request its own, a change all', 
 });
 
 test('neighbours in an archive share a request, and distant ones have their own', async () => {
-  const { facts, boxes } = rowOf(64, 7);
+  const { facts, boxes } = makeRow(64, 7);
   const requestsFor = async (gapBytes: number, wanted: ColumnKey[]): Promise<number> => {
     const host = archiveHost({ facts, gapBytes }, boxes);
     const source = new ArchiveSource(await host.open(), host.clock);
@@ -197,7 +197,7 @@ test('neighbours in an archive share a request, and distant ones have their own'
 test('a column is requested by whichever request is prepared first', async () => {
   const { source, scheduler, turn, names, got } = scheduling();
   const prepared = new Map<string, () => void>();
-  source.prepare = (column) => new Promise((resolve) => void prepared.set(nameOf(column), resolve));
+  source.prepare = (column) => new Promise((resolve) => void prepared.set(toName(column), resolve));
   scheduler.want([at(10), at(11), at(20), at(12)]);
   await turn();
   assert.deepEqual(names(), []);

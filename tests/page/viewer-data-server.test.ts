@@ -8,8 +8,8 @@ import { at } from './support/columns.js';
 import { kindOfAsync } from './support/data-errors.js';
 import { kOpen, type Handler, FakeHost, status } from './support/fake-host.js';
 import { kFacts } from './support/make-archive.js';
-import { kColumns, archiveHost, collect, columnsOf } from './support/small-archive.js';
-import { bytesOf } from './support/test-bytes.js';
+import { kColumns, archiveHost, collect, readColumns } from './support/small-archive.js';
+import { toBytes } from './support/test-bytes.js';
 
 const openServer = (host: FakeHost, token?: string): Promise<ServerSource> => {
   const place = { url: 'http://host/path', ...(token === undefined ? {} : { token }) };
@@ -17,7 +17,7 @@ const openServer = (host: FakeHost, token?: string): Promise<ServerSource> => {
 };
 
 test('columns of a voxel server are those of an archive of it', async () => {
-  const expected = await columnsOf(archiveHost());
+  const expected = await readColumns(archiveHost());
   const host = serverHost();
   const source = await openServer(host, 'secret');
   assert.equal(source.facts.world.title, 'small');
@@ -60,7 +60,7 @@ test('a batch that is cut short is requested again for what is missing', async (
 test('what a busy server leaves out is requested again until it comes', async () => {
   const left = new Map<string, number>();
   const host = serverHost({
-    statusOf: ([, bx, by]) => {
+    chooseStatus: ([, bx, by]) => {
       const times = left.get(`${bx},${by}`) ?? (bx === 0 ? 7 : 0);
       left.set(`${bx},${by}`, times - 1);
       return times > 0 ? 503 : 204;
@@ -88,7 +88,7 @@ test('a server that is away for a while makes no hole', async () => {
 });
 
 test('what is no longer wanted of a busy server is not requested again', async () => {
-  const host = serverHost({ statusOf: () => 503 });
+  const host = serverHost({ chooseStatus: () => 503 });
   const source = await openServer(host);
   const unwanted = new AbortController();
   const results = source.columns([at(0)], unwanted.signal).next();
@@ -130,10 +130,10 @@ test('replies to a batch that are none are refused', async () => {
     ['a last record of other boxes', record([-1, 3, 0, 0], 0, new Uint8Array(0)), 'damaged'],
     ['a last record too early', Buffer.concat([air(0), last]), 'damaged'],
     ['more boxes', Buffer.concat([air(5), air(6), air(7)]), 'damaged'],
-    ['a record of 4 GiB', record([0, 0, 0, 0], 200, bytesOf(1)).fill(255, 20, 24), 'damaged'],
+    ['a record of 4 GiB', record([0, 0, 0, 0], 200, toBytes(1)).fill(255, 20, 24), 'damaged'],
     ['a long reason', record([0, 0, 0, 0], 500, new Uint8Array(70_000)), 'damaged'],
     ['another status', Buffer.concat([record([0, 0, 0, 0], 404, new Uint8Array(0))]), 'damaged'],
-    ['no box', record([0, 0, 0, 0], 200, bytesOf(1, 2, 3)), 'damaged'],
+    ['no box', record([0, 0, 0, 0], 200, toBytes(1, 2, 3)), 'damaged'],
   ];
   for (const [name, bytes, kind] of cases) {
     const host = serverHost();

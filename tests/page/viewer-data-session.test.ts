@@ -9,7 +9,7 @@ import { FakeHost } from './support/fake-host.js';
 import { kFacts, makeArchive } from './support/make-archive.js';
 import { kBoxes, archiveHost } from './support/small-archive.js';
 
-function sessionOf(host: FakeHost): { session: Session; sent: FromWorker[]; transfers: number[] } {
+function makeSession(host: FakeHost): { session: Session; sent: FromWorker[]; transfers: number[] } {
   const sent: FromWorker[] = [];
   const transfers: number[] = [];
   const post = (message: FromWorker, transfer: ArrayBuffer[]): void => {
@@ -28,7 +28,7 @@ const untilSent = (host: FakeHost, sent: readonly FromWorker[], count: number): 
 
 test('a session opens a world and sends what is wanted, whatever comes first', async () => {
   const host = archiveHost();
-  const { session, sent, transfers } = sessionOf(host);
+  const { session, sent, transfers } = makeSession(host);
   session.handle({ type: 'want', generation: 4, columns: [at(0), at(0, 3), at(1)] });
   session.handle({ type: 'open', place: { url: 'a' } });
   session.handle({ type: 'open', place: { url: 'b' } });
@@ -48,7 +48,7 @@ test('a session opens a world and sends what is wanted, whatever comes first', a
 test('a session says why a world cannot be opened', async () => {
   const open = async (place: Parameters<Session['handle']>[0] & { type: 'open' }) => {
     const host = archiveHost();
-    const { session, sent } = sessionOf(host);
+    const { session, sent } = makeSession(host);
     session.handle(place);
     await untilSent(host, sent, 1);
     const [message] = sent;
@@ -67,7 +67,7 @@ test('batches that take long leave connections to the host free', async () => {
   const host = new FakeHost();
   host.handler = (url) =>
     url.endsWith('/v2/world') ? new Response(JSON.stringify(world)) : new Promise(() => undefined);
-  const { session, sent } = sessionOf(host);
+  const { session, sent } = makeSession(host);
   session.handle({ type: 'open', place: { server: 'http://host/' } });
   await untilSent(host, sent, 1);
   const columns = Array.from({ length: 500 }, (_, i) => ({ level: 0, bx: i % 100, bz: i % 60 }));
@@ -79,7 +79,7 @@ test('batches that take long leave connections to the host free', async () => {
 
 test('a session pauses while the page has not taken what was sent', async () => {
   const host = serverHost();
-  const { session, sent } = sessionOf(host);
+  const { session, sent } = makeSession(host);
   session.handle({ type: 'open', place: { server: 'http://host/' } });
   await untilSent(host, sent, 1);
   // As if so much had been sent before.
@@ -94,7 +94,7 @@ test('a session pauses while the page has not taken what was sent', async () => 
 
 test('a column that the page has not taken yet is not sent again', async () => {
   const host = archiveHost();
-  const { session, sent } = sessionOf(host);
+  const { session, sent } = makeSession(host);
   session.handle({ type: 'open', place: { url: 'a' } });
   session.handle({ type: 'want', generation: 1, columns: [at(0)] });
   await untilSent(host, sent, 2);

@@ -2,14 +2,14 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { unpack } from '../../voxelserver/serve/page/src/viewer/data/zstd.js';
-import { kindOf } from './support/data-errors.js';
-import { zstdBlock, zstdFrame, zstdFrameOf } from './support/make-archive.js';
-import { bytesOf, randomOf, skewed } from './support/test-bytes.js';
+import { catchKind } from './support/data-errors.js';
+import { zstdBlock, zstdFrame, makeZstdFrame } from './support/make-archive.js';
+import { toBytes, makeRandom, skewed } from './support/test-bytes.js';
 
 const kWords = ['rock ', 'grass ', 'water ', 'roof ', 'tower of glass '];
 
 const lines = (count: number): Uint8Array => {
-  const random = randomOf(1);
+  const random = makeRandom(1);
   const text = Array.from({ length: count }, () => kWords[random(65536) % 5]).join('');
   return new TextEncoder().encode(text);
 };
@@ -17,7 +17,7 @@ const lines = (count: number): Uint8Array => {
 // Nearly periodic in several ways at once, so that the third last offset is used again, too.
 const records = (count: number): Uint8Array => {
   const record = (i: number): number[] => [i % 7, ((i * i) >> 3) & 3, 0, 0, i % 3, 9, 9, 9, ((i * i) >> 5) & 1];
-  return bytesOf(...Array.from({ length: count }, (_, i) => record(i)).flat());
+  return toBytes(...Array.from({ length: count }, (_, i) => record(i)).flat());
 };
 
 // Of the zstd program (1.5.4): sequences with tables that are new, then repeated, and a checksum;
@@ -51,17 +51,17 @@ const kFrames = {
   ],
 };
 
-const frameOf = (lines: readonly string[]): Uint8Array =>
+const decodeFrame = (lines: readonly string[]): Uint8Array =>
   new Uint8Array(Buffer.from(lines.join(''), 'base64'));
 
 test('frames unpack to their content, whatever their blocks are', () => {
   const runs = new Uint8Array(300_000).fill(7, 1000, 290_000);
-  for (const content of [new Uint8Array(0), bytesOf(9), skewed(5000), runs])
+  for (const content of [new Uint8Array(0), toBytes(9), skewed(5000), runs])
     assert.deepEqual(unpack(zstdFrame(content), content.length), content);
-  assert.deepEqual(unpack(frameOf(kFrames.repeated), 4000), lines(260));
-  assert.deepEqual(unpack(frameOf(kFrames.treeless), 4000), skewed(700));
-  assert.deepEqual(unpack(frameOf(kFrames.streams), 4000), skewed(700));
-  assert.deepEqual(unpack(frameOf(kFrames.offsets), 4000), records(80));
+  assert.deepEqual(unpack(decodeFrame(kFrames.repeated), 4000), lines(260));
+  assert.deepEqual(unpack(decodeFrame(kFrames.treeless), 4000), skewed(700));
+  assert.deepEqual(unpack(decodeFrame(kFrames.streams), 4000), skewed(700));
+  assert.deepEqual(unpack(decodeFrame(kFrames.offsets), 4000), records(80));
 });
 
 test('a frame must declare the size that it has, which is checked before memory is taken', () => {
@@ -71,11 +71,11 @@ test('a frame must declare the size that it has, which is checked before memory 
   const magic = [0x28, 0xb5, 0x2f, 0xfd];
   const cases: [string, DataErrorKind, Uint8Array][] = [
     ['another magic number', 'damaged', frame.map((byte, i) => (i === 0 ? 0 : byte))],
-    ['a size above the limit', 'too-large', zstdFrameOf(1001, [raw(100)])],
-    ['4 GiB', 'too-large', zstdFrameOf(0xffffffff, [zstdBlock('rle', 100, bytesOf(1))])],
-    ['fewer bytes than declared', 'damaged', zstdFrameOf(101, [raw(100)])],
-    ['more bytes than declared', 'damaged', zstdFrameOf(99, [raw(100)])],
-    ['an RLE block beyond the end', 'damaged', zstdFrameOf(9, [zstdBlock('rle', 10, bytesOf(1))])],
+    ['a size above the limit', 'too-large', makeZstdFrame(1001, [raw(100)])],
+    ['4 GiB', 'too-large', makeZstdFrame(0xffffffff, [zstdBlock('rle', 100, toBytes(1))])],
+    ['fewer bytes than declared', 'damaged', makeZstdFrame(101, [raw(100)])],
+    ['more bytes than declared', 'damaged', makeZstdFrame(99, [raw(100)])],
+    ['an RLE block beyond the end', 'damaged', makeZstdFrame(9, [zstdBlock('rle', 10, toBytes(1))])],
     ['a byte after it', 'damaged', Uint8Array.from([...frame, 0])],
     ['a frame after it', 'damaged', Uint8Array.from([...frame, ...frame])],
     ['no declared size', 'damaged', Uint8Array.from([...magic, 0x00, 0x58, 1, 0, 0])],
@@ -92,7 +92,7 @@ test('a frame must declare the size that it has, which is checked before memory 
   ];
   for (const [name, kind, bytes] of cases)
     assert.equal(
-      kindOf(() => unpack(bytes, 1000)),
+      catchKind(() => unpack(bytes, 1000)),
       kind,
       name,
     );
@@ -107,11 +107,11 @@ test('small frames that ask for endless work are refused at once', () => {
   const bombs: [string, Uint8Array][] = [
     [
       'sequences of the longest runs, which take no bits',
-      zstdFrameOf(1000, [body('compressed', 9, 7, 255, 255, 31, 0x54, 35, 0, 52, 255)]),
+      makeZstdFrame(1000, [body('compressed', 9, 7, 255, 255, 31, 0x54, 35, 0, 52, 255)]),
     ],
     [
       'Huffman weights of states that take no bits',
-      zstdFrameOf(1000, [
+      makeZstdFrame(1000, [
         body(
           'compressed',
           ...[
@@ -128,7 +128,7 @@ test('small frames that ask for endless work are refused at once', () => {
     ],
     [
       'blocks of nothing',
-      zstdFrameOf(
+      makeZstdFrame(
         1,
         Array.from({ length: 100_000 }, () => body('raw')),
       ),
@@ -137,7 +137,7 @@ test('small frames that ask for endless work are refused at once', () => {
   for (const [name, frame] of bombs) {
     const start = performance.now();
     assert.equal(
-      kindOf(() => unpack(frame, 1 << 20)),
+      catchKind(() => unpack(frame, 1 << 20)),
       'damaged',
       name,
     );
@@ -146,12 +146,12 @@ test('small frames that ask for endless work are refused at once', () => {
 });
 
 test('a changed byte of a frame gives an error or bytes of the declared size, and soon', () => {
-  const random = randomOf(7);
-  for (const frame of Object.values(kFrames).map(frameOf))
+  const random = makeRandom(7);
+  for (const frame of Object.values(kFrames).map(decodeFrame))
     for (let at = 0; at < frame.length; ++at)
       for (const change of [1 << random(8), 1 + random(255)]) {
         const changed = frame.map((byte, i) => (i === at ? byte ^ change : byte));
-        const kind = kindOf(() => assert.ok(unpack(changed, 100_000).length <= 100_000));
+        const kind = catchKind(() => assert.ok(unpack(changed, 100_000).length <= 100_000));
         assert.ok(['none', 'damaged', 'too-large'].includes(kind));
       }
 });

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import {
-  hashOf,
+  hashColumn,
   makeColumnTable,
   type CutColumn,
 } from '../../voxelserver/serve/page/src/viewer/draw/column-table.js';
@@ -13,7 +13,7 @@ import {
   kLayerColours,
   kUnknownClass,
   layerTable,
-  legendOf,
+  makeLegend,
 } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
 import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
 import { checkLook, kDefaultLook, type Look } from '../../voxelserver/serve/page/src/viewer/draw/look.js';
@@ -24,7 +24,7 @@ import { wavePhases } from '../../voxelserver/serve/page/src/viewer/draw/waves.j
 import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
 import { fromLink, toLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
 import {
-  cameraOf,
+  toCamera,
   lookingAt,
   orbited,
   turned,
@@ -38,12 +38,12 @@ import {
   serverPlace,
   tokenStore,
 } from '../../voxelserver/serve/page/src/viewer/ui/server-access.js';
-import { placeOnMap, progressOf } from '../../voxelserver/serve/page/src/viewer/ui/server-watch.js';
+import { placeOnMap, describeProgress } from '../../voxelserver/serve/page/src/viewer/ui/server-watch.js';
 import { text } from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
-import { shareOf } from './support/test-bytes.js';
+import { makeShare } from './support/test-bytes.js';
 
 test('rows that are freed can be taken again, and no two runs overlap', () => {
-  const random = shareOf(1);
+  const random = makeShare(1);
   const pool = new RowPool(192);
   const taken: { at: number; rows: number }[] = [];
   for (let i = 0; i < 1000; ++i) {
@@ -69,7 +69,7 @@ test('rows that are freed can be taken again, and no two runs overlap', () => {
 });
 
 test('each column is found where the shader looks for it', () => {
-  const random = shareOf(2);
+  const random = makeShare(2);
   const cut: CutColumn[] = [];
   for (let i = 0; i < 3000; ++i) {
     const key = { level: i % 7, bx: Math.floor(random() * 900) - 450, bz: i - 1500 };
@@ -85,7 +85,7 @@ test('each column is found where the shader looks for it', () => {
   const { columns, mask, boxes } = makeColumnTable(cut);
   assert.equal(boxes.length % 4096, 0);
   for (const [i, column] of cut.entries()) {
-    let at = hashOf(column.bx, column.bz, column.level) & mask;
+    let at = hashColumn(column.bx, column.bz, column.level) & mask;
     let probes = 0;
     while (!(
       columns[at * 4] === column.bx >>> 0 &&
@@ -109,7 +109,7 @@ const cutAt = (eye: readonly [number, number, number], detail = 1): LevelCut =>
   new LevelCut(kBounds, { eye, pixelRad: 0.004, detail }, 5);
 
 test('where a column is far enough, so are its halves', () => {
-  const random = shareOf(3);
+  const random = makeShare(3);
   for (let i = 0; i < 2000; ++i) {
     const cut = cutAt([random() * 3000 - 500, random() * 900, random() * 3000 - 500]);
     const level = 1 + Math.floor(random() * 5);
@@ -126,7 +126,7 @@ test('where a column is far enough, so are its halves', () => {
 });
 
 test('there is as much detail around an observer as around the eye', () => {
-  const random = shareOf(5);
+  const random = makeShare(5);
   for (let i = 0; i < 500; ++i) {
     const eye = [random() * 3000 - 500, random() * 900, random() * 3000 - 500] as const;
     const observer = [random() * 3000 - 500, random() * 300, random() * 3000 - 500] as const;
@@ -142,7 +142,7 @@ test('there is as much detail around an observer as around the eye', () => {
 });
 
 test('what is shown covers each place once, whatever is there, and is the cut in the end', () => {
-  const random = shareOf(4);
+  const random = makeShare(4);
   const cut = cutAt([400, 300, 400]);
   const residency = new Residency({ drop: () => {} });
   let plan = residency.plan(cut, () => true);
@@ -297,7 +297,7 @@ const kLooks = {
 } as unknown as Appearance;
 
 test('a legend tells its colours apart, and is what the shader draws', () => {
-  const classes = legendOf('class', kLooks, 0.5, 6);
+  const classes = makeLegend('class', kLooks, 0.5, 6);
   assert.equal(classes.find(({ name }) => name === 'class2')!.colour.join(), '201,169,122');
   const distinct = [...new Map(classes.map(({ colour }) => [colour.join(), colour])).values()];
   assert.ok(distinct.length >= 15);
@@ -317,7 +317,7 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
     const places: Record<string, number> = { classOther: 200, classUnknown: kUnknownClass };
     assert.deepEqual(bytesAt(table, places[name] ?? Number(name.slice(5))), [...colour], name);
   }
-  const materials = legendOf('material', kLooks, 0.5, 6);
+  const materials = makeLegend('material', kLooks, 0.5, 6);
   assert.deepEqual(
     materials.map(({ name }) => name),
     kNames.slice(1),
@@ -326,16 +326,16 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
     assert.deepEqual(bytesAt(layerTable('material', kLooks, 6), i + 1), [...colour]);
   assert.deepEqual(materials.at(-1)!.colour, [255, 124, 0], 'one that is not known has its own');
 
-  const levels = legendOf('level', kLooks, 0.5, 4);
+  const levels = makeLegend('level', kLooks, 0.5, 4);
   assert.deepEqual(
     levels.map(({ name }) => name),
     ['0.5 m', '1 m', '2 m', '4 m'],
   );
   for (const [i, { colour }] of levels.entries())
     assert.deepEqual(bytesAt(layerTable('level', kLooks, 4), i), [...colour]);
-  assert.equal(legendOf('level', kLooks, 0.5, 1).length, 1);
+  assert.equal(makeLegend('level', kLooks, 0.5, 1).length, 1);
   for (const layer of ['none', 'height'] as const)
-    assert.deepEqual(legendOf(layer, kLooks, 0.5, 6), []);
+    assert.deepEqual(makeLegend(layer, kLooks, 0.5, 6), []);
   assert.deepEqual(bytesAt(layerTable('height', kLooks, 6), 128), [...heightColour(0.5)]);
 });
 
@@ -376,7 +376,7 @@ test('orbiting keeps the distance to what it turns around, and its place in the 
   const distance = (view: Viewpoint): number =>
     Math.hypot(...[0, 1, 2].map((a) => view.position[a]! - centre[a]!));
   assert.ok(Math.abs(distance(after) - distance(before)) < 1e-6);
-  const camera = cameraOf(after);
+  const camera = toCamera(after);
   const seen = [0, 1, 2].map((a) => after.position[a]! + camera.forward[a]! * distance(after));
   assert.ok(Math.hypot(...[0, 1, 2].map((a) => seen[a]! - centre[a]!)) < 1e-6);
   assert.equal(turned(kView, 720, 500).pitchDeg, 89.9);
@@ -474,7 +474,7 @@ test('the map shows what is looked at, or what is under the camera', () => {
 
 test('a server that makes boxes says how far it is, and one that makes none says nothing', () => {
   const said = (making: object, prepare?: object): string =>
-    progressOf(readStats({ making, prepare }), (key, ...values) => text('en', key, ...values));
+    describeProgress(readStats({ making, prepare }), (key, ...values) => text('en', key, ...values));
   assert.equal(said({ made: 70 }), '');
   assert.match(said({ running: 2, waiting: 5, made: 70 }), /: 2 now, 5 waiting, 70 made$/);
   assert.match(said({}, { done: 3, total: 9 }), /3 of 9/);

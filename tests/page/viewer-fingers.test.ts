@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
 import { fingersMoved, type Fingers } from '../../voxelserver/serve/page/src/viewer/ui/fingers.js';
-import { cameraOf, type Viewpoint } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { toCamera, type Viewpoint } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { isNear } from './support/near.js';
 
 const kHeightPx = 600;
@@ -14,8 +14,8 @@ const kView: Viewpoint = {
 };
 
 /** Where a point is in the picture, in halves of its height from the middle: right and up. */
-function placeOf(view: Viewpoint, point: Vec3): readonly [number, number] {
-  const { position, forward, right, up } = cameraOf(view);
+function toViewPlane(view: Viewpoint, point: Vec3): readonly [number, number] {
+  const { position, forward, right, up } = toCamera(view);
   const d = [0, 1, 2].map((a) => point[a]! - position[a]!) as unknown as Vec3;
   const dot = (v: Vec3): number => v[0] * d[0] + v[1] * d[1] + v[2] * d[2];
   const share = (v: Vec3): number => dot(v) / (v[0] ** 2 + v[1] ** 2 + v[2] ** 2) / dot(forward);
@@ -23,7 +23,7 @@ function placeOf(view: Viewpoint, point: Vec3): readonly [number, number] {
 }
 
 function ahead(view: Viewpoint, distance: number): Vec3 {
-  const { position, forward } = cameraOf(view);
+  const { position, forward } = toCamera(view);
   return [0, 1, 2].map((a) => position[a]! + forward[a]! * distance) as unknown as Vec3;
 }
 
@@ -41,7 +41,7 @@ test('what lies between two fingers follows them', () => {
     Math.hypot(...[0, 1, 2].map((a) => centre[a]! - view.position[a]!));
 
   const along = follow(fingersAt(330, 360, 530, 360));
-  const [right, up] = placeOf(along, centre);
+  const [right, up] = toViewPlane(along, centre);
   isNear(right, 30 / (kHeightPx / 2), 1e-9);
   isNear(up, -60 / (kHeightPx / 2), 1e-9);
   assert.equal(along.headingDeg, kView.headingDeg);
@@ -53,11 +53,11 @@ test('what lies between two fingers follows them', () => {
   const turned = follow(fingersAt(400, 200, 400, 400));
   isNear(turned.headingDeg, kView.headingDeg - 90 + 360, 1e-9);
   isNear(far(turned), 150, 1e-6);
-  assert.ok(placeOf(turned, centre).every((c) => Math.abs(c) < 1e-9));
+  assert.ok(toViewPlane(turned, centre).every((c) => Math.abs(c) < 1e-9));
   // What was to the right of it turns to below it, as the fingers do.
-  const { right: axis } = cameraOf(kView);
+  const { right: axis } = toCamera(kView);
   const beside = [0, 1, 2].map((a) => centre[a]! + axis[a]!) as unknown as Vec3;
-  assert.ok(placeOf(turned, beside)[1] < 0 && placeOf(kView, beside)[0] > 0);
+  assert.ok(toViewPlane(turned, beside)[1] < 0 && toViewPlane(kView, beside)[0] > 0);
 });
 
 test('fingers that meet, or lie on the sky, do not throw the view away', () => {

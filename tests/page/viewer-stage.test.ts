@@ -45,7 +45,7 @@ function floor(): TestBox[] {
 }
 
 /** @param gapBytes between two boxes: above 64 KiB no request for the index brings a box */
-function archiveOf(boxes: readonly TestBox[], gapBytes = 30_000, facts: object = kFacts): Buffer {
+function makeArchiveBuffer(boxes: readonly TestBox[], gapBytes = 30_000, facts: object = kFacts): Buffer {
   return Buffer.from(makeArchive(boxes, { facts: { ...facts }, gapBytes }));
 }
 
@@ -60,7 +60,7 @@ class StageHost {
   readonly #script: string;
   readonly #server: Server;
 
-  constructor(script: string, archive = archiveOf(floor())) {
+  constructor(script: string, archive = makeArchiveBuffer(floor())) {
     this.archive = archive;
     this.#script = script;
     this.#server = createServer((request, reply) => this.#answer(request, reply));
@@ -165,7 +165,7 @@ describe('a stage', { skip: noBrowser }, () => {
     );
 
   /** Level of each pixel that shows a voxel. */
-  const levelsOf = (page: Page): Promise<number[]> =>
+  const readLevels = (page: Page): Promise<number[]> =>
     page.evaluate(() =>
       [...window.stage.hits()]
         .filter((_, i) => i % 4 === 3)
@@ -186,7 +186,7 @@ describe('a stage', { skip: noBrowser }, () => {
       const coarse = await small.evaluate(() => window.stage.stats());
       assert.ok(coarse.detail > 1, `${coarse.detail}`);
       assert.ok(coarse.columns <= 256 && coarse.poolFill <= 1, JSON.stringify(coarse));
-      const [here, there] = [await levelsOf(large), await levelsOf(small)];
+      const [here, there] = [await readLevels(large), await readLevels(small)];
       // There is no hole in it.
       assert.ok(here.length > 0 && there.length === here.length);
       for (const page of [large, small])
@@ -198,7 +198,7 @@ describe('a stage', { skip: noBrowser }, () => {
   });
 
   test('a still picture rests when it has samples enough, until the view changes', async () => {
-    const host = await new StageHost(script, archiveOf(floor(), 0)).open();
+    const host = await new StageHost(script, makeArchiveBuffer(floor(), 0)).open();
     const [kEnough, kRestMs] = [256, 1000];
     const stats = (page: Page): Promise<StageStats> => page.evaluate(() => window.stage.stats());
     try {
@@ -212,7 +212,7 @@ describe('a stage', { skip: noBrowser }, () => {
       await page.waitForTimeout(kRestMs);
       const later = await stats(page);
       assert.deepEqual([later.samples, later.frames], [kEnough, resting.frames]);
-      assert.ok((await levelsOf(page)).length > 0);
+      assert.ok((await readLevels(page)).length > 0);
       const turned = { ...kView, headingDeg: 30 };
       const left = await page.evaluate((view) => {
         window.stage.setView(view);
@@ -229,7 +229,7 @@ describe('a stage', { skip: noBrowser }, () => {
   });
 
   test('the sky stands before the first column does, and is no whole picture', async () => {
-    const host = await new StageHost(script, archiveOf(floor(), 70_000)).open();
+    const host = await new StageHost(script, makeArchiveBuffer(floor(), 70_000)).open();
     let release: () => void = () => undefined;
     const released = new Promise<void>((resolve) => (release = resolve));
     // The header is at the beginning, the index at the end.
@@ -249,7 +249,7 @@ describe('a stage', { skip: noBrowser }, () => {
       assert.equal(await page.evaluate(() => window.stage.isReady()), false);
       release();
       await untilComplete(page);
-      assert.ok((await levelsOf(page)).length > 0);
+      assert.ok((await readLevels(page)).length > 0);
       assert.ok(await page.evaluate(() => window.stage.isReady()));
     } finally {
       release();
@@ -267,7 +267,7 @@ describe('a stage', { skip: noBrowser }, () => {
     const boxes = keys.map((key): TestBox => ({ key, frame: fullBoxFrame(key, 4) }));
     const facts = { ...kFacts, bounds, levels: 2 };
     const coarse: TestBox = { key: [1, 0, 0, 0], voxels: [{ x: 3, y: 3, z: 3, material: 4 }] };
-    const host = await new StageHost(script, archiveOf([...boxes, coarse], 0, facts)).open();
+    const host = await new StageHost(script, makeArchiveBuffer([...boxes, coarse], 0, facts)).open();
     try {
       const view = { ...kView, position: [32, 1200, 64], pitchDeg: -89 } as const;
       const page = await start(host, kManyPools, view);
@@ -310,7 +310,7 @@ describe('a stage', { skip: noBrowser }, () => {
       assert.ok(failures.length >= 2 && failures.every((kind) => kind === 'missing'));
       assert.ok(failed >= 2, `${failed}`);
       // All else is there, and nothing is asked for any more.
-      assert.ok((await levelsOf(page)).length > 0);
+      assert.ok((await readLevels(page)).length > 0);
       const before = host.requests;
       await page.waitForTimeout(6000);
       assert.equal(host.requests, before);

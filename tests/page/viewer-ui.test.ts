@@ -13,11 +13,11 @@ import {
   readPoint,
   readPoints,
   toLink,
-  wordsOf,
+  parseWords,
 } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
-import { measuresOf } from '../../voxelserver/serve/page/src/viewer/ui/measures.js';
+import { measurePath } from '../../voxelserver/serve/page/src/viewer/ui/measures.js';
 import {
-  cameraOf,
+  toCamera,
   fitted,
   type Room,
   type Viewpoint,
@@ -31,33 +31,33 @@ import {
 import { roomBeside } from '../../voxelserver/serve/page/src/viewer/ui/panel.js';
 import { keyTarget } from '../../voxelserver/serve/page/src/viewer/ui/profile-chart.js';
 import {
-  csvOf,
-  factsOf,
+  toCsv,
+  toFacts,
   finest,
   placesAlong,
   raysDown,
-  samplesOf,
-  ticksOf,
+  makeSamples,
+  chooseTicks,
 } from '../../voxelserver/serve/page/src/viewer/ui/profile-line.js';
 import {
   clipped,
-  segmentOf,
-  spotOf,
+  projectSegment,
+  projectPoint,
   spotOfDirection,
 } from '../../voxelserver/serve/page/src/viewer/ui/projection.js';
 import {
   readSection,
-  sectionOf,
+  toSection,
   sectionWord,
   through,
   type SectionPlane,
 } from '../../voxelserver/serve/page/src/viewer/ui/section-plane.js';
-import { sightOf, sightRay } from '../../voxelserver/serve/page/src/viewer/ui/sight-line.js';
+import { toSight, sightRay } from '../../voxelserver/serve/page/src/viewer/ui/sight-line.js';
 import {
   className,
   kLanguages,
   kTextKeys,
-  languageOf,
+  chooseLanguage,
   materialName,
   text,
   type Say,
@@ -65,7 +65,7 @@ import {
 } from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
 import { noBrowser, openBrowser, openPage, screenshot, untilText } from './support/browser.js';
 import { isNear } from './support/near.js';
-import { shareOf } from './support/test-bytes.js';
+import { makeShare } from './support/test-bytes.js';
 
 declare const TERRAVOX_PAGE_DIST: string;
 
@@ -119,7 +119,7 @@ test('names that no table knows are shown as they are', () => {
   assert.equal(className(english, 64), 'Class 64');
   assert.equal(materialName(english, 'grey_roof'), 'grey roof');
   assert.equal(materialName(english, 'minecraft_stone'), 'minecraft stone');
-  assert.equal(languageOf(['de-AT', 'sl-SI', 'en']), 'sl');
+  assert.equal(chooseLanguage(['de-AT', 'sl-SI', 'en']), 'sl');
 });
 
 // --- Numbers
@@ -149,7 +149,7 @@ test('measures have the digits that the voxels justify', () => {
 // --- Measuring
 
 test('a line of points has lengths, heights, slope and azimuth', () => {
-  const m = measuresOf(
+  const m = measurePath(
     [
       [0, 0, 0],
       [30, 0, -40],
@@ -162,7 +162,7 @@ test('a line of points has lengths, heights, slope and azimuth', () => {
   isNear(m.heightM, 30);
   isNear(m.spanM, 25);
   isNear(m.azimuthDeg!, (Math.atan2(30, 40) * 180) / Math.PI);
-  const empty = measuresOf([], 1);
+  const empty = measurePath([], 1);
   assert.equal(empty.slopeM, 0);
   assert.equal(empty.azimuthDeg, undefined);
 });
@@ -174,9 +174,9 @@ test('azimuths go clockwise from north', () => {
     [[0, 0, 5], 180],
     [[-5, 0, 0], 270],
   ] as const)
-    isNear(measuresOf([[0, 0, 0], to], 1).azimuthDeg!, azimuth);
+    isNear(measurePath([[0, 0, 0], to], 1).azimuthDeg!, azimuth);
   assert.equal(
-    measuresOf(
+    measurePath(
       [
         [0, 0, 0],
         [0, 9, 0],
@@ -195,7 +195,7 @@ test('areas do not depend on where in a country they lie, on slope or on directi
     [x, 1, z + 10],
   ];
   for (const points of [square(0, 0), square(5e8, -5e8), square(7, 9).reverse()]) {
-    const m = measuresOf(points, 0.5);
+    const m = measurePath(points, 0.5);
     isNear(m.areaM2, 50);
     isNear(m.perimeterM, 30);
   }
@@ -207,8 +207,8 @@ const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -1
 const kSize = [640, 360] as const;
 
 test('a point is projected onto the pixel whose ray meets it', () => {
-  const random = shareOf(3);
-  const camera = cameraOf(kView);
+  const random = makeShare(3);
+  const camera = toCamera(kView);
   for (let i = 0; i < 200; ++i) {
     const [x, y] = [random() * kSize[0], random() * kSize[1]];
     // As the ray of the pixel in trace.glsl.
@@ -220,7 +220,7 @@ test('a point is projected onto the pixel whose ray meets it', () => {
         camera.position[a]! +
         away * (camera.forward[a]! + across * camera.right[a]! + upward * camera.up[a]!),
     ) as unknown as Vec3;
-    const spot = spotOf(camera, kSize, point)!;
+    const spot = projectPoint(camera, kSize, point)!;
     isNear(spot[0], x, 1e-6);
     isNear(spot[1], y, 1e-6);
     const direction = [0, 1, 2].map((a) => point[a]! - camera.position[a]!) as unknown as Vec3;
@@ -229,25 +229,25 @@ test('a point is projected onto the pixel whose ray meets it', () => {
 });
 
 test('what lies behind the camera has no place in the picture', () => {
-  const camera = cameraOf({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
-  assert.equal(spotOf(camera, kSize, [0, 0, 5]), undefined);
-  assert.equal(spotOf(camera, kSize, [0, 0, 0]), undefined);
+  const camera = toCamera({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
+  assert.equal(projectPoint(camera, kSize, [0, 0, 5]), undefined);
+  assert.equal(projectPoint(camera, kSize, [0, 0, 0]), undefined);
   assert.equal(spotOfDirection(camera, kSize, [0, 0, 1]), undefined);
   assert.equal(spotOfDirection(camera, kSize, [1, 0, 0]), undefined);
-  assert.equal(segmentOf(camera, kSize, [0, 0, 5], [3, 2, 9]), undefined);
-  assert.deepEqual(spotOf(camera, kSize, [0, 0, -5]), [320, 180]);
+  assert.equal(projectSegment(camera, kSize, [0, 0, 5], [3, 2, 9]), undefined);
+  assert.deepEqual(projectPoint(camera, kSize, [0, 0, -5]), [320, 180]);
 });
 
 test('a segment that passes the camera is cut in front of it, and at the edges', () => {
-  const camera = cameraOf({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
+  const camera = toCamera({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
   const ahead: Vec3 = [0, 0, -100];
-  const [from, to] = segmentOf(camera, kSize, [4, 1, 60], ahead)!;
+  const [from, to] = projectSegment(camera, kSize, [4, 1, 60], ahead)!;
   for (const [x, y] of [from, to])
     assert.ok(x >= -1e-6 && x <= 640 + 1e-6 && y >= -1e-6 && y <= 360 + 1e-6, `${x}, ${y}`);
   isNear(to[0], 320);
   isNear(to[1], 180);
   // The other way round it is the same line.
-  const [back, start] = segmentOf(camera, kSize, ahead, [4, 1, 60])!;
+  const [back, start] = projectSegment(camera, kSize, ahead, [4, 1, 60])!;
   isNear(start[0], from[0]);
   isNear(back[1], to[1]);
 });
@@ -278,10 +278,10 @@ test('a link carries the words of tools, and old links have none', () => {
   ];
   const link = toLink(kState, { measure: pointsWord(points), sun: '1' });
   assert.deepEqual(fromLink(link, { ...kState, timeMs: 0 }), kState);
-  assert.deepEqual(readPoints(wordsOf(link).get('measure')), points);
-  assert.equal(wordsOf(link).get('sun'), '1');
+  assert.deepEqual(readPoints(parseWords(link).get('measure')), points);
+  assert.equal(parseWords(link).get('sun'), '1');
   assert.match(link, /^#[\w=&.,-]+$/, 'nothing that an address would have to escape');
-  assert.deepEqual([...wordsOf(toLink(kState))], []);
+  assert.deepEqual([...parseWords(toLink(kState))], []);
 });
 
 test('points of a link are bounded in number and place', () => {
@@ -396,10 +396,10 @@ test('heights become facts and a table; what is not known stays empty', () => {
   ]);
   const heights = [10, 14, undefined, 12];
   const hits = heights.map((y, i) => (y === undefined ? undefined : pickAt([i, y, 0], 41 - y, i)));
-  const samples = samplesOf(places, hits, kWorld);
-  const [north] = samplesOf([{ x: 4, z: -8, t: 0 }], [], kWorld);
-  assert.match(csvOf([north!], { unitsPerVoxel: 0.5 }), /\r\n2\.000,4\.000,/);
-  assert.deepEqual(factsOf(samples), {
+  const samples = makeSamples(places, hits, kWorld);
+  const [north] = makeSamples([{ x: 4, z: -8, t: 0 }], [], kWorld);
+  assert.match(toCsv([north!], { unitsPerVoxel: 0.5 }), /\r\n2\.000,4\.000,/);
+  assert.deepEqual(toFacts(samples), {
     lengthM: 1.5,
     lowestM: 5,
     highestM: 7,
@@ -407,7 +407,7 @@ test('heights become facts and a table; what is not known stays empty', () => {
     descentM: 1,
     coarsestVoxelM: 4,
   });
-  assert.deepEqual(csvOf(samples, { unitsPerVoxel: 0.5 }).split('\r\n'), [
+  assert.deepEqual(toCsv(samples, { unitsPerVoxel: 0.5 }).split('\r\n'), [
     'easting,northing,distance_m,height_m,level_m',
     '0.000,0.000,0.000,5.000,0.5',
     '0.500,0.000,0.500,7.000,1',
@@ -415,7 +415,7 @@ test('heights become facts and a table; what is not known stays empty', () => {
     '1.500,0.000,1.500,6.000,4',
     '',
   ]);
-  assert.equal(factsOf(samplesOf(places, [], kWorld)), undefined);
+  assert.equal(toFacts(makeSamples(places, [], kWorld)), undefined);
 });
 
 test('a profile keeps its finest reading when the camera flies away', () => {
@@ -423,8 +423,8 @@ test('a profile keeps its finest reading when the camera flies away', () => {
     [0, 0, 0],
     [2, 0, 0],
   ]);
-  const read = (levels: readonly (number | undefined)[]): ReturnType<typeof samplesOf> =>
-    samplesOf(
+  const read = (levels: readonly (number | undefined)[]): ReturnType<typeof makeSamples> =>
+    makeSamples(
       places,
       levels.map((level, i) =>
         level === undefined ? undefined : pickAt([i, 10 + level, 0], 1, level),
@@ -444,15 +444,15 @@ test('a profile keeps its finest reading when the camera flies away', () => {
 });
 
 test('ticks are round and inside the range', () => {
-  assert.deepEqual(ticksOf(0, 10, 5), [0, 2, 4, 6, 8, 10]);
-  assert.deepEqual(ticksOf(471.2, 486.3, 4), [475, 480, 485]);
-  assert.deepEqual(ticksOf(0, 0.3, 3), [0, 0.1, 0.2, 0.3]);
-  assert.deepEqual(ticksOf(5, 5, 4), [5]);
-  const random = shareOf(8);
+  assert.deepEqual(chooseTicks(0, 10, 5), [0, 2, 4, 6, 8, 10]);
+  assert.deepEqual(chooseTicks(471.2, 486.3, 4), [475, 480, 485]);
+  assert.deepEqual(chooseTicks(0, 0.3, 3), [0, 0.1, 0.2, 0.3]);
+  assert.deepEqual(chooseTicks(5, 5, 4), [5]);
+  const random = makeShare(8);
   for (let i = 0; i < 300; ++i) {
     const from = (random() - 0.5) * 1e4;
     const to = from + 10 ** (random() * 8 - 3);
-    const ticks = ticksOf(from, to, 5);
+    const ticks = chooseTicks(from, to, 5);
     assert.ok(ticks.length <= 7, `${from} to ${to}: ${ticks.length}`);
     for (const tick of ticks) assert.ok(tick >= from - 1e-6 && tick <= to + 1e-6, `${tick}`);
   }
@@ -485,29 +485,29 @@ const kNoPlane: SectionPlane = {
 test('an upright plane cuts away what lies towards its azimuth', () => {
   const pivot: Vec3 = [100, 20, -200];
   const plane: SectionPlane = { ...kNoPlane, kind: 'vertical', azimuthDeg: 90, position: 5 };
-  const isCut = (section: ReturnType<typeof sectionOf>, p: Vec3): boolean =>
+  const isCut = (section: ReturnType<typeof toSection>, p: Vec3): boolean =>
     section!.normal.reduce((sum, n, a) => sum + n * p[a]!, 0) > section!.offset;
-  const section = sectionOf(plane, pivot);
+  const section = toSection(plane, pivot);
   assert.equal(isCut(section, [106, 0, -200]), true);
   assert.equal(isCut(section, [104, 0, -200]), false);
-  const flipped = sectionOf({ ...plane, isFlipped: true }, pivot);
+  const flipped = toSection({ ...plane, isFlipped: true }, pivot);
   assert.equal(isCut(flipped, [106, 0, -200]), false);
   assert.equal(isCut(flipped, [104, 0, -200]), true);
   isNear(Math.hypot(...section!.normal), 1);
   const level: SectionPlane = { ...kNoPlane, kind: 'horizontal', height: 30 };
-  assert.deepEqual(sectionOf(level, pivot), { normal: [0, 1, 0], offset: 30 });
-  assert.deepEqual(sectionOf({ ...level, isFlipped: true }, pivot), {
+  assert.deepEqual(toSection(level, pivot), { normal: [0, 1, 0], offset: 30 });
+  assert.deepEqual(toSection({ ...level, isFlipped: true }, pivot), {
     normal: [0, -1, 0],
     offset: -30,
   });
-  assert.equal(sectionOf(kNoPlane, pivot), undefined);
+  assert.equal(toSection(kNoPlane, pivot), undefined);
 });
 
 test('a plane can be put through a point', () => {
   const pivot: Vec3 = [100, 20, -200];
   const point: Vec3 = [130, 44, -250];
   const plane = through({ ...kNoPlane, kind: 'vertical', azimuthDeg: 33 }, pivot, point);
-  const section = sectionOf(plane, pivot)!;
+  const section = toSection(plane, pivot)!;
   isNear(section.normal[0] * point[0] + section.normal[2] * point[2], section.offset);
   assert.equal(plane.height, 44);
 });
@@ -538,17 +538,17 @@ test('a plane survives its link, and wrong words are no plane', () => {
 test('a target is seen unless something lies before its own voxel', () => {
   const ray = sightRay([0, 0, 0], [0, 0, -100])!;
   assert.deepEqual(ray, { origin: [0, 0, 0], direction: [0, 0, -1], maxT: 100 });
-  assert.equal(sightOf(ray, undefined).obstacle, undefined);
-  assert.equal(sightOf(ray, pickAt([0, 0, -99], 99)).obstacle, undefined, 'its own voxel');
-  assert.equal(sightOf(ray, pickAt([0, 0, -94], 94, 2)).obstacle, undefined, 'a coarse one');
-  const blocked = sightOf(ray, pickAt([0, 0, -60], 60));
+  assert.equal(toSight(ray, undefined).obstacle, undefined);
+  assert.equal(toSight(ray, pickAt([0, 0, -99], 99)).obstacle, undefined, 'its own voxel');
+  assert.equal(toSight(ray, pickAt([0, 0, -94], 94, 2)).obstacle, undefined, 'a coarse one');
+  const blocked = toSight(ray, pickAt([0, 0, -60], 60));
   assert.deepEqual(blocked.obstacle, [0, 0, -60]);
   assert.equal(blocked.obstacleDistance, 60);
   assert.equal(sightRay([1, 2, 3], [1, 2, 3]), undefined);
 });
 
 test('a whole place fits into a part of the picture, in any direction', () => {
-  const random = shareOf(7);
+  const random = makeShare(7);
   const between = (low: number, high: number): number => low + (high - low) * random();
   for (let i = 0; i < 200; ++i) {
     const view: Viewpoint = {
@@ -572,7 +572,7 @@ test('a whole place fits into a part of the picture, in any direction', () => {
     const aspect = between(0.4, 3);
     const found = fitted(view, { min, max }, aspect, room);
     assert.deepEqual({ ...found, position: view.position }, view);
-    const { forward, right, up } = cameraOf(found);
+    const { forward, right, up } = toCamera(found);
     const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     const half = Math.hypot(...right) ** 2;
     let [touches, isInside] = [false, true];

@@ -1,16 +1,16 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
-import { cameraOf } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { toCamera } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { ViewCut } from '../../voxelserver/serve/page/src/viewer/view-cut.js';
 
 const kBounds = { min: [-2048, 0, -2048], max: [2048, 256, 2048] } as const;
 const kSide = 64;
 
 /** From the middle of the world, to the east unless told otherwise. */
-function cutOf(headingDeg: number, pitchDeg: number, aspect = 1) {
+function makeCut(headingDeg: number, pitchDeg: number, aspect = 1) {
   const position = [30, 128, 30] as const;
-  const camera = cameraOf({ position, headingDeg, pitchDeg, fovDeg: 60 });
+  const camera = toCamera({ position, headingDeg, pitchDeg, fovDeg: 60 });
   const view = { eye: position, pixelRad: 0.002, detail: 8 };
   const plain = new LevelCut(kBounds, view, 6);
   return { camera, plain, cut: new ViewCut(kBounds, view, 6, camera, aspect) };
@@ -23,7 +23,7 @@ test('columns are in view exactly where a ray of the picture may meet them', () 
     [-45, 10, 0.5],
     [30, -89, 1],
   ] as const) {
-    const { camera, cut } = cutOf(heading, pitch, aspect);
+    const { camera, cut } = makeCut(heading, pitch, aspect);
     // Whatever a ray of the picture passes within the world must count as in view.
     for (let i = 0; i <= 10; ++i)
       for (let j = 0; j <= 10; ++j)
@@ -44,7 +44,7 @@ test('columns are in view exactly where a ray of the picture may meet them', () 
 });
 
 test('what is out of view is as coarse as can be, what is in view as in the tracer', () => {
-  const { plain, cut } = cutOf(90, 0);
+  const { plain, cut } = makeCut(90, 0);
   const counts = { finer: 0, out: 0 };
   for (let bx = -32; bx < 32; ++bx)
     for (let bz = -32; bz < 32; ++bz) {

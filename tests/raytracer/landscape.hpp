@@ -64,7 +64,7 @@ inline output::Film render_scene(Job& job, int threads) {
 }
 
 /// The bytes of all pixels: bit-identical or not.
-inline std::string bytes_of(const output::Film& film) {
+inline std::string to_bytes(const output::Film& film) {
     std::string out;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {

@@ -9,7 +9,7 @@ namespace terravox::core {
 /// So that messages of failed checks show the word.
 template <WordEnum Enum>
 std::ostream& operator<<(std::ostream& out, Enum value) {
-    return out << word_of(value);
+    return out << to_word(value);
 }
 
 }  // namespace terravox::core

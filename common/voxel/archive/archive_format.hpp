@@ -9,8 +9,10 @@
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
-inline constexpr char kShardMagic[8] = {'T', 'V', 'X', 'S', 'H', 'D', '\r', '\n'};   ///< archive_parts.hpp
-inline constexpr char kChangeMagic[8] = {'T', 'V', 'X', 'C', 'H', 'G', '\r', '\n'};  ///< archive_parts.hpp
+inline constexpr char kShardMagic[8] = {'T', 'V', 'X',  'S',
+                                        'H', 'D', '\r', '\n'};  ///< archive_parts.hpp
+inline constexpr char kChangeMagic[8] = {'T', 'V', 'X',  'C',
+                                         'H', 'G', '\r', '\n'};  ///< archive_parts.hpp
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr const char* kEnding = ".tvx";
 
@@ -75,10 +77,10 @@ inline constexpr std::uint32_t kMaxFrame_bytes = 16 << 20;
 /// Records of one box of this level, and of all below it, are made and written together.
 inline constexpr int kSubtreeLevel = 3;
 
-[[nodiscard]] constexpr Key key_of(const BoxKey& k) noexcept {
+[[nodiscard]] constexpr Key to_key(const BoxKey& k) noexcept {
     return {k.level, k.bx, k.by, k.bz};
 }
-[[nodiscard]] constexpr BoxKey key_of(const Key& k) noexcept {
+[[nodiscard]] constexpr BoxKey to_key(const Key& k) noexcept {
     return {k.level, k.bx, k.by, k.bz};
 }
 

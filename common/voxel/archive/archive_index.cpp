@@ -19,7 +19,7 @@ constexpr std::uint64_t kMaxInfo_bytes = 4 << 20;
 constexpr std::uint64_t kMaxRoot_bytes = std::uint64_t{256} << 20;
 const std::uint64_t kMaxLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 
-std::optional<FileKind> kind_of(const char (&magic)[sizeof kMagic]) {
+std::optional<FileKind> find_kind(const char (&magic)[sizeof kMagic]) {
     const auto is = [&](const char (&other)[sizeof kMagic]) {
         return std::memcmp(magic, other, sizeof kMagic) == 0;
     };
@@ -49,7 +49,7 @@ void ArchiveIndex::read_header(Of of) {
     std::vector<std::byte> room;
     const auto bytes = m_source.read(0, sizeof m_header, room);
     std::memcpy(&m_header, bytes.data(), sizeof m_header);
-    const std::optional<FileKind> kind = kind_of(m_header.magic);
+    const std::optional<FileKind> kind = find_kind(m_header.magic);
     if (!kind)
         fail("not a box archive");
     m_kind = *kind;
@@ -90,7 +90,7 @@ void ArchiveIndex::check_bounds() const {
         return;
     const BoxRange range = boxes_over(m_info.bounds, 0);
     const BoxKey last{0, range.max.bx - 1, range.max.by - 1, range.max.bz - 1};
-    if (!in_range(key_of(range.min)) || !in_range(key_of(last)))
+    if (!in_range(to_key(range.min)) || !in_range(to_key(last)))
         fail("its bounds reach beyond 2^20 boxes from the origin");
     if (const int needed = levels_for(m_info.bounds); m_info.levels < needed)
         fail("levels = " + std::to_string(m_info.levels) + "; bounds of this width need at least " +
@@ -100,7 +100,7 @@ void ArchiveIndex::check_bounds() const {
 /// Whether the box lies in the world that the archive declares.
 bool ArchiveIndex::has_room_for(const Key& key) const {
     return in_range(key) && key.level < m_info.levels && !m_info.bounds.empty() &&
-           boxes_over(m_info.bounds, key.level).contains(key_of(key));
+           boxes_over(m_info.bounds, key.level).contains(to_key(key));
 }
 
 void ArchiveIndex::read_root() {
@@ -122,7 +122,7 @@ void ArchiveIndex::read_root() {
             !in_range(leaf.first) || (i > 0 && !before(m_root[i - 1].first, leaf.first)))
             fail("its index is damaged");
         if (!has_room_for(leaf.first))
-            fail("its index names box " + to_string(key_of(leaf.first)) +
+            fail("its index names box " + to_string(to_key(leaf.first)) +
                  ", which lies outside of its bounds");
     }
 }
@@ -146,7 +146,7 @@ std::vector<Entry> ArchiveIndex::entries(std::size_t index) const {
     // Each key once, from the first that the root names to below that of the next leaf.
     const auto not_before = [](const Entry& a, const Entry& b) { return !before(a.key, b.key); };
     if (std::adjacent_find(entries.begin(), entries.end(), not_before) != entries.end() ||
-        key_of(entries.front().key) != key_of(leaf.first) ||
+        to_key(entries.front().key) != to_key(leaf.first) ||
         (index + 1 < m_root.size() && !before(entries.back().key, m_root[index + 1].first)))
         throw damaged();
     for (const Entry& e : entries) {
@@ -155,7 +155,7 @@ std::vector<Entry> ArchiveIndex::entries(std::size_t index) const {
             (e.kind != Kind::kBox && e.kind != Kind::kHole))
             throw damaged();
         if (!has_room_for(e.key))
-            throw wrong(" names box " + to_string(key_of(e.key)) +
+            throw wrong(" names box " + to_string(to_key(e.key)) +
                         ", which lies outside of its bounds");
     }
     return entries;
@@ -177,7 +177,7 @@ std::shared_ptr<const EntryFinder::Entries> EntryFinder::leaf_at(const Key& key)
 }
 
 std::optional<Entry> EntryFinder::find(const BoxKey& box) {
-    const Key key = key_of(box);
+    const Key key = to_key(box);
     if (!in_range(key))
         return std::nullopt;
     const auto entries = leaf_at(key);
@@ -186,7 +186,7 @@ std::optional<Entry> EntryFinder::find(const BoxKey& box) {
     const auto found =
         std::lower_bound(entries->begin(), entries->end(), key,
                          [](const Entry& e, const Key& k) { return before(e.key, k); });
-    if (found == entries->end() || key_of(found->key) != box)
+    if (found == entries->end() || to_key(found->key) != box)
         return std::nullopt;
     return *found;
 }

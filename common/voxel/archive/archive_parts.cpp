@@ -46,7 +46,7 @@ int number_in(const nlohmann::json& value) {
 
 }  // namespace
 
-std::string json_of(const Shard& shard) {
+std::string to_json(const Shard& shard) {
     nlohmann::ordered_json out;
     out["shard"] = shard.number;
     out["of"] = shard.of;
@@ -140,7 +140,7 @@ bool ColumnSet::touches(const BoxKey& key) const noexcept {
     return false;
 }
 
-std::string json_of(const Change& change) {
+std::string to_json(const Change& change) {
     nlohmann::ordered_json out;
     out["replaced"] = runs_json(change.replaced);
     out["compared"] = runs_json(change.compared);

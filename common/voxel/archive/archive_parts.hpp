@@ -22,7 +22,7 @@ struct Shard {
 
 inline constexpr int kMaxShards = 100'000;
 
-[[nodiscard]] std::string json_of(const Shard& shard);
+[[nodiscard]] std::string to_json(const Shard& shard);
 /// Reads the end of a shard.
 /// @param index of a shard
 /// @throws Error when it is damaged
@@ -67,7 +67,7 @@ struct Change {
     std::vector<std::string> damage;  ///< of the world's data, as far as was met
 };
 
-[[nodiscard]] std::string json_of(const Change& change);
+[[nodiscard]] std::string to_json(const Change& change);
 /// Reads the end of a change.
 /// @param index of a change
 /// @throws Error when it is damaged

@@ -23,11 +23,11 @@ using namespace archive;
 constexpr std::size_t kWaiting_bytes = 1 << 20;
 
 template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
+std::span<const std::byte> to_bytes(const T& value) {
     return std::as_bytes(std::span(&value, 1));
 }
 
-std::filesystem::path part_of(std::filesystem::path file) {
+std::filesystem::path make_part(std::filesystem::path file) {
     file += ".part";
     return file;
 }
@@ -36,7 +36,7 @@ std::filesystem::path part_of(std::filesystem::path file) {
 
 ArchiveWriter::ArchiveWriter(const std::filesystem::path& file, const WorldInfo& info,
                              std::uint64_t keep)
-    : m_file(util::follow_links(file)), m_part(part_of(m_file)), m_entries(m_file) {
+    : m_file(util::follow_links(file)), m_part(make_part(m_file)), m_entries(m_file) {
     util::check_writable(file);
     bool is_begun_anew = false;
     try {
@@ -93,7 +93,7 @@ void ArchiveWriter::begin(const std::string& info) {
     m_header.info_offset = sizeof(Header);
     m_header.info_bytes = info.size();
     m_header.checksum = XXH64(&m_header, offsetof(Header, checksum), 0);
-    write(bytes_of(m_header));
+    write(to_bytes(m_header));
     write(std::as_bytes(std::span(info)));
     flush();
 }
@@ -107,7 +107,7 @@ void ArchiveWriter::take_over(std::uint64_t keep) {
         Entry entry{record.key, m_at + sizeof record, record.bytes, record.kind};
         if (!in_range(record.key) || entry.offset + entry.bytes > keep)
             fail("the records to keep are damaged");
-        const auto frame = frame_of(entry);
+        const auto frame = make_frame(entry);
         if (XXH64(frame.data(), frame.size(), 0) != record.checksum)
             fail("the records to keep are damaged");
         note(entry);
@@ -150,17 +150,17 @@ std::uint64_t ArchiveWriter::flush() {
 }
 
 void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte> frame) {
-    if (!in_range(key_of(key)))
+    if (!in_range(to_key(key)))
         throw util::Error("write the box archive " + m_file.string() + ": box " + to_string(key) +
                           "; allowed: up to 2^20 boxes from the origin");
-    const Record record{key_of(key), static_cast<std::uint32_t>(frame.size()), kind,
+    const Record record{to_key(key), static_cast<std::uint32_t>(frame.size()), kind,
                         XXH64(frame.data(), frame.size(), 0)};
-    write(bytes_of(record));
+    write(to_bytes(record));
     note({record.key, m_at, record.bytes, kind});
     write(frame);
 }
 
-std::vector<std::byte> ArchiveWriter::frame_of(const Entry& entry) const {
+std::vector<std::byte> ArchiveWriter::make_frame(const Entry& entry) const {
     std::vector<std::byte> frame(entry.bytes);
     if (::pread(m_fd, frame.data(), frame.size(), static_cast<off_t>(entry.offset)) !=
         static_cast<ssize_t>(frame.size()))
@@ -184,7 +184,7 @@ void ArchiveWriter::finish_change(const std::string& facts) {
 void ArchiveWriter::finish_with_end(const char (&magic)[8], const std::string& facts) {
     write_index();
     write(std::as_bytes(std::span(facts)));
-    write(bytes_of(XXH64(facts.data(), facts.size(), 0)));
+    write(to_bytes(XXH64(facts.data(), facts.size(), 0)));
     std::copy(std::begin(magic), std::end(magic), m_header.magic);
     close(0);
 }
@@ -215,7 +215,7 @@ void ArchiveWriter::write_index() {
     const auto root_bytes = std::as_bytes(std::span(root));
     write(root_bytes);
     const std::uint64_t checksum = XXH64(root_bytes.data(), root_bytes.size(), 0);
-    write(bytes_of(checksum));
+    write(to_bytes(checksum));
     m_header.root_bytes = root_bytes.size() + sizeof checksum;
 }
 
@@ -223,7 +223,7 @@ void ArchiveWriter::close(std::size_t damage) {
     m_header.damage = static_cast<std::uint32_t>(damage);
     m_header.file_bytes = flush();
     m_header.checksum = XXH64(&m_header, offsetof(Header, checksum), 0);
-    write_at(0, bytes_of(m_header));
+    write_at(0, to_bytes(m_header));
     if (::fsync(m_fd) != 0 || ::close(std::exchange(m_fd, -1)) != 0)
         fail(std::strerror(errno));
     util::rename_durably(m_part, m_file);

@@ -82,7 +82,7 @@ public:
     }
     /// Reads the frame of an entry back.
     /// @throws Error
-    [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
+    [[nodiscard]] std::vector<std::byte> make_frame(const archive::Entry& entry) const;
     /// The file that is written until it is finished.
     [[nodiscard]] const std::filesystem::path& unfinished_file() const noexcept { return m_part; }
     /// Writes index and header, and renames the file to its final name.
@@ -90,10 +90,10 @@ public:
     /// @throws Error
     void finish(std::size_t damage = 0);
     /// The same for a shard (archive_parts.hpp): a file that archives are merged of.
-    /// @param facts what ends the file: json_of(Shard)
+    /// @param facts what ends the file: to_json(Shard)
     void finish_shard(const std::string& facts);
     /// The same for a change (archive_parts.hpp): a file that replaces a part of an archive.
-    /// @param facts what ends the file: json_of(Change)
+    /// @param facts what ends the file: to_json(Change)
     void finish_change(const std::string& facts);
 
 private:

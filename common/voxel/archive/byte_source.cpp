@@ -20,7 +20,7 @@ namespace {
 }
 
 /// @return nullopt for what is not a plain file
-std::optional<FileState> state_of(const struct stat& facts) {
+std::optional<FileState> find_state(const struct stat& facts) {
     if (!S_ISREG(facts.st_mode))
         return std::nullopt;
     return FileState{static_cast<std::uint64_t>(facts.st_size), facts.st_mtim.tv_sec,
@@ -97,7 +97,7 @@ private:
     /// @return nullopt for what is not a plain file
     [[nodiscard]] std::optional<FileState> state_now() const {
         struct stat facts{};
-        return ::fstat(m_file, &facts) == 0 ? state_of(facts) : std::nullopt;
+        return ::fstat(m_file, &facts) == 0 ? find_state(facts) : std::nullopt;
     }
 
     const std::string m_name;
@@ -120,7 +120,7 @@ FileState file_state(const std::filesystem::path& path) {
     struct stat facts{};
     if (::stat(path.c_str(), &facts) != 0)
         fail_to_open(path, reason(errno));
-    const std::optional<FileState> state = state_of(facts);
+    const std::optional<FileState> state = find_state(facts);
     if (!state)
         fail_to_open(path, "not a plain file");
     return *state;

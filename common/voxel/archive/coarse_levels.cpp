@@ -13,10 +13,10 @@ namespace terravox::voxel::archive {
 namespace {
 
 MadeBox read_back(const ArchiveWriter& writer, const Entry& entry) {
-    const auto frame = writer.frame_of(entry);
+    const auto frame = writer.make_frame(entry);
     if (entry.kind == Kind::kHole)
         return {nullptr, std::string(reinterpret_cast<const char*>(frame.data()), frame.size())};
-    return {decompress_box(frame, to_string(key_of(entry.key))), std::nullopt};
+    return {decompress_box(frame, to_string(to_key(entry.key))), std::nullopt};
 }
 
 void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& kept) {
@@ -24,7 +24,7 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
     std::map<BoxKey, Entry> below;
     std::set<BoxKey> parents;
     for (const Entry& e : writer.coarse_entries()) {
-        const BoxKey key = key_of(e.key);
+        const BoxKey key = to_key(e.key);
         if (key.level != level - 1)
             continue;
         below.emplace(key, e);
@@ -38,11 +38,11 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
                 return std::move(*record);
             std::array<MadeBox, 8> children;
             for (int c = 0; c < 8; ++c) {
-                const BoxKey key = child_of(keys[i], c);
+                const BoxKey key = find_child(keys[i], c);
                 if (const auto found = below.find(key); found != below.end())
                     children[static_cast<std::size_t>(c)] = read_back(writer, found->second);
             }
-            return record_of(keys[i], coarse_box(keys[i], children));
+            return make_record(keys[i], coarse_box(keys[i], children));
         },
         [&](std::size_t, const MadeRecord& record) {
             if (!record.frame.empty())
@@ -52,7 +52,7 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
 
 }  // namespace
 
-MadeRecord record_of(const BoxKey& key, const MadeBox& made) {
+MadeRecord make_record(const BoxKey& key, const MadeBox& made) {
     if (made.hole) {
         const std::string reason = made.hole->empty() ? "unknown" : *made.hole;
         const auto bytes = std::as_bytes(std::span(reason));

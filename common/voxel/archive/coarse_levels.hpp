@@ -27,13 +27,13 @@ struct MadeRecord {
     Kind kind = Kind::kBox;
     std::vector<std::byte> frame;  ///< empty: air, which is not written
 };
-[[nodiscard]] MadeRecord record_of(const BoxKey& key, const MadeBox& made);
+[[nodiscard]] MadeRecord make_record(const BoxKey& key, const MadeBox& made);
 
 /// The key of one of eight children: i = dx + 2 dz + 4 dy.
-[[nodiscard]] constexpr BoxKey child_of(const BoxKey& key, int i) noexcept {
+[[nodiscard]] constexpr BoxKey find_child(const BoxKey& key, int i) noexcept {
     return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
 }
-/// A coarse box from its children (child_of()); a hole if one of them is.
+/// A coarse box from its children (find_child()); a hole if one of them is.
 [[nodiscard]] MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children);
 
 /// A record of an earlier archive that is still what its children give; nullopt: it must be made.

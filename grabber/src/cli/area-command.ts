@@ -1,6 +1,6 @@
 import { join } from 'node:path';
 import type { Command } from 'commander';
-import { extentOf, loadAreas } from '../select/areas.js';
+import { measureExtent, loadAreas } from '../select/areas.js';
 import type { CliContext } from './context.js';
 import { formatTable } from './output.js';
 
@@ -16,7 +16,7 @@ export function addAreasCommand(program: Command, context: CliContext): void {
         return;
       }
       const rows = areas.map((area) => {
-        const { lon, lat, width_m, height_m } = extentOf(area);
+        const { lon, lat, width_m, height_m } = measureExtent(area);
         return [
           area.name,
           `${lat.toFixed(3)} N`,

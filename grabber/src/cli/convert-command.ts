@@ -14,7 +14,7 @@ import { GrabberError, describeError, systemCode } from '../util/errors.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { formatBytes, type Output } from './output.js';
-import { checkSourceOf, storeOption, writeStore } from './with-store.js';
+import { checkSource, storeOption, writeStore } from './with-store.js';
 
 type Options = { store: string; source?: string; index?: boolean; keepOriginal?: boolean };
 type Tally = { converted: number; indexed: number; failed: number };
@@ -43,7 +43,7 @@ export function addConvertCommand(program: Command, context: CliContext): void {
         signal,
       );
       await writeStore(options.store, signal, async (store) => {
-        checkSourceOf(store, options.source);
+        checkSource(store, options.source);
         await removeStaleWork(store.root);
         const tally = await convertAll(store, options, tools, context);
         context.output.outLine(

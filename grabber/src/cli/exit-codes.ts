@@ -18,7 +18,7 @@ export const kExit = {
  * Combines the exit codes of two parts of a run.
  * @return the more severe one
  */
-export function worseOf(a: number, b: number): number {
+export function chooseWorse(a: number, b: number): number {
   const order: readonly number[] = [kExit.failed, kExit.holes, kExit.done];
   return order.find((code) => code === a || code === b) ?? kExit.done;
 }

@@ -16,15 +16,15 @@ import { fileSize, removeIfThere } from '../util/files.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
-import { accessOf, lidarJob } from './lidar-job.js';
-import { kExit, worseOf } from './exit-codes.js';
+import { toAccess, lidarJob } from './lidar-job.js';
+import { kExit, chooseWorse } from './exit-codes.js';
 import { printPlan } from './fetch-plan.js';
 import { findOrthoSource, kDefaultMargin_m, makeOrthophotos } from './ortho-command.js';
 import {
   addRunOptions,
   monitorCatalogue,
   chooseReporter,
-  storeOf,
+  chooseStore,
   type RunOptions,
 } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
@@ -72,16 +72,16 @@ async function fetchCommand(
   try {
     const monitor = monitorCatalogue(options, output);
     const selection = await select(options, await context.sources(), http, signal, monitor);
-    http.permit(accessOf(selection.profile));
-    if (options.dryRun !== true) storeOf(options);
+    http.permit(toAccess(selection.profile));
+    if (options.dryRun !== true) chooseStore(options);
     const squares = await findSquares(selection, options, signal);
     if (options.dryRun === true) {
-      return worseOf(
+      return chooseWorse(
         await printPlan(selection, squares, http, options, output, signal),
         monitor.code(),
       );
     }
-    const folder = storeOf(options);
+    const folder = chooseStore(options);
     const names = squares.map(({ name }) => name);
     const reporter = chooseReporter(options, output);
     let code: number;
@@ -90,15 +90,15 @@ async function fetchCommand(
       const filled = await makeStore(folder, signal, (store) =>
         fetchInto(store, selection, squares, http, options, hooks, reporter, signal),
       );
-      code = worseOf(filled, monitor.code());
+      code = chooseWorse(filled, monitor.code());
     } finally {
       reporter.close();
     }
     return options.ortho === undefined
       ? code
-      : worseOf(
+      : chooseWorse(
           code,
-          await orthophotosOf(options.ortho, folder, selection, names, options, context),
+          await addOrthophotos(options.ortho, folder, selection, names, options, context),
         );
   } catch (error) {
     throw redactError(error, http.redact);
@@ -111,7 +111,7 @@ async function fetchCommand(
  * Makes orthophotos of the fetched squares, with the default options of `ortho`.
  * @return the exit code
  */
-async function orthophotosOf(
+async function addOrthophotos(
   source: string,
   store: string,
   { grid }: Selection,
@@ -189,7 +189,7 @@ async function fetchInto(
   squares.length = 0;
   store.squares.want(keys, options.refetch);
   const names = keys.map(({ name }) => name);
-  const kept = await intactOf(
+  const kept = await countIntact(
     store,
     store.squares.list({ source, grid, names, states: kUsable }),
     reporter,
@@ -237,7 +237,7 @@ function checkSameAddresses(
  * again.
  * @return how many files are intact
  */
-async function intactOf(
+async function countIntact(
   store: Store,
   usable: readonly StoreRecord[],
   reporter: Reporter,

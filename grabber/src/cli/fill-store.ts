@@ -12,7 +12,7 @@ import { kSystemClock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
-import { policyOf, type RunOptions } from './run-options.js';
+import { toPolicy, type RunOptions } from './run-options.js';
 
 /** What the conversion part adds to a run. */
 export type FetchHooks = {
@@ -72,7 +72,7 @@ export async function fillStore(
   const run: FetchRun = {
     root: store.root,
     clock: kSystemClock,
-    policy: policyOf(options),
+    policy: toPolicy(options),
     queues: new HostQueues(new HostRateLimiter(kSystemClock, options.maxWaitS * 1000)),
     disk: new DiskSpace(store.root),
     syncs: syncQueue(),
@@ -87,7 +87,7 @@ export async function fillStore(
     received_bytes,
     seconds,
   });
-  return exitCodeOf(tally, excluded);
+  return toExitCode(tally, excluded);
 }
 
 /**
@@ -104,7 +104,7 @@ function checkFreeSpace(root: string, known_bytes: number): void {
   );
 }
 
-function exitCodeOf(tally: Tally, excluded: Excluded): number {
+function toExitCode(tally: Tally, excluded: Excluded): number {
   if (tally.failed > 0 || excluded.skipped > 0) return kExit.failed;
   return tally.missing > 0 || excluded.known_missing > 0 || tally.fetched > 0
     ? kExit.holes

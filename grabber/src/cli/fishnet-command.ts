@@ -6,15 +6,20 @@ import { givenVariables } from '../select/ad-hoc.js';
 import { readFishnet } from '../select/fishnet-file.js';
 import { kAll } from '../select/region.js';
 import { chosenRegion } from '../select/region-options.js';
-import { findSource, gridInfoOf, recordsOf, type SelectionOptions } from '../select/selection.js';
+import {
+  findSource,
+  toGridInfo,
+  toRecordFields,
+  type SelectionOptions,
+} from '../select/selection.js';
 import { usage } from '../select/usage.js';
 import { isInRegion } from '../sources/catalogue/listing.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import { profileOf } from '../sources/profile.js';
+import { toProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
-import { accessOf } from './lidar-job.js';
+import { toAccess } from './lidar-job.js';
 import { formatTable } from './output.js';
 import { parseNameList } from './option-parsers.js';
 import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
@@ -83,7 +88,7 @@ async function importCommand(options: ImportOptions, context: CliContext): Promi
   }
   const source = findSource({ source: options.source }, await context.sources());
   if (source === undefined) throw usage('import fishnet: no source; allowed: --source ID');
-  const region = (await chosenRegion(choice, gridInfoOf(source), signal)) ?? kAll;
+  const region = (await chosenRegion(choice, toGridInfo(source), signal)) ?? kAll;
   const squares =
     from === undefined
       ? await fromCatalogue(source, region, options, context)
@@ -97,7 +102,7 @@ async function importCommand(options: ImportOptions, context: CliContext): Promi
     output.outLine(`${counted}; nothing written`);
     return;
   }
-  const { source: id, grid, gridCrs, terms } = recordsOf(source);
+  const { source: id, grid, gridCrs, terms } = toRecordFields(source);
   const { added, changed } = await makeStore(root, signal, async (store) =>
     store.squares.learn(id, grid, gridCrs, terms, squares),
   );
@@ -141,7 +146,7 @@ async function fromCatalogue(
   const http = createHttpClient({
     userAgent: userAgent(info),
     timeout_ms: options.timeoutS * 1000,
-    access: accessOf(profileOf(source)),
+    access: toAccess(toProfile(source)),
   });
   const monitor = monitorCatalogue(options, output);
   try {

@@ -5,7 +5,7 @@ import { findLeftovers, removeLeftovers } from '../report/leftovers.js';
 import type { CliContext } from './context.js';
 import { parseSourceId } from './option-parsers.js';
 import { formatBytes } from './output.js';
-import { checkSourceOf, storeOption, writeStore, type StoreOption } from './with-store.js';
+import { checkSource, storeOption, writeStore, type StoreOption } from './with-store.js';
 
 type GcOptions = StoreOption & { readonly source?: string; readonly dryRun?: boolean };
 
@@ -29,7 +29,7 @@ async function gcCommand(
   { source, dryRun = false }: GcOptions,
   { output, signal }: CliContext,
 ): Promise<void> {
-  checkSourceOf(store, source);
+  checkSource(store, source);
   const { files, leftAlone } = await findLeftovers(store, source, signal);
   // Records first: a run that is cut off here leaves files that no record names, which the next one
   // finds.

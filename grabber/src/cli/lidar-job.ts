@@ -11,7 +11,7 @@ import type { RunOptions } from './run-options.js';
 const kGib_bytes = 1024 ** 3;
 
 /** @throws GrabberError SECRET when the environment lacks one */
-export function accessOf(profile: AccessProfile): Access {
+export function toAccess(profile: AccessProfile): Access {
   return {
     hosts: profile.hosts,
     privateOrigins: profile.privateOrigins,

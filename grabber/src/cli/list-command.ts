@@ -1,11 +1,11 @@
 import type { Command } from 'commander';
 import { createHttpClient, kNoAccess } from '../fetch/http-client.js';
 import { select, type SelectionOptions } from '../select/selection.js';
-import { hostsOf } from '../sources/hosts.js';
-import { variablesOf, type Source } from '../sources/source.js';
+import { listHosts } from '../sources/hosts.js';
+import { listVariables, type Source } from '../sources/source.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
-import { accessOf } from './lidar-job.js';
+import { toAccess } from './lidar-job.js';
 import { formatTable } from './output.js';
 import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
@@ -56,7 +56,7 @@ async function listCommand(options: ListOptions, context: CliContext): Promise<v
       signal,
       monitor,
     );
-    http.permit(accessOf(profile));
+    http.permit(toAccess(profile));
     for await (const square of catalogue.find(region, signal)) {
       if (options.json === true) output.outLine(JSON.stringify({ source, ...square }));
       else output.outLine(`${square.name}\t${square.urls[0] ?? '?'}`);
@@ -76,7 +76,7 @@ function sourcesCommand(
   if (json) {
     output.out(
       `${JSON.stringify(
-        all.map((source) => ({ ...source, hosts: hostsOf(source) })),
+        all.map((source) => ({ ...source, hosts: listHosts(source) })),
         undefined,
         2,
       )}\n`,
@@ -90,7 +90,7 @@ function sourcesCommand(
     source.class_table,
     source.access.kind,
     String(source.max_concurrent),
-    needsOf(source),
+    listNeeds(source),
     source.licence,
     source.title,
   ]);
@@ -103,8 +103,8 @@ function sourcesCommand(
 }
 
 /** Variables without a value in the configuration: the user has to give one. */
-function needsOf(source: Source): string {
-  const open = Object.entries(variablesOf(source)).filter(
+function listNeeds(source: Source): string {
+  const open = Object.entries(listVariables(source)).filter(
     ([, { value, values }]) => value === undefined && values === undefined,
   );
   return open.map(([name]) => name).join(' ') || '-';

@@ -22,7 +22,7 @@ export function parseNameList(text: string): string[] {
 }
 
 /** @return exactly `count` finite numbers, or undefined */
-function numbersOf(text: string, count: number): number[] | undefined {
+function parseNumbers(text: string, count: number): number[] | undefined {
   const parts = text.split(',').map((part) => part.trim());
   const numbers = parts.map(Number);
   return parts.length === count &&
@@ -33,7 +33,7 @@ function numbersOf(text: string, count: number): number[] | undefined {
 }
 
 export function parseBox(text: string): BoundsM {
-  const [west, south, east, north] = numbersOf(text, 4) ?? [];
+  const [west, south, east, north] = parseNumbers(text, 4) ?? [];
   if (
     west !== undefined &&
     south !== undefined &&
@@ -51,7 +51,7 @@ export function parseBox(text: string): BoundsM {
 }
 
 export function parseBoxDeg(text: string): BoundsDeg {
-  const [west = NaN, south = NaN, east = NaN, north = NaN] = numbersOf(text, 4) ?? [];
+  const [west = NaN, south = NaN, east = NaN, north = NaN] = parseNumbers(text, 4) ?? [];
   if (west >= -180 && west < east && east <= 180 && south >= -85 && south < north && north <= 85) {
     return [west, south, east, north];
   }
@@ -65,7 +65,7 @@ type Circle = readonly [number, number, number];
 const kMaxRadius_m = 200_000;
 
 export function parseCircle(text: string): Circle {
-  const [east, north, radius] = numbersOf(text, 3) ?? [];
+  const [east, north, radius] = parseNumbers(text, 3) ?? [];
   if (
     east !== undefined &&
     north !== undefined &&
@@ -81,7 +81,7 @@ export function parseCircle(text: string): Circle {
 }
 
 export function parseCircleDeg(text: string): Circle {
-  const [lon = NaN, lat = NaN, radius = NaN] = numbersOf(text, 3) ?? [];
+  const [lon = NaN, lat = NaN, radius = NaN] = parseNumbers(text, 3) ?? [];
   if (
     lon >= -180 &&
     lon <= 180 &&

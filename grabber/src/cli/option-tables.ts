@@ -50,7 +50,7 @@ function ofOption(option: Option): TableRow {
     positional: '',
     group: 'Options',
     text: option.description,
-    default: defaultOf(option.defaultValue),
+    default: formatDefault(option.defaultValue),
     required: option.mandatory,
     repeats: option.variadic,
     value: /[<[](.*)[>\]]/.exec(option.flags)?.[1] ?? '',
@@ -64,7 +64,7 @@ function ofArgument(argument: Argument): TableRow {
     positional: argument.name(),
     group: 'Options',
     text: argument.description,
-    default: defaultOf(argument.defaultValue),
+    default: formatDefault(argument.defaultValue),
     required: argument.required,
     repeats: argument.variadic,
     value: argument.name(),
@@ -73,7 +73,7 @@ function ofArgument(argument: Argument): TableRow {
 }
 
 /** A path of this machine is no default that a page could name. */
-function defaultOf(value: unknown): string {
+function formatDefault(value: unknown): string {
   if (typeof value === 'number') return String(value);
   return typeof value === 'string' && !isAbsolute(value) ? value : '';
 }

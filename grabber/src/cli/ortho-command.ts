@@ -172,7 +172,7 @@ async function makeAll(
 ): Promise<number> {
   const { signal } = context;
   const found = source === undefined ? undefined : gatherFor(source, cacheFolder);
-  const settings = orthoSettingsOf(
+  const settings = makeOrthoSettings(
     source,
     options,
     http,
@@ -198,10 +198,10 @@ async function makeAll(
     await found?.cache.trim();
   }
   reporter.summary(tally);
-  return exitCodeOf(tally);
+  return toExitCode(tally);
 }
 
-function exitCodeOf({ failed, missing }: OrthoTally): number {
+function toExitCode({ failed, missing }: OrthoTally): number {
   if (failed > 0) return kExit.failed;
   return missing > 0 ? kExit.holes : kExit.done;
 }
@@ -232,7 +232,7 @@ async function makeOne(
   }
 }
 
-function orthoSettingsOf(
+function makeOrthoSettings(
   source: OrthoSource | undefined,
   options: OrthoOptions,
   http: HttpClient,

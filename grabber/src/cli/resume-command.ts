@@ -5,22 +5,22 @@ import type { StoreRecord } from '../model/square.js';
 import type { Store } from '../model/store.js';
 import type { Reporter } from '../progress/reporter.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import { profileOf } from '../sources/profile.js';
+import { toProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
-import { kExit, worseOf } from './exit-codes.js';
-import { accessOf, lidarJob } from './lidar-job.js';
+import { kExit, chooseWorse } from './exit-codes.js';
+import { toAccess, lidarJob } from './lidar-job.js';
 import type { Output } from './output.js';
 import {
   addRunOptions,
   monitorCatalogue,
   chooseReporter,
-  storeOf,
+  chooseStore,
   type RunOptions,
 } from './run-options.js';
-import { checkSourceOf, writeStore } from './with-store.js';
+import { checkSource, writeStore } from './with-store.js';
 
 export type ResumeOptions = RunOptions & { source?: string };
 
@@ -51,21 +51,21 @@ async function resumeCommand(
   const sources = await context.sources();
   const reporter = chooseReporter(options, context.output);
   const clients: SourceClient[] = [];
-  const clientOf = (source: Source): SourceClient => {
+  const makeClient = (source: Source): SourceClient => {
     const client = createHttpClient({
       userAgent: userAgent(context.info),
       timeout_ms: options.timeoutS * 1000,
-      access: accessOf(profileOf(source)),
+      access: toAccess(toProfile(source)),
     });
     clients.push(client);
     return client;
   };
   const continueIn = async (store: Store): Promise<number> => {
-    checkSourceOf(store, options.source);
-    const { jobs, skipped } = jobsOf(
+    checkSource(store, options.source);
+    const { jobs, skipped } = makeJobs(
       store,
       sources,
-      clientOf,
+      makeClient,
       options,
       hooks,
       reporter,
@@ -80,11 +80,11 @@ async function resumeCommand(
       context.signal,
     );
     return reportOrthophotos(store, options.source, reporter) > 0
-      ? worseOf(code, kExit.holes)
+      ? chooseWorse(code, kExit.holes)
       : code;
   };
   try {
-    return await writeStore(storeOf(options), context.signal, continueIn);
+    return await writeStore(chooseStore(options), context.signal, continueIn);
   } finally {
     reporter.close();
     await Promise.all(clients.map((client) => client.close()));
@@ -115,10 +115,10 @@ function reportOrthophotos(store: Store, grid: string | undefined, reporter: Rep
  * Makes one job for each source. The limits of its hosts come from the configuration, not from the
  * store.
  */
-function jobsOf(
+function makeJobs(
   store: Store,
   sources: ReadonlyMap<string, Source>,
-  clientOf: (source: Source) => SourceClient,
+  makeClient: (source: Source) => SourceClient,
   options: ResumeOptions,
   hooks: FetchHooks,
   reporter: Reporter,
@@ -138,12 +138,12 @@ function jobsOf(
     }
     const local = records.filter(({ urls }) => urls.some((url) => url.startsWith('file:')));
     skip(id, local, kFromFolder);
-    const http = clientOf(source);
+    const http = makeClient(source);
     const rest = records.filter((record) => !local.includes(record));
     jobs.push(
       lidarJob(
         rest,
-        profileOf(source),
+        toProfile(source),
         openCatalogue(source, http, monitorCatalogue(options, output)),
         store,
         http,

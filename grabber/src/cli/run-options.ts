@@ -62,7 +62,7 @@ export function addRequestOptions(command: Command): Command {
     );
 }
 
-export function policyOf({ retries, maxWaitS }: Omit<RequestOptions, 'timeoutS'>): RetryPolicy {
+export function toPolicy({ retries, maxWaitS }: Omit<RequestOptions, 'timeoutS'>): RetryPolicy {
   return { ...kBackoff, retries, max_wait_ms: maxWaitS * 1000 };
 }
 
@@ -89,7 +89,7 @@ export function monitorCatalogue(options: RequestOptions, output: Output): Catal
     output.errLine(`warning: left out of the catalogue (${leftOut}): ${error.message}`);
   };
   return {
-    policy: policyOf(options),
+    policy: toPolicy(options),
     onRetry,
     onLeftOut,
     code: () => (leftOut === 0 ? kExit.done : kExit.holes),
@@ -97,7 +97,7 @@ export function monitorCatalogue(options: RequestOptions, output: Output): Catal
 }
 
 /** @throws GrabberError USAGE without a store */
-export function storeOf(options: { readonly store?: string }): string {
+export function chooseStore(options: { readonly store?: string }): string {
   if (options.store !== undefined) return options.store;
   throw new GrabberError(
     'USAGE',

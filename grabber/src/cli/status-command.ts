@@ -1,5 +1,5 @@
 import type { Command } from 'commander';
-import { statusOf, statusText } from '../report/status.js';
+import { readStatus, statusText } from '../report/status.js';
 import type { CliContext } from './context.js';
 import { readStore, storeOption, type StoreOption } from './with-store.js';
 
@@ -22,7 +22,7 @@ export function addStatusCommand(program: Command, context: CliContext): void {
 /** Also while a fetch runs. */
 function statusCommand(options: StatusOptions, { output, signal }: CliContext): Promise<void> {
   return readStore(options.store, signal, (store) => {
-    const status = statusOf(store);
+    const status = readStatus(store);
     if (options.json === true) return output.out(`${JSON.stringify(status, undefined, 2)}\n`);
     const { isTTY, columns } = process.stdout;
     const colour = isTTY && (process.env['NO_COLOR'] ?? '') === '';

@@ -3,7 +3,7 @@ import { join } from 'node:path';
 import type { Command } from 'commander';
 import type { Store } from '../model/store.js';
 import {
-  tableOf,
+  chooseTable,
   verifyFiles,
   wholeFiles,
   type BadFile,
@@ -13,13 +13,7 @@ import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { parseSourceId } from './option-parsers.js';
 import { formatBytes, type Output } from './output.js';
-import {
-  checkSourceOf,
-  readStore,
-  storeOption,
-  writeStore,
-  type StoreOption,
-} from './with-store.js';
+import { checkSource, readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
 
 type VerifyOptions = StoreOption & {
   readonly source?: string;
@@ -48,7 +42,7 @@ async function verifyCommand(
   options: VerifyOptions,
   { output, signal }: CliContext,
 ): Promise<number> {
-  checkSourceOf(store, options.source);
+  checkSource(store, options.source);
   const files = wholeFiles(store, options.source);
   const bad = await verifyFiles(store, files, progressTo(output, process.stderr.isTTY), signal);
   if (options.repair === true) for (const one of bad) await repair(store, one);
@@ -73,8 +67,8 @@ async function verifyCommand(
  */
 async function repair(store: Store, { kind, key, file }: BadFile): Promise<void> {
   await rm(join(store.root, file.path), { force: true });
-  tableOf(store, kind).forget(key);
-  tableOf(store, kind).want([key]);
+  chooseTable(store, kind).forget(key);
+  chooseTable(store, kind).want([key]);
 }
 
 /**

@@ -19,7 +19,7 @@ export function storeOption(): Option {
  * Makes sure that a mistyped --source does not pass for a source without work.
  * @throws GrabberError USAGE unless the store has records of it
  */
-export function checkSourceOf(store: Store, source: string | undefined): void {
+export function checkSource(store: Store, source: string | undefined): void {
   if (source === undefined) return;
   const known = new Set(
     [...store.squares.tally(), ...store.orthophotos.tally()].map((row) => row.source),

@@ -65,7 +65,9 @@ export function parseConfig<T extends { readonly id: string }>(
   }
   const result = kind.schema.safeParse(raw);
   // The schema's own words are for programmers, and would follow the message as its cause.
-  if (!result.success) throw new GrabberError('CONFIG', problemOf(path, raw, result.error, kind));
+  if (!result.success) {
+    throw new GrabberError('CONFIG', describeProblem(path, raw, result.error, kind));
+  }
   if (result.data.id !== basename(path, '.toml')) {
     throw new GrabberError(
       'CONFIG',
@@ -75,7 +77,7 @@ export function parseConfig<T extends { readonly id: string }>(
   return result.data;
 }
 
-function problemOf<T extends { readonly id: string }>(
+function describeProblem<T extends { readonly id: string }>(
   path: string,
   raw: unknown,
   error: z.ZodError,

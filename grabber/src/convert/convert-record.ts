@@ -77,7 +77,7 @@ export async function convertRecord(
     await rename(made.path, final);
     const warnings = [...record.warnings, ...made.warnings];
     store.squares.converted(record.key, stored, {
-      points: factsOf(made.header),
+      points: toFacts(made.header),
       image: null,
       crs: made.header.crs ?? null,
       warnings,
@@ -183,7 +183,7 @@ function sameBounds(a: LasHeader, b: LasHeader): boolean {
   });
 }
 
-export function factsOf(header: LasHeader): PointFacts {
+export function toFacts(header: LasHeader): PointFacts {
   const { pointCount, version, pointFormat, min, max } = header;
   return { pointCount, lasVersion: version, pointFormat, min, max };
 }

@@ -18,13 +18,13 @@ export async function readZlasFacts(path: string): Promise<ZlasFacts> {
   const file = await open(path, 'r');
   try {
     const { buffer, bytesRead } = await file.read(Buffer.alloc(kHeaderBytes), 0, kHeaderBytes, 0);
-    return { pointCount: pointCountOf(buffer.subarray(0, bytesRead)) };
+    return { pointCount: parsePointCount(buffer.subarray(0, bytesRead)) };
   } finally {
     await file.close();
   }
 }
 
-export function pointCountOf(start: Buffer): number | undefined {
+export function parsePointCount(start: Buffer): number | undefined {
   if (start.length < kMinHeaderBytes || start.toString('latin1', 0, 4) !== 'LASF') {
     return undefined;
   }

@@ -3,7 +3,7 @@ import type { Outcome } from '../progress/events.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { stopsRun } from './disk-space.js';
 import type { FetchJob, FetchRun } from './fetch-job.js';
-import { addressesOf } from './locate.js';
+import { locateAddresses } from './locate.js';
 import type { NearBlocks } from './near-blocks.js';
 import { fetchFromMirrors, type FetchResult } from './mirrors.js';
 import { recover } from './recover.js';
@@ -30,9 +30,9 @@ export async function fetchRecord(
       return { state: 'missing', key, url: job.table.get(key)?.url ?? null, reason };
     }
     const stored = job.table.get(key) ?? record;
-    if (job.convert === undefined) return outcomeOf(stored, done);
+    if (job.convert === undefined) return toOutcome(stored, done);
     await job.convert(stored, signal);
-    return outcomeOf(job.table.get(key) ?? stored, done);
+    return toOutcome(job.table.get(key) ?? stored, done);
   } catch (error) {
     signal.throwIfAborted();
     if (stopsRun(error)) throw error;
@@ -51,14 +51,14 @@ async function locateAndObtain(
   blocks: NearBlocks,
   signal: AbortSignal,
 ): Promise<FetchResult> {
-  const urls = await addressesOf(record, job, run, blocks, signal);
+  const urls = await locateAddresses(record, job, run, blocks, signal);
   if (urls.length === 0) return { kind: 'missing', reason: 'at none of its possible addresses' };
   return fetchFromMirrors(record, urls, job, run, signal);
 }
 
 type Stored = Extract<FetchResult, { kind: 'stored' }>;
 
-function outcomeOf(record: StoreRecord, done: Stored): Outcome {
+function toOutcome(record: StoreRecord, done: Stored): Outcome {
   return {
     state: outcomeState(record, done),
     key: record.key,

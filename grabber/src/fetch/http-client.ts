@@ -3,7 +3,7 @@ import { kSystemClock, type Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { checkUrl, policedConnector, type HostAccess, type Resolve } from './host-policy.js';
 import { StallDetector } from './stall-detector.js';
-import { redactError, redactorOf, withoutSecrets, type Redact } from './redact.js';
+import { redactError, makeRedactor, withoutSecrets, type Redact } from './redact.js';
 import { shownUrl } from './shown-url.js';
 
 export type HttpResponse = {
@@ -106,7 +106,7 @@ class UndiciClient implements SourceClient {
     });
   }
 
-  readonly redact: Redact = (text) => redactorOf(Object.values(this.#access.secretHeaders))(text);
+  readonly redact: Redact = (text) => makeRedactor(Object.values(this.#access.secretHeaders))(text);
 
   get(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
     return withoutSecrets(this.redact, () => this.#follow('GET', url, headers, signal));

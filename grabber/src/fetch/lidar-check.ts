@@ -12,7 +12,7 @@ export const kLidarExtensions = ['laz', 'las', 'zlas'] as const;
  * not judged.
  */
 export function checkLidarStart(shown: string, start: Uint8Array): void {
-  if (start.length < 4 || looksLikeLas(start) || /\.zlas$/i.test(pathOf(shown))) return;
+  if (start.length < 4 || looksLikeLas(start) || /\.zlas$/i.test(toPath(shown))) return;
   const found = JSON.stringify(Buffer.from(start.subarray(0, 12)).toString('latin1'));
   throw new GrabberError(
     'NOT_LAS',
@@ -30,7 +30,7 @@ export async function checkLidar(
   url: string,
   signal: AbortSignal,
 ): Promise<Checked> {
-  if (record.member === null && /\.zlas$/i.test(pathOf(url))) {
+  if (record.member === null && /\.zlas$/i.test(toPath(url))) {
     return { extension: 'zlas', facts: null };
   }
   let header: LasFile;
@@ -76,6 +76,6 @@ function placeWarnings({ key, bounds }: StoreRecord, { min, max }: LasFile): str
   ];
 }
 
-function pathOf(url: string): string {
+function toPath(url: string): string {
   return URL.canParse(url) ? new URL(url).pathname : url;
 }

@@ -6,7 +6,7 @@ import { statusError } from './response-error.js';
 import { withRetries } from './retry.js';
 
 /** @return the record's addresses, best first; empty when its source has no such file */
-export async function addressesOf(
+export async function locateAddresses(
   record: StoreRecord,
   job: FetchJob,
   run: FetchRun,

@@ -60,12 +60,12 @@ async function resumableFirst(
   signal: AbortSignal,
 ): Promise<readonly string[]> {
   if (urls.length < 2) return urls;
-  const started = (await readPartialState(placesOf(record, job, run).transfer, signal))?.url;
+  const started = (await readPartialState(toPlaces(record, job, run).transfer, signal))?.url;
   return [...urls].sort((a, b) => Number(b === started) - Number(a === started));
 }
 
 /** Where bytes arrive, and where the file lies that is checked; the same but for archives. */
-function placesOf(
+function toPlaces(
   record: StoreRecord,
   job: FetchJob,
   run: FetchRun,
@@ -121,7 +121,7 @@ async function attempt(
   run: FetchRun,
   signal: AbortSignal,
 ): Promise<FetchResult> {
-  const places = placesOf(record, job, run);
+  const places = toPlaces(record, job, run);
   const transfer = await transferFrom(url, places.transfer, context, job, run, signal);
   if (transfer.kind === 'missing') return transfer;
   try {

@@ -31,7 +31,7 @@ export async function findPartial(
   url: string,
   signal: AbortSignal,
 ): Promise<PartialFile> {
-  const offset_bytes = sizeOf(partial) ?? 0;
+  const offset_bytes = measureSize(partial) ?? 0;
   const state = offset_bytes === 0 ? undefined : await readPartialState(partial, signal);
   if (state === undefined || state.url !== url) return { kind: 'nothing' };
   if (state.total_bytes === offset_bytes) return { kind: 'whole', bytes: offset_bytes };
@@ -49,7 +49,7 @@ export async function readPartialState(
   partial: string,
   signal: AbortSignal,
 ): Promise<PartialState | undefined> {
-  if (sizeOf(statePath(partial)) === undefined) return undefined;
+  if (measureSize(statePath(partial)) === undefined) return undefined;
   const text = await readFile(statePath(partial), { encoding: 'utf8', signal });
   try {
     return stateSchema.safeParse(JSON.parse(text)).data;
@@ -88,7 +88,7 @@ export function rememberState(
 ): void {
   writeState(partial, {
     url,
-    if_range: validatorOf(response) ?? null,
+    if_range: readValidator(response) ?? null,
     total_bytes: total_bytes ?? null,
   });
 }
@@ -129,7 +129,7 @@ function unlinkIfThere(path: string): void {
  * Size of a plain file; a link has none. Synchronous, since a worker thread would cost more than
  * the query.
  */
-function sizeOf(path: string): number | undefined {
+function measureSize(path: string): number | undefined {
   const found = lstatSync(path, { throwIfNoEntry: false });
   return found?.isFile() === true ? found.size : undefined;
 }
@@ -139,7 +139,7 @@ function statePath(partial: string): string {
 }
 
 /** Ref: RFC 9110 section 13.1.5: a weak ETag may not be used in If-Range. */
-function validatorOf(response: HttpResponse): string | undefined {
+function readValidator(response: HttpResponse): string | undefined {
   const etag = response.header('etag');
   if (etag !== undefined && /^"[\x21\x23-\x7e\x80-\xff]*"$/.test(etag)) return etag;
   const date = response.header('last-modified');

@@ -10,7 +10,7 @@ const kMinSecretPart = 8;
  * Hides secrets in text that came from a server, which may send back what it was sent, whole or
  * cut.
  */
-export function redactorOf(secrets: readonly string[]): Redact {
+export function makeRedactor(secrets: readonly string[]): Redact {
   // "Bearer abc" may come back without its scheme.
   const whole = secrets.flatMap((secret) => [
     secret,

@@ -36,14 +36,14 @@ export function bodyPlan(
   response: HttpResponse,
   resumable: Resumable | undefined,
 ): BodyPlan {
-  const coding = codingOf(url, response);
+  const coding = readCoding(url, response);
   const length = contentLength(url, response);
   if (response.status === 206) return restPlan(url, response, resumable, coding, length);
   // A server that ignores Range, or whose file has changed since, sends the whole file with 200.
   return { offset_bytes: 0, total_bytes: coding === undefined ? length : undefined, coding };
 }
 
-function codingOf(url: string, response: HttpResponse): Coding | undefined {
+function readCoding(url: string, response: HttpResponse): Coding | undefined {
   const name = (response.header('content-encoding') ?? 'identity').trim().toLowerCase();
   if (name === 'identity' || name === '') return undefined;
   const coding = kCodings.find((one) => one === name);

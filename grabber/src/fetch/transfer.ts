@@ -78,7 +78,7 @@ async function transfer(
     await response.discard();
     return { kind: 'complete', bytes: resumable.offset_bytes, sha256: hash.digest('hex') };
   }
-  const plan = await planOf(url, partial, response, resumable, context);
+  const plan = await planTransfer(url, partial, response, resumable, context);
   try {
     if (plan.total_bytes !== undefined && plan.total_bytes > context.max_bytes) {
       throw tooLarge(shownUrl(url), plan.total_bytes, context.max_bytes);
@@ -108,7 +108,7 @@ function requestHeaders(resumable: Resumable | undefined): Record<string, string
   return { ...headers, range: `bytes=${resumable.offset_bytes}-`, 'if-range': resumable.if_range };
 }
 
-async function planOf(
+async function planTransfer(
   url: string,
   partial: string,
   response: HttpResponse,

@@ -19,7 +19,7 @@ export function overlap(a: BoundsM, b: BoundsM): boolean {
 }
 
 /** @return undefined when they share no ground */
-export function intersectionOf(a: BoundsM, b: BoundsM): BoundsM | undefined {
+export function intersectBounds(a: BoundsM, b: BoundsM): BoundsM | undefined {
   if (!overlap(a, b)) return undefined;
   const west = Math.max(a[0], b[0]);
   const south = Math.max(a[1], b[1]);
@@ -29,7 +29,7 @@ export function intersectionOf(a: BoundsM, b: BoundsM): BoundsM | undefined {
 }
 
 /** @param points at least one */
-export function boundsOf(points: Iterable<Point>): BoundsM {
+export function measureBounds(points: Iterable<Point>): BoundsM {
   let west = Infinity;
   let south = Infinity;
   let east = -Infinity;
@@ -47,10 +47,10 @@ export function boundsOf(points: Iterable<Point>): BoundsM {
  * The smallest box around all of them.
  * @param boxes at least one
  */
-export function unionOf(boxes: Iterable<BoundsM>): BoundsM {
+export function uniteBounds(boxes: Iterable<BoundsM>): BoundsM {
   const corners: Point[] = [];
   for (const [west, south, east, north] of boxes) corners.push([west, south], [east, north]);
-  return boundsOf(corners);
+  return measureBounds(corners);
 }
 
 /** A closed ring around the box, counter-clockwise, each edge in `pieces` equal parts. */
@@ -80,7 +80,7 @@ function between(from: Point, to: Point, share: number): Point {
 }
 
 /** How many pieces withShortEdges would make. */
-export function piecesOf(line: readonly Point[], longest: number): number {
+export function countPieces(line: readonly Point[], longest: number): number {
   let pieces = 0;
   line.slice(1).forEach((to, index) => {
     pieces += piecesBetween(line[index] ?? to, to, longest);
@@ -109,7 +109,7 @@ export function withShortEdges(line: readonly Point[], longest: number): Point[]
  */
 export function boundsToDegrees(bounds: BoundsM, projection: Projection): BoundsDeg {
   return padded(
-    boundsOf(ringOfBox(bounds, kEdgePieces).map((point) => projection.toDegrees(point))),
+    measureBounds(ringOfBox(bounds, kEdgePieces).map((point) => projection.toDegrees(point))),
   );
 }
 

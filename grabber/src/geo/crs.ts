@@ -40,14 +40,14 @@ const known = new Map<string, Projection>();
  * @param code `EPSG:n`
  * @throws GrabberError CRS when its projection is not known
  */
-export function projectionOf(code: string): Projection {
+export function findProjection(code: string): Projection {
   const found = known.get(code) ?? makeProjection(code);
   known.set(code, found);
   return found;
 }
 
 function makeProjection(code: string): Projection {
-  const definition = definitionOf(code);
+  const definition = findDefinition(code);
   // Loaded when the first place is projected: commands that only read the store start faster
   // without.
   const project = require('proj4') as typeof proj4;
@@ -68,7 +68,7 @@ function makeProjection(code: string): Projection {
   };
 }
 
-function definitionOf(code: string): string {
+function findDefinition(code: string): string {
   const number = kCode.exec(code)?.[1];
   if (number === undefined) throw unknownCrs(code, 'not a code');
   let entry: Entry;

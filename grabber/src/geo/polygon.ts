@@ -1,5 +1,5 @@
 import type { BoundsM } from '../model/square.js';
-import { boundsOf, overlap } from './bounds.js';
+import { measureBounds, overlap } from './bounds.js';
 import type { Point } from './crs.js';
 
 /**
@@ -34,9 +34,9 @@ export class PolygonIndex {
   readonly #rowHeight: number;
 
   constructor(polygon: Polygon) {
-    this.bounds = boundsOf(polygon.flat());
+    this.bounds = measureBounds(polygon.flat());
     this.#rowHeight = Math.max(kRowHeight, (this.bounds[3] - this.bounds[1]) / kMaxRows);
-    for (const edge of edgesOf(polygon)) {
+    for (const edge of listEdges(polygon)) {
       const low = this.#rowAt(Math.min(edge.from[1], edge.to[1]));
       const high = this.#rowAt(Math.max(edge.from[1], edge.to[1]));
       for (let row = low; row <= high; ++row) (this.#rows[row] ??= []).push(edge);
@@ -79,7 +79,7 @@ export class PolygonIndex {
   }
 }
 
-function* edgesOf(polygon: Polygon): Generator<Edge> {
+function* listEdges(polygon: Polygon): Generator<Edge> {
   for (const ring of polygon) {
     for (let index = 1; index < ring.length; ++index) {
       const from = ring[index - 1];

@@ -134,14 +134,14 @@ function runOgr2ogr(
       fail(
         new GrabberError(
           code,
-          `${what}: ${reasonOf(error, stderr)}; allowed: ${kVectorFormats}, with one layer`,
+          `${what}: ${toReason(error, stderr)}; allowed: ${kVectorFormats}, with one layer`,
         ),
       );
     });
   });
 }
 
-function reasonOf(error: Error & { killed?: boolean }, stderr: string): string {
+function toReason(error: Error & { killed?: boolean }, stderr: string): string {
   if (systemCode(error) === 'ENOENT') return 'the program ogr2ogr (GDAL) is missing';
   if (systemCode(error) === 'ERR_CHILD_PROCESS_STDIO_MAXBUFFER') {
     return `it holds more than ${kMaxOutput_bytes} bytes as GeoJSON`;

@@ -79,7 +79,7 @@ export async function openGdal(folder: string, signal: AbortSignal): Promise<Gda
         ...(options.statistics === true ? ['-stats'] : []),
         path,
       ];
-      return factsOf(JSON.parse((await run(`look into ${path}`, words, signal)).out) as GdalInfo);
+      return toFacts(JSON.parse((await run(`look into ${path}`, words, signal)).out) as GdalInfo);
     },
     async run(what, argv, signal) {
       await run(what, argv, signal);
@@ -190,7 +190,7 @@ type GdalInfo = {
   }[];
 };
 
-function factsOf(info: GdalInfo): RasterFacts {
+function toFacts(info: GdalInfo): RasterFacts {
   const bands = info.bands ?? [];
   const wkt = info.coordinateSystem?.wkt;
   return {

@@ -25,7 +25,7 @@ const kKinds: { readonly magic: readonly string[]; readonly kind: ImageKind }[] 
 
 export const kGeoTiff: ImageKind = { driver: 'GTiff', extension: 'tif', world: 'tfw' };
 
-export function imageKindOf(start: Uint8Array): ImageKind | undefined {
+export function detectImageKind(start: Uint8Array): ImageKind | undefined {
   const hex = Buffer.from(start.subarray(0, 8)).toString('hex');
   return kKinds.find(({ magic }) => magic.some((one) => hex.startsWith(one)))?.kind;
 }
@@ -35,7 +35,7 @@ export function imageKindOf(start: Uint8Array): ImageKind | undefined {
  * exception with status 200
  */
 export function requireImage(start: Uint8Array, shown: string): ImageKind {
-  const kind = imageKindOf(start);
+  const kind = detectImageKind(start);
   if (kind !== undefined) return kind;
   const text = Buffer.from(start.subarray(0, kSniffBytes))
     .toString('utf8')

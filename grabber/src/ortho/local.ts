@@ -6,7 +6,7 @@ import { GrabberError, describeError } from '../util/errors.js';
 import { namesInFolder } from '../util/files.js';
 import { boundsOfRaster, type Gdal } from './gdal.js';
 import { readImageKind } from './image-kind.js';
-import { channelsOf, type Gather, type Piece } from './piece.js';
+import { toChannels, type Gather, type Piece } from './piece.js';
 import { boundsIn } from './request-grid.js';
 import { overlaps } from './target.js';
 
@@ -51,7 +51,7 @@ async function readImages(
   gdal: Gdal,
   signal: AbortSignal,
 ): Promise<LocalImage[]> {
-  const paths = await pathsOf(path);
+  const paths = await listPaths(path);
   const images: LocalImage[] = [];
   for (const one of paths) {
     const kind = await readImageKind(one, one);
@@ -64,11 +64,11 @@ async function readImages(
           'tags or a world file, north up',
       );
     }
-    const own = epsgOf(facts.wkt);
+    const own = parseEpsg(facts.wkt);
     images.push({
       path: one,
       kind,
-      channels: channelsOf(facts.bands.map((band) => band.interpretation)),
+      channels: toChannels(facts.bands.map((band) => band.interpretation)),
       // An EPSG code can be compared; the WKT of the file is used where it has no code.
       crs: facts.wkt === undefined ? crs : (own ?? facts.wkt),
       bounds,
@@ -78,7 +78,7 @@ async function readImages(
   return images;
 }
 
-async function pathsOf(path: string): Promise<string[]> {
+async function listPaths(path: string): Promise<string[]> {
   try {
     if ((await stat(path)).isFile()) return [path];
     const names = (
@@ -108,7 +108,7 @@ async function pathsOf(path: string): Promise<string[]> {
 }
 
 /** The number of a system, when its text ends with one. */
-function epsgOf(wkt: string | undefined): string | undefined {
+function parseEpsg(wkt: string | undefined): string | undefined {
   const number = /ID\["EPSG",(\d+)\]\]\s*$/.exec(wkt ?? '')?.[1];
   return number === undefined ? undefined : `EPSG:${number}`;
 }

@@ -1,7 +1,7 @@
 import { mkdir, rename } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
 import { flushFile, withWorkFolder } from '../convert/work-folder.js';
-import { projectionOf } from '../geo/crs.js';
+import { findProjection } from '../geo/crs.js';
 import {
   findGround,
   type ImageFacts,
@@ -17,7 +17,7 @@ import { cutOrthophoto, type CutOptions } from './cut.js';
 import type { Downloader } from './download.js';
 import { openGdal } from './gdal.js';
 import type { Gather } from './piece.js';
-import { targetOf } from './target.js';
+import { makeTarget } from './target.js';
 
 /** What pictures are made of, and how; one for a run. */
 export type OrthoSettings = {
@@ -132,8 +132,8 @@ export async function makeOrthophoto(
     );
   }
   // That of a grid is in metres, as pixels are; a file's own may be in degrees, and is refused.
-  if (square.bounds === null) projectionOf(ground.crs);
-  const target = targetOf(ground.bounds, ground.crs, settings.resolution_m, settings.margin_m);
+  if (square.bounds === null) findProjection(ground.crs);
+  const target = makeTarget(ground.bounds, ground.crs, settings.resolution_m, settings.margin_m);
   return withWorkFolder(store.root, async (folder) => {
     const gdal = await openGdal(folder, signal);
     const { download, time, concurrency, cache } = settings;

@@ -92,7 +92,7 @@ export async function probeImage(
     kind,
     width_px: facts.width_px,
     height_px: facts.height_px,
-    channels: channelsOf(facts.bands.map((band) => band.interpretation)),
+    channels: toChannels(facts.bands.map((band) => band.interpretation)),
   };
 }
 
@@ -110,7 +110,7 @@ export function requireSize(
   );
 }
 
-export function channelsOf(bands: readonly string[]): Channels {
+export function toChannels(bands: readonly string[]): Channels {
   const all = bands.join(' ');
   if (all === 'Red Green Blue') return 'rgb';
   if (all === 'Red Green Blue Alpha') return 'rgba';

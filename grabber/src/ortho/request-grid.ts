@@ -1,6 +1,6 @@
 import type { BoundsM } from '../model/square.js';
 import type { Gdal } from './gdal.js';
-import { targetOf, type Target } from './target.js';
+import { makeTarget, type Target } from './target.js';
 
 const kPointsPerEdge = 8;
 const kPad_px = 4;
@@ -20,7 +20,7 @@ export async function requestGrid(
   const step = target.resolution_m * stretch;
   const [west, south, east, north] = bounds;
   const pad = kPad_px * step;
-  return targetOf([west - pad, south - pad, east + pad, north + pad], crs, step, 0);
+  return makeTarget([west - pad, south - pad, east + pad, north + pad], crs, step, 0);
 }
 
 /**

@@ -37,7 +37,9 @@ export function stacGather(source: OrthoSource, access: StacAccess, cache: Asset
   return async (target, context, signal) => {
     const { bounds } = await boundsIn(target, 'EPSG:4326', context.gdal, signal);
     const items = await findItems(access, bounds, context, signal);
-    const assets = newestOfEachPlace(items.flatMap((item) => assetOf(item, access, context.time)));
+    const assets = newestOfEachPlace(
+      items.flatMap((item) => findAssets(item, access, context.time)),
+    );
     if (assets.length === 0) return undefined;
     const pieces = await runAll(
       assets.map((asset) => async (signal: AbortSignal): Promise<Piece | undefined> => {
@@ -123,7 +125,7 @@ function parsePage(text: string, url: string): z.infer<typeof pageSchema> {
   }
 }
 
-function assetOf(item: Item, access: StacAccess, time: string | undefined): Asset[] {
+function findAssets(item: Item, access: StacAccess, time: string | undefined): Asset[] {
   const date = item.properties.datetime ?? item.properties.start_datetime ?? '';
   if (time !== undefined && !date.startsWith(time)) return [];
   const pattern = new RegExp(access.asset);

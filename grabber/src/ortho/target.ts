@@ -18,7 +18,7 @@ const kMaxPixels = 20_000;
  * so that squares which share an edge share their pixels too wherever the resolution divides the
  * square; the margin is widened to whole pixels.
  */
-export function targetOf(
+export function makeTarget(
   square: BoundsM,
   crs: string,
   resolution_m: number,
@@ -60,7 +60,7 @@ export type Block = {
  * Splits a picture into parts that a server will draw; nearly equal ones, row by row from the
  * north-west.
  */
-export function blocksOf(target: Target, max_px: number): Block[] {
+export function makeBlocks(target: Target, max_px: number): Block[] {
   const columns = edges(target.width_px, max_px);
   const rows = edges(target.height_px, max_px);
   return rows.slice(0, -1).flatMap((y, row) =>

@@ -19,7 +19,7 @@ export function templateGather(
 ): Gather {
   return async (target, context, signal) => {
     const { bounds } = await boundsIn(target, source.crs, context.gdal, signal);
-    const squares = squaresOf(bounds, access.square_m);
+    const squares = listSquares(bounds, access.square_m);
     const pieces = await runAll(
       squares.map((square) => async (signal: AbortSignal): Promise<Piece | undefined> => {
         const url = squareUrl(access.url, square, access.square_m);
@@ -93,7 +93,7 @@ export function squareUrl(
   );
 }
 
-function squaresOf([west, south, east, north]: BoundsM, square_m: number): [number, number][] {
+function listSquares([west, south, east, north]: BoundsM, square_m: number): [number, number][] {
   const columns = [Math.floor(west / square_m), Math.ceil(east / square_m)] as const;
   const rows = [Math.floor(south / square_m), Math.ceil(north / square_m)] as const;
   const count = (columns[1] - columns[0]) * (rows[1] - rows[0]);

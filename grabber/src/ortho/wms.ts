@@ -6,7 +6,7 @@ import { writeWorldFile } from './gdal.js';
 import { probeImage, requireSize, type Gather, type Piece } from './piece.js';
 import { requestGrid } from './request-grid.js';
 import type { OrthoSource, WmsAccess } from './schema.js';
-import { blocksOf, boundsOfBlock, type Block } from './target.js';
+import { makeBlocks, boundsOfBlock, type Block } from './target.js';
 
 /** Four bytes a pixel and as many again for what surrounds them. */
 const kBytesPerPixel = 8;
@@ -50,7 +50,7 @@ export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
     const crs = [source.crs, ...source.more_crs].includes(target.crs) ? target.crs : source.crs;
     const grid = await requestGrid(target, crs, context.gdal, signal);
     const pieces = await runAll(
-      blocksOf(grid, access.max_pixels).map(
+      makeBlocks(grid, access.max_pixels).map(
         (block, index) =>
           async (signal: AbortSignal): Promise<Piece | undefined> => {
             const bounds = boundsOfBlock(grid, block);

@@ -84,7 +84,7 @@ export function parseCapabilities(xml: string, url: string, wanted: Wanted): Til
       contents.TileMatrixSet.map((found) => found.Identifier).join(', ') || 'one with matrix sets',
     );
   }
-  const crs = crsOf(set.SupportedCRS);
+  const crs = parseCrsName(set.SupportedCRS);
   if (crs === undefined) {
     return fail(
       `matrix set ${wanted.matrixSet} in ${set.SupportedCRS}`,
@@ -143,7 +143,7 @@ function readXml(xml: string, url: string): z.infer<typeof capabilitiesSchema> {
 }
 
 /** urn:ogc:def:crs:EPSG::3857 or EPSG:3857; degrees have no pixel size in metres. */
-function crsOf(text: string): string | undefined {
+function parseCrsName(text: string): string | undefined {
   const number = /EPSG:(?:[0-9.]*:)?(\d{4,6})$/.exec(text.trim())?.[1];
   return number === undefined || number === '4326' || number === '4258'
     ? undefined

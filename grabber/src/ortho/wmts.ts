@@ -20,7 +20,7 @@ const kMaxTile_bytes = 8 << 20;
 export function wmtsGather(source: OrthoSource, access: WmtsAccess): Gather {
   let service: Promise<TileService> | undefined;
   return async (target, context, signal) => {
-    service ??= serviceOf(source, access, context, signal);
+    service ??= readService(source, access, context, signal);
     const found = await service.catch((error: unknown) => {
       service = undefined;
       throw error;
@@ -46,7 +46,7 @@ export function wmtsGather(source: OrthoSource, access: WmtsAccess): Gather {
   };
 }
 
-async function serviceOf(
+async function readService(
   source: OrthoSource,
   access: WmtsAccess,
   context: GatherContext,

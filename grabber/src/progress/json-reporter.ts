@@ -25,7 +25,7 @@ export function jsonReporter(
     plan: (plan) => log.info({ event: 'plan', ...plan }),
     begin: (key, url) => {
       shownAt_ms.set(shown(key), now_ms());
-      log.info({ event: 'begin', ...fieldsOf(key), url });
+      log.info({ event: 'begin', ...toFields(key), url });
     },
     bytes(key, done_bytes, _fresh, total_bytes) {
       const now = now_ms();
@@ -33,7 +33,7 @@ export function jsonReporter(
       shownAt_ms.set(shown(key), now);
       log.info({
         event: 'progress',
-        ...fieldsOf(key),
+        ...toFields(key),
         done_bytes,
         total_bytes: total_bytes ?? null,
       });
@@ -41,14 +41,14 @@ export function jsonReporter(
     outcome(outcome) {
       shownAt_ms.delete(shown(outcome.key));
       const { key, ...rest } = outcome;
-      const fields = { event: 'state', ...fieldsOf(key), ...rest };
+      const fields = { event: 'state', ...toFields(key), ...rest };
       if (outcome.state === 'failed') log.error(fields, outcome.message);
       else if (outcome.state === 'missing') log.warn(fields, outcome.reason);
       else log[hasWarnings(outcome) ? 'warn' : 'info'](fields, `${outcome.state} ${key.name}`);
     },
     retry(key, { error, retry, wait_ms }) {
       log.warn(
-        { event: 'retry', ...fieldsOf(key), retry, wait_ms, code: error.code },
+        { event: 'retry', ...toFields(key), retry, wait_ms, code: error.code },
         error.message,
       );
     },
@@ -62,7 +62,7 @@ export function jsonReporter(
   };
 }
 
-function fieldsOf(key: RecordKey): { source: string; grid: string; square: string } {
+function toFields(key: RecordKey): { source: string; grid: string; square: string } {
   return { source: key.source, grid: key.grid, square: key.name };
 }
 

@@ -11,7 +11,7 @@ import { fileSize, sha256OfFile } from '../util/files.js';
  * @return what is wrong with it, undefined when nothing is
  * @throws the signal's reason when it aborts
  */
-export async function problemOf(
+export async function findProblem(
   root: string,
   file: StoredFile,
   kind: FileKind,

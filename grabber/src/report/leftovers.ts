@@ -126,7 +126,7 @@ async function* walk(
     yield { path: folder, link: true };
     return;
   }
-  for (const entry of await entriesOf(join(root, folder))) {
+  for (const entry of await listEntries(join(root, folder))) {
     signal.throwIfAborted();
     const path = `${folder}/${entry.name}`;
     if (entry.isDirectory()) yield* walk(root, path, signal);
@@ -134,7 +134,7 @@ async function* walk(
   }
 }
 
-async function entriesOf(folder: string): Promise<Dirent[]> {
+async function listEntries(folder: string): Promise<Dirent[]> {
   try {
     return (await readdir(folder, { withFileTypes: true })).sort((a, b) =>
       a.name < b.name ? -1 : 1,

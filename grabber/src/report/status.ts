@@ -27,7 +27,7 @@ export type Status = {
   readonly orthophotos: TableStatus;
 };
 
-export function statusOf(store: Store): Status {
+export function readStatus(store: Store): Status {
   return {
     store: store.root,
     squares: tableStatus(store.squares),

@@ -1,7 +1,7 @@
 import type { RecordKey, StoredFile, StoreRecord } from '../model/square.js';
 import type { RecordTable, Store } from '../model/store.js';
 import { kPlaces, type FileKind } from '../store/layout.js';
-import { problemOf, wrongBytes } from './check-file.js';
+import { findProblem, wrongBytes } from './check-file.js';
 
 export type FileToCheck = {
   readonly kind: FileKind;
@@ -19,7 +19,7 @@ export type VerifyProgress = (done: number, total: number, bytes: number) => voi
 /** Two files at a time keep a disk and the hash of the other file busy. */
 const kConcurrency = 2;
 
-export function tableOf(store: Store, kind: FileKind): RecordTable {
+export function chooseTable(store: Store, kind: FileKind): RecordTable {
   return kind === 'lidar' ? store.squares : store.orthophotos;
 }
 
@@ -27,7 +27,7 @@ export function tableOf(store: Store, kind: FileKind): RecordTable {
 export function wholeFiles(store: Store, source: string | undefined): FileToCheck[] {
   const of = source === undefined ? {} : { source };
   return (['lidar', 'ortho'] as const).flatMap((kind) => {
-    const table = tableOf(store, kind);
+    const table = chooseTable(store, kind);
     return [
       ...table.list({ ...of, usable: true }),
       ...table.list({ ...of, states: ['fetched'] }),
@@ -80,9 +80,9 @@ async function checkOne(
   while (now !== undefined) {
     signal.throwIfAborted();
     if (!now.placed && (await liesUnfinished(store, now, signal))) return undefined;
-    const reason = await problemOf(store.root, now.file, now.kind, signal);
+    const reason = await findProblem(store.root, now.file, now.kind, signal);
     if (reason === undefined) return undefined;
-    const later = currentOf(store, now);
+    const later = findCurrent(store, now);
     if (later?.file.sha256 === now.file.sha256 && later.file.path === now.file.path) {
       return { ...now, reason };
     }
@@ -102,7 +102,7 @@ async function liesUnfinished(
   );
 }
 
-function currentOf(store: Store, { kind, key }: FileToCheck): FileToCheck | undefined {
-  const record = tableOf(store, kind).get(key);
+function findCurrent(store: Store, { kind, key }: FileToCheck): FileToCheck | undefined {
+  const record = chooseTable(store, kind).get(key);
   return record === undefined ? undefined : toCheck(kind, record);
 }

@@ -12,18 +12,18 @@ import { kAdHocSquareM } from './ad-hoc.js';
  * @param plainNames names are just names, no places of a grid
  */
 export function adHocCatalogue(template: string, given: Variables, plainNames: boolean): Catalogue {
-  const urlsOf = (square: Square): string[] => [expandTemplate(template, square, given)];
+  const toUrls = (square: Square): string[] => [expandTemplate(template, square, given)];
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
     const listing = new Listing(`list ${template}`, kMaxSquares);
     if (plainNames && region.names !== undefined) {
       for (const name of region.names) {
-        listing.add(nameOnlySquare(name, urlsOf({ name, corner: undefined })), '');
+        listing.add(nameOnlySquare(name, toUrls({ name, corner: undefined })), '');
       }
     } else {
       for (const square of gridSquares(region, { square_m: kAdHocSquareM, extent_m: undefined })) {
         const bounds = boundsOfSquare(square, kAdHocSquareM);
         if (isInRegion({ name: square.name, bounds }, region)) {
-          listing.add(gridSquare(square, kAdHocSquareM, null, urlsOf(square)), '');
+          listing.add(gridSquare(square, kAdHocSquareM, null, toUrls(square)), '');
         }
       }
     }

@@ -2,8 +2,8 @@ import type { Terms } from '../model/square.js';
 import type { SourceVariable } from '../sources/access-schema.js';
 import { hostOfTemplate, originOfTemplate } from '../sources/hosts.js';
 import type { AccessProfile } from '../sources/profile.js';
-import { variablesOf, type Source } from '../sources/source.js';
-import { placeholdersOf, templateProblem, type Variables } from '../sources/url-template.js';
+import { listVariables, type Source } from '../sources/source.js';
+import { listPlaceholders, templateProblem, type Variables } from '../sources/url-template.js';
 import type { SelectionOptions } from './selection.js';
 import { usage } from './usage.js';
 
@@ -43,7 +43,7 @@ export function adHocProfile(
 
 /** Whether squares of the address are places of a grid, not just names. */
 export function needsCorner(template: string): boolean {
-  return placeholdersOf(template).some((name) => kCornerNames.includes(name));
+  return listPlaceholders(template).some((name) => kCornerNames.includes(name));
 }
 
 /** Values the user gave, with --block as one of them. */
@@ -55,7 +55,7 @@ export function givenVariables(options: SelectionOptions): Variables {
 export function checkTemplate(template: string, given: Variables, known: readonly string[]): void {
   const problem = templateProblem(template, [...new Set([...known, ...Object.keys(given)])]);
   if (problem !== undefined) throw usage(`read --url-template "${template}": ${problem}`);
-  const unused = Object.keys(given).find((name) => !placeholdersOf(template).includes(name));
+  const unused = Object.keys(given).find((name) => !listPlaceholders(template).includes(name));
   if (unused !== undefined) {
     throw usage(
       `set ${unused}: the address "${template}" has no {${unused}}; allowed: its own ` +
@@ -69,9 +69,9 @@ export function checkTemplate(template: string, given: Variables, known: readonl
  * hold any text.
  */
 export function withTemplate(source: Source, template: string, given: Variables): Source {
-  const own = variablesOf(source);
+  const own = listVariables(source);
   checkTemplate(template, given, Object.keys(own));
-  const used = placeholdersOf(template);
+  const used = listPlaceholders(template);
   const typed = Object.keys(given).map((name): [string, SourceVariable] => [
     name,
     { about: 'typed', pattern: '.+', allowed: 'any text' },

@@ -1,6 +1,6 @@
 import { z } from 'zod';
 import { loadConfigFolder, type ConfigKind } from '../config/toml-file.js';
-import { boundsOf, ringOfBox } from '../geo/bounds.js';
+import { measureBounds, ringOfBox } from '../geo/bounds.js';
 import { circlePolygonDeg } from '../geo/circle.js';
 import type { Point } from '../geo/crs.js';
 import type { Polygon } from '../geo/polygon.js';
@@ -62,11 +62,11 @@ export async function loadAreas(
     name: file.id,
     title: file.title,
     aliases: file.aliases,
-    polygon: polygonOf(file),
+    polygon: toPolygon(file),
   }));
 }
 
-function polygonOf(file: AreaFile): Polygon {
+function toPolygon(file: AreaFile): Polygon {
   if (file.circle !== undefined) {
     return circlePolygonDeg([file.circle.lon, file.circle.lat], file.circle.radius_m);
   }
@@ -81,7 +81,7 @@ function polygonOf(file: AreaFile): Polygon {
  */
 export function findArea(name: string, areas: readonly NamedArea[]): NamedArea {
   const wanted = folded(name);
-  const found = areas.find((area) => namesOf(area).some((other) => folded(other) === wanted));
+  const found = areas.find((area) => listNames(area).some((other) => folded(other) === wanted));
   if (found !== undefined) return found;
   const near = nearest(wanted, areas);
   const hint =
@@ -91,7 +91,7 @@ export function findArea(name: string, areas: readonly NamedArea[]): NamedArea {
   throw usage(`choose area: "${name}"; allowed: ${hint}`);
 }
 
-function namesOf(area: NamedArea): string[] {
+function listNames(area: NamedArea): string[] {
   return [area.name, ...area.aliases];
 }
 
@@ -112,7 +112,7 @@ function nearest(wanted: string, areas: readonly NamedArea[]): string[] {
   return areas
     .map((area) => ({
       name: area.name,
-      distance: Math.min(...namesOf(area).map((other) => editDistance(wanted, folded(other)))),
+      distance: Math.min(...listNames(area).map((other) => editDistance(wanted, folded(other)))),
     }))
     .filter(({ name, distance }) => distance <= Math.max(1, Math.floor(name.length / 3)))
     .sort((a, b) => a.distance - b.distance || (a.name < b.name ? -1 : 1))
@@ -138,13 +138,13 @@ export function editDistance(a: string, b: string): number {
 }
 
 /** Middle and size of an area's box, for lists. */
-export function extentOf(area: Area): {
+export function measureExtent(area: Area): {
   readonly lon: number;
   readonly lat: number;
   readonly width_m: number;
   readonly height_m: number;
 } {
-  const [west, south, east, north] = boundsOf(area.polygon.flat());
+  const [west, south, east, north] = measureBounds(area.polygon.flat());
   const lat = (south + north) / 2;
   const perDegree_m = 111_195;
   return {

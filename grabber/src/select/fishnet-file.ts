@@ -1,12 +1,12 @@
 import { readVectorFile, type VectorFeature } from '../geo/vector-file.js';
 import type { CatalogueSquare } from '../model/square.js';
-import { addressesOf } from '../sources/catalogue/probe.js';
+import { makeAddresses } from '../sources/catalogue/probe.js';
 import { gridSquare } from '../sources/catalogue/template-catalogue.js';
 import { byPlace } from '../sources/catalogue/listing.js';
 import { onGrid } from '../sources/naming.js';
-import { variablesOf, type Source } from '../sources/source.js';
+import { listVariables, type Source } from '../sources/source.js';
 import type { Square } from '../sources/square.js';
-import { blockVariableOf, chooseVariables } from '../sources/variables.js';
+import { findBlockVariable, chooseVariables } from '../sources/variables.js';
 import type { Variables } from '../sources/url-template.js';
 import { GrabberError } from '../util/errors.js';
 
@@ -45,7 +45,7 @@ export async function readFishnet(
   if (features.length === 0 || features.length > kMaxRows) {
     throw fishnetError(file, `${features.length} rows`, `1 to ${kMaxRows}`);
   }
-  const readRow = rowReader(file, source, size, fields, given, columnsOf(features));
+  const readRow = rowReader(file, source, size, fields, given, listColumns(features));
   const squares = new Map<string, CatalogueSquare>();
   features.forEach((feature, index) => {
     const square = readRow(feature, index + 1);
@@ -71,17 +71,17 @@ function rowReader(
   columns: ReadonlySet<string>,
 ) {
   const column = {
-    name: columnOf('name', fields, columns, true, file),
-    block: columnOf('block', fields, columns, false, file),
-    x: columnOf('x', fields, columns, false, file),
-    y: columnOf('y', fields, columns, false, file),
+    name: findColumn('name', fields, columns, true, file),
+    block: findColumn('block', fields, columns, false, file),
+    x: findColumn('x', fields, columns, false, file),
+    y: findColumn('y', fields, columns, false, file),
   };
   const chosen = chooseVariables(source, given);
-  const blockVariable = blockVariableOf(source);
-  const addresses = addressesOf(source, chosen, blockVariable);
+  const blockVariable = findBlockVariable(source);
+  const addresses = makeAddresses(source, chosen, blockVariable);
   return (feature: VectorFeature, row: number): CatalogueSquare => {
     const name = cell(feature, column.name);
-    const square = squareOf(name, size);
+    const square = squareFromName(name, size);
     if (square === undefined) {
       throw fishnetError(
         file,
@@ -95,11 +95,11 @@ function rowReader(
   };
 }
 
-function columnsOf(features: readonly VectorFeature[]): ReadonlySet<string> {
+function listColumns(features: readonly VectorFeature[]): ReadonlySet<string> {
   return new Set(features.flatMap((feature) => Object.keys(feature.properties ?? {})));
 }
 
-function columnOf(
+function findColumn(
   what: keyof typeof kOfficial,
   fields: FishnetFields,
   columns: ReadonlySet<string>,
@@ -123,7 +123,7 @@ function cell(feature: VectorFeature, column: string | undefined): string | unde
   return typeof value === 'string' || typeof value === 'number' ? String(value).trim() : undefined;
 }
 
-function squareOf(name: string | undefined, size: number): Square | undefined {
+function squareFromName(name: string | undefined, size: number): Square | undefined {
   const match = kName.exec(name ?? '');
   return match === null
     ? undefined
@@ -160,7 +160,7 @@ function knownBlock(
   row: number,
 ): string | null {
   if (block === undefined || block === '') return null;
-  const values = variable === undefined ? undefined : variablesOf(source)[variable]?.values;
+  const values = variable === undefined ? undefined : listVariables(source)[variable]?.values;
   if (values === undefined) return block;
   const lowerCase = block.toLowerCase();
   const found =

@@ -8,7 +8,7 @@ import type { Source } from '../sources/source.js';
 import type { Square } from '../sources/square.js';
 import { GrabberError } from '../util/errors.js';
 import { nameOnlySquare } from './ad-hoc-catalogue.js';
-import { bestOf, findPointFiles, type PointFile } from './point-files.js';
+import { chooseBest, findPointFiles, type PointFile } from './point-files.js';
 import { plainSquareOrNone } from './square-names.js';
 import { usage } from './usage.js';
 
@@ -59,10 +59,10 @@ export async function openFolder(
       const one =
         size === undefined ? nameOnlySquare(square.name, []) : gridSquare(square, size, null, []);
       if (isInRegion(one, region)) {
-        found.set(one.name, { ...one, urls: [addressOf(square.name, files)] });
+        found.set(one.name, { ...one, urls: [chooseAddress(square.name, files)] });
       }
     }
-    for (const one of holesOf(region, source)) if (!found.has(one.name)) found.set(one.name, one);
+    for (const one of listHoles(region, source)) if (!found.has(one.name)) found.set(one.name, one);
     for (const one of [...found.values()].sort(byPlace)) {
       stop.throwIfAborted();
       yield one;
@@ -71,8 +71,8 @@ export async function openFolder(
   return { catalogue: { find, locate: () => Promise.resolve(undefined) }, ignored };
 }
 
-function addressOf(name: string, files: readonly PointFile[]): string {
-  const [file, second] = bestOf(files);
+function chooseAddress(name: string, files: readonly PointFile[]): string {
+  const [file, second] = chooseBest(files);
   if (file === undefined || second !== undefined) {
     throw new GrabberError(
       'AMBIGUOUS_FILE',
@@ -84,7 +84,7 @@ function addressOf(name: string, files: readonly PointFile[]): string {
 }
 
 /** All squares a region of limited size should have. */
-function* holesOf(region: Region, source: Source | undefined): Generator<CatalogueSquare> {
+function* listHoles(region: Region, source: Source | undefined): Generator<CatalogueSquare> {
   if (source?.square_m === undefined || !Number.isFinite(region.bounds[0])) return;
   for (const square of gridSquares(region, {
     square_m: source.square_m,

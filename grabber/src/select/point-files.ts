@@ -51,7 +51,7 @@ async function listFolder(folder: string) {
  * Those of the best kind there is.
  * @param files of one square
  */
-export function bestOf(files: readonly PointFile[]): readonly PointFile[] {
+export function chooseBest(files: readonly PointFile[]): readonly PointFile[] {
   const extension = kExtensions.find((wanted) => files.some((file) => file.extension === wanted));
   return files.filter((file) => file.extension === extension);
 }

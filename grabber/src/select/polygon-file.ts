@@ -21,7 +21,7 @@ export async function readPolygonFile(file: string, signal: AbortSignal): Promis
     { crs: 'EPSG:4326', code: 'POLYGON_FILE', what: 'read polygon' },
     signal,
   );
-  const polygons = features.flatMap((feature, index) => polygonsOf(feature, file, index));
+  const polygons = features.flatMap((feature, index) => toPolygons(feature, file, index));
   const points = polygons.flat().reduce((sum, ring) => sum + ring.length, 0);
   if (polygons.length === 0) throw refused(file, 'it holds no features', 'at least one polygon');
   if (points > kMaxPoints) throw refused(file, `${points} points`, `at most ${kMaxPoints}`);
@@ -29,14 +29,14 @@ export async function readPolygonFile(file: string, signal: AbortSignal): Promis
 }
 
 /** @return the coordinates of each polygon; undefined for any other geometry */
-function partsOf({ geometry }: VectorFeature): unknown[] | undefined {
+function listParts({ geometry }: VectorFeature): unknown[] | undefined {
   if (geometry?.type === 'Polygon') return [geometry.coordinates];
   if (geometry?.type !== 'MultiPolygon' || !Array.isArray(geometry.coordinates)) return undefined;
   return geometry.coordinates as unknown[];
 }
 
-function polygonsOf(feature: VectorFeature, file: string, index: number): Polygon[] {
-  const raw = partsOf(feature);
+function toPolygons(feature: VectorFeature, file: string, index: number): Polygon[] {
+  const raw = listParts(feature);
   if (raw === undefined) {
     throw refused(
       file,

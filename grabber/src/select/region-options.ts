@@ -61,7 +61,7 @@ export async function chosenRegion(
   const option = chosenRegionOption(options);
   if (option === undefined) return undefined;
   if (option === 'squares') {
-    return regionOfSquares(squaresOf(options.squares ?? [], gridInfo), gridInfo.square_m ?? 1000);
+    return regionOfSquares(listSquares(options.squares ?? [], gridInfo), gridInfo.square_m ?? 1000);
   }
   const region = await shapeRegion(option, options, gridInfo, signal);
   // Catches degrees, swapped axes and the wrong country before any request is sent.
@@ -74,7 +74,7 @@ export async function chosenRegion(
   );
 }
 
-function squaresOf(names: readonly string[], { square_m, extent_m }: GridInfo): Square[] {
+function listSquares(names: readonly string[], { square_m, extent_m }: GridInfo): Square[] {
   return square_m === null ? names.map(plainSquare) : squaresByName(names, { square_m, extent_m });
 }
 

@@ -1,14 +1,14 @@
 import {
   kEverywhere,
   overlap,
-  piecesOf,
+  countPieces,
   ringOfBox,
-  unionOf,
+  uniteBounds,
   withShortEdges,
   type BoundsDeg,
 } from '../geo/bounds.js';
 import { circlePolygonDeg, circleTouchesSquare } from '../geo/circle.js';
-import { projectionOf, type Point, type Projection } from '../geo/crs.js';
+import { findProjection, type Point, type Projection } from '../geo/crs.js';
 import { PolygonIndex, type Polygon } from '../geo/polygon.js';
 import type { BoundsM } from '../model/square.js';
 import type { Region } from '../model/store.js';
@@ -35,7 +35,7 @@ export function regionOfSquares(squares: readonly Square[], square_m: number): R
   const names = new Set(squares.map((square) => square.name));
   if (boxes.length === 0) return { ...kAll, names };
   const places = new Set(boxes.map((box) => box.join(' ')));
-  return { bounds: unionOf(boxes), names, touches: (square) => places.has(square.join(' ')) };
+  return { bounds: uniteBounds(boxes), names, touches: (square) => places.has(square.join(' ')) };
 }
 
 export function regionOfBox(box: BoundsM): Region {
@@ -57,8 +57,8 @@ export function regionOfCircle([east, north, radius]: readonly [number, number, 
  * @throws GrabberError USAGE for outlines that are too long to follow
  */
 export function regionOfPolygons(polygons: readonly Polygon[], crs: string): Region {
-  const projection = projectionOf(crs);
-  const pieces = polygons.flat().reduce((sum, ring) => sum + piecesOf(ring, kPiece_deg), 0);
+  const projection = findProjection(crs);
+  const pieces = polygons.flat().reduce((sum, ring) => sum + countPieces(ring, kPiece_deg), 0);
   if (pieces > kMaxPieces) {
     throw usage(
       `read polygons: an outline of ${pieces} pieces of 500 m or less; allowed: at most ` +
@@ -69,7 +69,7 @@ export function regionOfPolygons(polygons: readonly Polygon[], crs: string): Reg
     (polygon) => new PolygonIndex(polygon.map((ring) => projectRing(ring, projection))),
   );
   return {
-    bounds: unionOf(indices.map(({ bounds }) => bounds)),
+    bounds: uniteBounds(indices.map(({ bounds }) => bounds)),
     names: undefined,
     touches: (square) => indices.some((index) => index.touches(square)),
   };

@@ -6,8 +6,8 @@ import type { BoundsM, Terms } from '../model/square.js';
 import type { GrabberError } from '../util/errors.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
 import type { CatalogueOptions } from '../sources/catalogue/options.js';
-import { originOfTemplate, secretOriginsOf } from '../sources/hosts.js';
-import { profileOf, termsOf, type AccessProfile } from '../sources/profile.js';
+import { originOfTemplate, listSecretOrigins } from '../sources/hosts.js';
+import { toProfile, toTerms, type AccessProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import type { Variables } from '../sources/url-template.js';
 import { adHocCatalogue } from './ad-hoc-catalogue.js';
@@ -134,10 +134,10 @@ async function fromSource(
       : withTemplate(configured, options.urlTemplate, given);
   const catalogue = openCatalogue(source, http, { ...monitor, variables: given });
   return {
-    ...recordsOf(source),
+    ...toRecordFields(source),
     profile: profileWithTemplate(source, configured, options.urlTemplate),
     catalogue,
-    region: await neededRegion(options, gridInfoOf(source), signal),
+    region: await neededRegion(options, toGridInfo(source), signal),
     ignored: [],
   };
 }
@@ -151,19 +151,19 @@ function profileWithTemplate(
   configured: Source,
   template: string | undefined,
 ): AccessProfile {
-  const profile = { ...profileOf(source), secretOrigins: secretOriginsOf(configured) };
+  const profile = { ...toProfile(source), secretOrigins: listSecretOrigins(configured) };
   if (template === undefined) return profile;
   return { ...profile, privateOrigins: [...profile.privateOrigins, originOfTemplate(template)] };
 }
 
 /** What the store records of squares of a source. */
-export function recordsOf(
+export function toRecordFields(
   source: Source,
 ): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
-  return { source: source.id, grid: source.id, gridCrs: source.crs, terms: termsOf(source) };
+  return { source: source.id, grid: source.id, gridCrs: source.crs, terms: toTerms(source) };
 }
 
-export function gridInfoOf(source: Source): GridInfo {
+export function toGridInfo(source: Source): GridInfo {
   return { crs: source.crs, square_m: source.square_m ?? null, extent_m: source.extent_m };
 }
 
@@ -220,10 +220,10 @@ async function fromFolder(
   }
   const { catalogue, ignored } = await openFolder(folder, source, signal);
   const gridInfo =
-    source === undefined ? { crs: null, square_m: null, extent_m: undefined } : gridInfoOf(source);
+    source === undefined ? { crs: null, square_m: null, extent_m: undefined } : toGridInfo(source);
   return {
-    ...(source === undefined ? adHocRecords(options, 'local') : recordsOf(source)),
-    profile: source === undefined ? adHocProfile(options, undefined, null) : profileOf(source),
+    ...(source === undefined ? adHocRecords(options, 'local') : toRecordFields(source)),
+    profile: source === undefined ? adHocProfile(options, undefined, null) : toProfile(source),
     catalogue,
     region: (await chosenRegion(options, gridInfo, signal)) ?? kAll,
     ignored,

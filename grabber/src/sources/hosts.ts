@@ -1,5 +1,5 @@
 import type { Source } from './source.js';
-import { templatesOf } from './source.js';
+import { listTemplates } from './source.js';
 
 /**
  * Replaces the variables of an address. None can stand in its host, so that a value cannot choose
@@ -26,30 +26,32 @@ export function originsOfHost(host: string): string[] {
  * Hosts that a source may contact, in lower case, without a port unless the source names one;
  * sorted.
  */
-export function hostsOf(source: Source): string[] {
-  return [...new Set([...addressesOf(source).map(hostOfTemplate), ...source.hosts])].sort();
+export function listHosts(source: Source): string[] {
+  return [...new Set([...listAddresses(source).map(hostOfTemplate), ...source.hosts])].sort();
 }
 
 /**
  * Origins that may receive the source's secrets: those of its own addresses, not all permitted
  * hosts.
  */
-export function secretOriginsOf(source: Source): string[] {
-  return [...new Set(addressesOf(source).map(originOfTemplate))].sort();
+export function listSecretOrigins(source: Source): string[] {
+  return [...new Set(listAddresses(source).map(originOfTemplate))].sort();
 }
 
 /**
  * Origins that may resolve to private addresses: all that a source names when it allows them, else
  * none.
  */
-export function privateOriginsOf(source: Source): string[] {
+export function listPrivateOrigins(source: Source): string[] {
   if (!source.allow_private_addresses) return [];
-  return [...new Set([...secretOriginsOf(source), ...source.hosts.flatMap(originsOfHost)])].sort();
+  return [
+    ...new Set([...listSecretOrigins(source), ...source.hosts.flatMap(originsOfHost)]),
+  ].sort();
 }
 
-function addressesOf(source: Source): string[] {
+function listAddresses(source: Source): string[] {
   const { access } = source;
-  const addresses = [...templatesOf(source)];
+  const addresses = [...listTemplates(source)];
   if (access.kind === 'stac') {
     addresses.push(access.items, ...(access.sign === undefined ? [] : [access.sign]));
   }

@@ -1,6 +1,6 @@
 import type { BoundsM } from '../model/square.js';
 import { squareAt, type Square } from './square.js';
-import { templatesOf, type Source } from './source.js';
+import { listTemplates, type Source } from './source.js';
 import { stemReader } from './url-template.js';
 
 /**
@@ -33,7 +33,7 @@ export function patternReader(pattern: string, corner: 'sw' | 'nw', square_m: nu
 export function fileNameReader(source: Source): NameReader {
   const { access, square_m } = source;
   if (square_m === undefined) return () => undefined;
-  const readers: NameReader[] = templatesOf(source).map((template) => {
+  const readers: NameReader[] = listTemplates(source).map((template) => {
     const read = stemReader(template);
     return (stem) => {
       const corner = read(stem);

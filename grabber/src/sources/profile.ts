@@ -1,5 +1,5 @@
 import type { Terms } from '../model/square.js';
-import { hostsOf, privateOriginsOf, secretOriginsOf } from './hosts.js';
+import { listHosts, listPrivateOrigins, listSecretOrigins } from './hosts.js';
 import type { Source } from './source.js';
 
 /** Limits and permissions for requests to the hosts of a source. */
@@ -25,21 +25,21 @@ export type AccessProfile = {
   readonly square_m: number | null;
 };
 
-export function profileOf(source: Source): AccessProfile {
+export function toProfile(source: Source): AccessProfile {
   return {
     max_concurrent: source.max_concurrent,
     max_per_s: source.max_per_s ?? null,
     missing_status: source.missing_status,
-    hosts: hostsOf(source),
-    privateOrigins: privateOriginsOf(source),
+    hosts: listHosts(source),
+    privateOrigins: listPrivateOrigins(source),
     secretHeaders: source.secret_headers,
-    secretOrigins: secretOriginsOf(source),
+    secretOrigins: listSecretOrigins(source),
     square_m: source.square_m ?? null,
   };
 }
 
 /** What is recorded with the files of a source. */
-export function termsOf(source: Source): Terms {
+export function toTerms(source: Source): Terms {
   return {
     crs: source.crs_in_files ? null : source.crs,
     classTable: source.class_table,

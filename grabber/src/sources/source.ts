@@ -1,6 +1,6 @@
 import { z } from 'zod';
 import { accessSchema, kAccessAllowed, type SourceVariables } from './access-schema.js';
-import { placeholdersOf, templateProblem } from './url-template.js';
+import { listPlaceholders, templateProblem } from './url-template.js';
 
 /** Folder names in the store, so no dots, slashes or capitals. */
 export const kSourceId = /^[a-z0-9][a-z0-9-]{0,39}$/;
@@ -89,12 +89,12 @@ export type Source = z.infer<typeof sourceSchema>;
 /**
  * What the addresses of a source leave open; sources whose catalogue lists the addresses have none.
  */
-export function variablesOf(source: Source): SourceVariables {
+export function listVariables(source: Source): SourceVariables {
   return source.access.kind === 'stac' ? {} : source.access.variables;
 }
 
 /** Addresses made of a square's name, best first; empty where the catalogue lists them. */
-export function templatesOf(source: Source): readonly string[] {
+export function listTemplates(source: Source): readonly string[] {
   return source.access.kind === 'stac' ? [] : (source.access.urls ?? []);
 }
 
@@ -106,7 +106,7 @@ function addressProblem(access: Source['access']): { field: string; message: str
     const message = templateProblem(url, names);
     if (message !== undefined) return { field: 'urls', message };
   }
-  const unused = names.find((name) => !urls.some((url) => placeholdersOf(url).includes(name)));
+  const unused = names.find((name) => !urls.some((url) => listPlaceholders(url).includes(name)));
   if (unused !== undefined) {
     return { field: 'variables', message: `${unused}, which no address uses` };
   }

@@ -15,7 +15,7 @@ export function isGridPlaceholder(name: string): name is GridPlaceholder {
   return (kGridPlaceholders as readonly string[]).includes(name);
 }
 
-export function placeholdersOf(template: string): string[] {
+export function listPlaceholders(template: string): string[] {
   return [...new Set([...template.matchAll(kPlaceholder)].map((match) => match[1] ?? ''))];
 }
 
@@ -25,14 +25,14 @@ export function templateProblem(
   variableNames: readonly string[],
 ): string | undefined {
   const allowed = [...kGridPlaceholders, ...variableNames];
-  const unknown = placeholdersOf(template).find((name) => !allowed.includes(name));
+  const unknown = listPlaceholders(template).find((name) => !allowed.includes(name));
   if (unknown !== undefined) {
     return `placeholder {${unknown}}; allowed: ${allowed.map((name) => `{${name}}`).join(' ')}`;
   }
   if (/[{}]/.test(template.replace(kPlaceholder, ''))) {
     return 'a brace that opens or closes no placeholder; allowed: {name} or zero-padded {x:06}';
   }
-  const used = placeholdersOf(template);
+  const used = listPlaceholders(template);
   const placed =
     used.includes('name') ||
     (used.includes('E') && used.includes('N')) ||

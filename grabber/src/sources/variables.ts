@@ -1,7 +1,7 @@
 import { GrabberError } from '../util/errors.js';
 import { matches, type SourceVariables } from './access-schema.js';
-import { templatesOf, variablesOf, type Source } from './source.js';
-import { placeholdersOf, type Variables } from './url-template.js';
+import { listTemplates, listVariables, type Source } from './source.js';
+import { listPlaceholders, type Variables } from './url-template.js';
 
 /** What is known before any square is requested. */
 export type ChosenVariables = {
@@ -15,7 +15,7 @@ export type ChosenVariables = {
 
 /** @throws GrabberError USAGE for a value that is missing, needless or not allowed */
 export function chooseVariables(source: Source, given: Variables): ChosenVariables {
-  const all = variablesOf(source);
+  const all = listVariables(source);
   refuseUnused(source, all, given);
   const values: Record<string, string> = {};
   let probed: ChosenVariables['probed'];
@@ -49,10 +49,10 @@ function refuseUnused(source: Source, all: SourceVariables, given: Variables): v
 /**
  * The name of the variable that is a square's block: the one found by trying, else one named so.
  */
-export function blockVariableOf(source: Source): string | undefined {
-  const all = variablesOf(source);
+export function findBlockVariable(source: Source): string | undefined {
+  const all = listVariables(source);
   const names = Object.keys(all).filter((name) =>
-    templatesOf(source).some((url) => placeholdersOf(url).includes(name)),
+    listTemplates(source).some((url) => listPlaceholders(url).includes(name)),
   );
   return (
     names.find((name) => all[name]?.values !== undefined) ?? names.find((name) => name === 'block')

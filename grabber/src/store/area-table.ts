@@ -36,16 +36,16 @@ export class AreaTable implements AreaTableContract {
   get(name: string): Area | undefined {
     return withReadErrors(this.#connection, () => {
       const row = this.#get.get(name) as Row | undefined;
-      return row === undefined ? undefined : areaOf(row);
+      return row === undefined ? undefined : readArea(row);
     });
   }
 
   list(): Area[] {
-    return withReadErrors(this.#connection, () => (this.#list.all() as Row[]).map(areaOf));
+    return withReadErrors(this.#connection, () => (this.#list.all() as Row[]).map(readArea));
   }
 }
 
-function areaOf(row: Row): Area {
+function readArea(row: Row): Area {
   const shown = `area ${String(row['name'])}`;
   const read = new RowReader(row, shown);
   const geom = row['geom'];

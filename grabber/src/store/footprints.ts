@@ -1,4 +1,4 @@
-import { projectionOf, type Projection } from '../geo/crs.js';
+import { findProjection, type Projection } from '../geo/crs.js';
 import type { BoundsM } from '../model/square.js';
 import { GrabberError } from '../util/errors.js';
 import { encodePolygon, type Position } from './geopackage-geometry.js';
@@ -39,7 +39,7 @@ export class FootprintEncoder {
     if (this.#projections.has(crs)) return this.#projections.get(crs);
     let found: Projection | undefined;
     try {
-      found = projectionOf(crs);
+      found = findProjection(crs);
     } catch (error) {
       if (!(error instanceof GrabberError)) throw error;
     }

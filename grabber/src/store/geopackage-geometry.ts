@@ -25,7 +25,7 @@ export function encodePolygon(rings: Rings): Buffer {
   out.write('GP', 0, 'latin1');
   out.writeUInt8(kFlags, 3);
   out.writeInt32LE(kWgs84, 4);
-  envelopeOf(rings).forEach((value, index) => out.writeDoubleLE(value, 8 + 8 * index));
+  measureEnvelope(rings).forEach((value, index) => out.writeDoubleLE(value, 8 + 8 * index));
   let at = kHeaderBytes;
   at = out.writeUInt8(1, at);
   at = out.writeUInt32LE(kPolygon, at);
@@ -96,7 +96,7 @@ export function envelopeOfBlob(blob: Uint8Array): Envelope | undefined {
   ];
 }
 
-export function envelopeOf(rings: Rings): Envelope {
+export function measureEnvelope(rings: Rings): Envelope {
   let minX = Infinity;
   let maxX = -Infinity;
   let minY = Infinity;

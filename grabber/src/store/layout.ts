@@ -51,9 +51,9 @@ export const kPlaces: FilePlaces = {
   finished(kind, key, extension) {
     const allowed = kFileExtensions[kind];
     if (!allowed.includes(extension)) throw refuse('extension', extension, allowed.join(', '));
-    return `${folderOf(kind, key)}/${checkedName('name', key.name)}.${extension}`;
+    return `${toFolder(kind, key)}/${checkedName('name', key.name)}.${extension}`;
   },
-  unfinished: (kind, key) => `${folderOf(kind, key)}/.${checkedName('name', key.name)}.part`,
+  unfinished: (kind, key) => `${toFolder(kind, key)}/.${checkedName('name', key.name)}.part`,
 };
 
 /** Of an unfinished file that comes as a member of an archive: where the archive arrives. */
@@ -61,7 +61,7 @@ export function archiveBeside(unfinished: string): string {
   return unfinished.replace(/\.part$/, '.zip.part');
 }
 
-function folderOf(kind: FileKind, key: RecordKey): string {
+function toFolder(kind: FileKind, key: RecordKey): string {
   const source = checkedName('source', key.source);
   const grid = checkedName('grid', key.grid);
   return kind === 'lidar' ? `lidar/${source}` : `ortho/${source}/${grid}`;

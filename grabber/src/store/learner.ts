@@ -5,7 +5,7 @@ import { Extent } from './contents.js';
 import type { FootprintEncoder } from './footprints.js';
 import { checkedName } from './layout.js';
 import {
-  columnsOf,
+  toColumns,
   differs,
   isNewerFile,
   keepLocatedAddress,
@@ -85,7 +85,7 @@ export class Learner {
   #add(key: RecordKey, square: CatalogueSquare, from: Catalogued, extent: Extent): boolean {
     const geom = this.#footprints.polygon(square.bounds, from.gridCrs);
     const { crs } = from.terms;
-    const columns = columnsOf(square, from.gridCrs, from.terms);
+    const columns = toColumns(square, from.gridCrs, from.terms);
     const values = kLearned.map((name) => columns[name]);
     const { changes } = this.#sql.insert.run(
       key.source,
@@ -107,7 +107,7 @@ export class Learner {
     old: Row | undefined,
   ): 'same' | 'changed' | 'moved' {
     if (old === undefined) return 'same';
-    const columns = keepLocatedAddress(columnsOf(square, from.gridCrs, from.terms), old);
+    const columns = keepLocatedAddress(toColumns(square, from.gridCrs, from.terms), old);
     if (!differs(columns, old, kLearned)) return 'same';
     const known = new RowReader(old, `${this.#table} ${key.source}/${key.grid}/${key.name}`).texts(
       'warnings',

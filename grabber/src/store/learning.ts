@@ -8,7 +8,7 @@ export type LearnedColumns = Record<LearnedColumn, string | number | null>;
 export const kNewerFile = 'the source has a newer file';
 
 /** What a catalogue says of a square, as columns. */
-export function columnsOf(
+export function toColumns(
   square: CatalogueSquare,
   gridCrs: string | null,
   terms: Terms,

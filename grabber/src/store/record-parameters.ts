@@ -2,12 +2,12 @@ import type { RecordKey } from '../model/square.js';
 import type { Verified } from '../model/store.js';
 
 /** Only the key's own fields, whatever else the object has. */
-export function keyOf(key: RecordKey): { source: string; grid: string; name: string } {
+export function toKey(key: RecordKey): { source: string; grid: string; name: string } {
   return { source: key.source, grid: key.grid, name: key.name };
 }
 
 /** What was found in a file, as columns. */
-export function factsOf({
+export function toFacts({
   points,
   image,
   crs,

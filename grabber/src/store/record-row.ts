@@ -24,7 +24,7 @@ export function recordOfRow(row: Row, table: string, kind: FileKind): StoreRecor
   const read = new RowReader(row, `${table} ${key}`);
   return {
     key: { source: name(read, 'source'), grid: name(read, 'grid'), name: name(read, 'name') },
-    state: read.oneOf('state', kStates),
+    state: read.readChoice('state', kStates),
     block: read.labelOrNull('block'),
     bounds: bounds(read),
     gridCrs: read.labelOrNull('grid_crs'),

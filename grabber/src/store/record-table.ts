@@ -21,7 +21,7 @@ import { Contents, Extent } from './contents.js';
 import { FootprintEncoder } from './footprints.js';
 import type { FileKind } from './layout.js';
 import { Learner } from './learner.js';
-import { factsOf, keyOf } from './record-parameters.js';
+import { toFacts, toKey } from './record-parameters.js';
 import { recordOfRow } from './record-row.js';
 import { recordSql, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
@@ -82,7 +82,7 @@ export class RecordTable implements RecordTableContract {
 
   get(key: RecordKey): StoreRecord | undefined {
     return withReadErrors(this.#connection, () => {
-      const row = this.#sql.get.get(keyOf(key)) as Row | undefined;
+      const row = this.#sql.get.get(toKey(key)) as Row | undefined;
       return row === undefined ? undefined : this.#record(row);
     });
   }
@@ -98,7 +98,8 @@ export class RecordTable implements RecordTableContract {
   count(filter: RecordFilter): number {
     return withReadErrors(
       this.#connection,
-      () => Object.values(this.#sql.count.get(filterOf(filter)) as Record<string, number>)[0] ?? 0,
+      () =>
+        Object.values(this.#sql.count.get(toParameters(filter)) as Record<string, number>)[0] ?? 0,
     );
   }
 
@@ -108,7 +109,7 @@ export class RecordTable implements RecordTableContract {
         const read = new RowReader(row, `${this.#table} by source and state`);
         return {
           source: read.text('source'),
-          state: read.oneOf('shown', kStates),
+          state: read.readChoice('shown', kStates),
           count: read.count('count'),
           bytes: read.number('bytes'),
           points: read.number('points'),
@@ -130,7 +131,7 @@ export class RecordTable implements RecordTableContract {
         return {
           source: read.text('source'),
           grid: read.text('grid'),
-          state: read.oneOf('state', kStates),
+          state: read.readChoice('state', kStates),
           bounds,
         };
       }),
@@ -149,8 +150,8 @@ export class RecordTable implements RecordTableContract {
       const stale = new Date(Date.parse(now) - kMissingFor_ms).toISOString();
       let became = 0;
       for (const key of keys) {
-        const { changes } = this.#sql.want.run({ ...keyOf(key), now, stale, again: again ? 1 : 0 });
-        if (changes === 0 && this.#sql.learned.get(keyOf(key)) === undefined) {
+        const { changes } = this.#sql.want.run({ ...toKey(key), now, stale, again: again ? 1 : 0 });
+        if (changes === 0 && this.#sql.learned.get(toKey(key)) === undefined) {
           throw this.#noRecord('want', key);
         }
         became += changes;
@@ -173,11 +174,11 @@ export class RecordTable implements RecordTableContract {
   }
 
   verified(key: RecordKey, facts: Verified): void {
-    this.#change('verified', key, { now: this.#now(), ...factsOf(facts) });
+    this.#change('verified', key, { now: this.#now(), ...toFacts(facts) });
   }
 
   converted(key: RecordKey, file: StoredFile, facts: Verified): void {
-    this.#change('converted', key, { now: this.#now(), ...file, ...factsOf(facts) });
+    this.#change('converted', key, { now: this.#now(), ...file, ...toFacts(facts) });
   }
 
   missing(key: RecordKey, reason: string): void {
@@ -202,7 +203,7 @@ export class RecordTable implements RecordTableContract {
     values: Readonly<Record<string, unknown>>,
   ): void {
     inTransaction(this.#connection, () => {
-      if (this.#sql[call].run({ ...values, ...keyOf(key) }).changes === 0) {
+      if (this.#sql[call].run({ ...values, ...toKey(key) }).changes === 0) {
         throw this.#noRecord(call, key);
       }
       if (call === 'verified' || call === 'converted') this.#draw(key);
@@ -212,11 +213,11 @@ export class RecordTable implements RecordTableContract {
 
   /** Draws a square that its catalogue puts nowhere where the points of its file are. */
   #draw(key: RecordKey): void {
-    const record = this.#record(this.#sql.get.get(keyOf(key)) as Row);
+    const record = this.#record(this.#sql.get.get(toKey(key)) as Row);
     if (record.bounds !== null) return;
     const ground = findGround(record);
     const geom = this.#footprints.polygon(ground?.bounds ?? null, ground?.crs ?? null);
-    const { fid, geom: old } = this.#sql.learned.get(keyOf(key)) as {
+    const { fid, geom: old } = this.#sql.learned.get(toKey(key)) as {
       fid: number;
       geom: Uint8Array | null;
     };
@@ -231,7 +232,7 @@ export class RecordTable implements RecordTableContract {
   #records(statement: Statement, filter: RecordFilter): StoreRecord[] {
     return withReadErrors(this.#connection, () => {
       const records: StoreRecord[] = [];
-      for (const row of statement.iterate(filterOf(filter)) as Iterable<Row>) {
+      for (const row of statement.iterate(toParameters(filter)) as Iterable<Row>) {
         records.push(this.#record(row));
       }
       return records;
@@ -243,7 +244,7 @@ export class RecordTable implements RecordTableContract {
   }
 
   #noRecord(call: string, key: RecordKey): GrabberError {
-    const known = this.#sql.learned.get(keyOf(key)) !== undefined;
+    const known = this.#sql.learned.get(toKey(key)) !== undefined;
     const allowed = known ? 'a record whose file is there' : 'a record that was learnt before';
     return new GrabberError(
       'STORE_CONFLICT',
@@ -261,7 +262,7 @@ export class RecordTable implements RecordTableContract {
   }
 }
 
-function filterOf(filter: RecordFilter): Record<string, string | number | null> {
+function toParameters(filter: RecordFilter): Record<string, string | number | null> {
   const list = (values: readonly string[] | undefined): string | null =>
     values === undefined ? null : JSON.stringify(values);
   const { source = null, grid = null } = filter;

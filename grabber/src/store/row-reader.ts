@@ -63,7 +63,7 @@ export class RowReader {
     return this.#row[column] === null;
   }
 
-  oneOf<T extends string>(column: string, allowed: readonly T[]): T {
+  readChoice<T extends string>(column: string, allowed: readonly T[]): T {
     const value = this.#row[column];
     return allowed.find((one) => one === value) ?? this.fail(column, allowed.join(', '));
   }

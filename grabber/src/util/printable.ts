@@ -15,14 +15,14 @@ const kInALine = new RegExp(`(?!\\t)[${kHarmful}]`, 'gu');
  * tabs are left.
  */
 export function printable(text: string): string {
-  return text.replace(kInLines, escapeOf);
+  return text.replace(kInLines, toEscape);
 }
 
 /** The same for one line: line breaks become escapes, too. */
 export function printableLine(text: string): string {
-  return text.replace(kInALine, escapeOf);
+  return text.replace(kInALine, toEscape);
 }
 
-function escapeOf(character: string): string {
+function toEscape(character: string): string {
   return `\\u${character.charCodeAt(0).toString(16).padStart(4, '0')}`;
 }

@@ -40,12 +40,12 @@ core::VoxelCoord voxel_at(core::Vec3 at, int level) noexcept {
             core::RayState::floor_to_int(at.z * scale)};
 }
 
-double top_of(const walk::Hit& hit) noexcept {
+double find_top(const walk::Hit& hit) noexcept {
     return static_cast<double>(hit.voxel.y + 1) * det::exp2_int(hit.level);
 }
 
 bool is_ground(voxel::Material material) noexcept {
-    const voxel::Grain grain = voxel::traits_of(material).grain;
+    const voxel::Grain grain = voxel::find_traits(material).grain;
     return grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater;
 }
 
@@ -97,13 +97,13 @@ FanStart start_at(core::Vec3 at, int level, std::uint32_t sample) noexcept {
 
 FanStart start_above(const walk::TracedRay& ray) noexcept {
     const walk::Hit& hit = ray.hit;
-    return {{ray.ray.origin.x, top_of(hit), ray.ray.origin.z},
+    return {{ray.ray.origin.x, find_top(hit), ray.ray.origin.z},
             {hit.voxel.x, hit.voxel.y + 1, hit.voxel.z},
             hit.level,
             ray.sample};
 }
 
-FanStart start_of(const walk::TracedRay& fan) noexcept {
+FanStart find_start(const walk::TracedRay& fan) noexcept {
     const auto& voxel = fan.state.voxel;
     return {fan.ray.origin, {voxel[0], voxel[1], voxel[2]}, fan.state.level, fan.sample};
 }
@@ -136,14 +136,14 @@ namespace {
 
 using core::TerrainBand;
 
-float byte_of(float linear) noexcept {
+float to_byte(float linear) noexcept {
     return std::floor(voxel::linear_to_srgb(linear) * 255 + 0.5F);
 }
 
 }  // namespace
 
 void TerrainEvaluator::note_surface(const walk::Hit& hit, core::Bands& bands) const noexcept {
-    at(bands, TerrainBand::kSurface) = static_cast<float>(top_of(hit) * m_view.voxel_m);
+    at(bands, TerrainBand::kSurface) = static_cast<float>(find_top(hit) * m_view.voxel_m);
     at(bands, TerrainBand::kClass) = hit.attr.source_class;
     at(bands, TerrainBand::kMaterial) = static_cast<float>(hit.attr.material);
     if (hit.attr.has_colour()) {
@@ -153,9 +153,9 @@ void TerrainEvaluator::note_surface(const walk::Hit& hit, core::Bands& bands) co
         return;
     }
     const voxel::Colour colour = m_view.materials->appearance(hit.attr.material).colour;
-    at(bands, TerrainBand::kRed) = byte_of(colour.r);
-    at(bands, TerrainBand::kGreen) = byte_of(colour.g);
-    at(bands, TerrainBand::kBlue) = byte_of(colour.b);
+    at(bands, TerrainBand::kRed) = to_byte(colour.r);
+    at(bands, TerrainBand::kGreen) = to_byte(colour.g);
+    at(bands, TerrainBand::kBlue) = to_byte(colour.b);
 }
 
 void TerrainEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -174,7 +174,7 @@ void TerrainEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     switch (descent_at(ray)) {
         case Descent::kGround:
             at(sum.bands, TerrainBand::kGround) =
-                static_cast<float>(top_of(ray.hit) * m_view.voxel_m);
+                static_cast<float>(find_top(ray.hit) * m_view.voxel_m);
             break;
         case Descent::kCovered: break;
         case Descent::kContinues: next.push_back(below(ray)); break;

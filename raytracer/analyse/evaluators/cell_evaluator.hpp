@@ -66,7 +66,7 @@ template <class Band>
 }
 
 /// Height of the top of the voxel that a vertical ray has met, level-0 voxels.
-[[nodiscard]] double top_of(const walk::Hit& hit) noexcept;
+[[nodiscard]] double find_top(const walk::Hit& hit) noexcept;
 
 /// Whether a material is the surface of terrain: ground of any kind, water, ice.
 [[nodiscard]] bool is_ground(voxel::Material material) noexcept;
@@ -126,10 +126,10 @@ struct FanStart {
 /// The middle of the top of the voxel that a vertical ray has met.
 [[nodiscard]] FanStart start_above(const walk::TracedRay& ray) noexcept;
 /// Where a fan has started.
-[[nodiscard]] FanStart start_of(const walk::TracedRay& fan) noexcept;
+[[nodiscard]] FanStart find_start(const walk::TracedRay& fan) noexcept;
 
 /// Number of the fan that holds a direction.
-[[nodiscard]] constexpr std::uint32_t fan_of(std::size_t direction) noexcept {
+[[nodiscard]] constexpr std::uint32_t to_fan(std::size_t direction) noexcept {
     return static_cast<std::uint32_t>(direction / walk::kFanRays);
 }
 /// One past the last direction of the fan that begins with direction `first`, of `count` in all.

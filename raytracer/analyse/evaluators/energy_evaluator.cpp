@@ -36,17 +36,17 @@ static_assert(offsetof(Heights, material) == PlaneLight::kKept * sizeof(float));
 constexpr std::size_t kHole = static_cast<std::size_t>(EnergyBand::kHole);
 static_assert(kHole == 0);
 
-Heights memory_of(const core::Bands& bands) noexcept {
+Heights choose_memory(const core::Bands& bands) noexcept {
     return std::bit_cast<Heights>(bands);
 }
 void keep(const Heights& memory, core::Bands& bands) noexcept {
     bands = std::bit_cast<core::Bands>(memory);
 }
 
-int east_of(std::uint32_t place) noexcept {
+int find_east(std::uint32_t place) noexcept {
     return static_cast<int>(place % kWindow) - kRadius;
 }
-int south_of(std::uint32_t place) noexcept {
+int find_south(std::uint32_t place) noexcept {
     return static_cast<int>(place / kWindow) - kRadius;
 }
 
@@ -107,7 +107,7 @@ void EnergyEvaluator::send_to_neighbours(const walk::TracedRay& ray, shade::Samp
                                          std::vector<walk::TracedRay>& next) const {
     Heights heights;
     heights.sums.add(0, 0, 0);
-    heights.top = static_cast<float>(top_of(ray.hit));
+    heights.top = static_cast<float>(find_top(ray.hit));
     heights.level = ray.hit.level;
     heights.waiting = kNeighbours - 1;
     heights.material = static_cast<float>(ray.hit.attr.material);
@@ -116,7 +116,7 @@ void EnergyEvaluator::send_to_neighbours(const walk::TracedRay& ray, shade::Samp
         if (place == kOfCell)
             continue;
         walk::TracedRay out =
-            ray_beside(m_view, ray, east_of(place) * m_spacing, south_of(place) * m_spacing);
+            ray_beside(m_view, ray, find_east(place) * m_spacing, find_south(place) * m_spacing);
         out.stream = place;
         next.push_back(out);
     }
@@ -129,13 +129,13 @@ void EnergyEvaluator::shade_neighbour(const walk::TracedRay& ray, shade::SampleS
         next.push_back(below(ray));
         return;
     }
-    auto heights = memory_of(sum.bands);
-    const int east = east_of(ray.stream);
-    const int south = south_of(ray.stream);
+    auto heights = choose_memory(sum.bands);
+    const int east = find_east(ray.stream);
+    const int south = find_south(ray.stream);
     const int level = static_cast<int>(heights.level);
     const double voxel = det::exp2_int(level);
     if (step == CellStep::kMeasure) {
-        const auto height = static_cast<float>(top_of(ray.hit)) - heights.top;
+        const auto height = static_cast<float>(find_top(ray.hit)) - heights.top;
         const double distance = std::sqrt(east * east + south * south) * m_spacing;
         if (is_same_surface(distance, static_cast<double>(height), voxel))
             heights.sums.add(east, south, height);

@@ -65,7 +65,7 @@ int wrong_at(double degrees, const Cells& cells) {
     return least;
 }
 
-Fit fit_of(const Cells& cells) {
+Fit measure_fit(const Cells& cells) {
     int least = static_cast<int>(cells.size());
     double sum_deg = 0;
     int angles = 0;
@@ -86,7 +86,7 @@ Fit fit_of(const Cells& cells) {
 
 }  // namespace
 
-core::Vec3 direction_of(core::WallSide side) noexcept {
+core::Vec3 to_direction(core::WallSide side) noexcept {
     switch (side) {
         case core::WallSide::kNorth: return {0, 0, -1};
         case core::WallSide::kEast: return {1, 0, 0};
@@ -96,19 +96,19 @@ core::Vec3 direction_of(core::WallSide side) noexcept {
     return {-1, 0, 0};
 }
 
-int WallOutline::east_of(std::uint32_t place) noexcept {
+int WallOutline::find_east(std::uint32_t place) noexcept {
     return static_cast<int>(place % kEdge) - kRadius;
 }
 
-int WallOutline::south_of(std::uint32_t place) noexcept {
+int WallOutline::find_south(std::uint32_t place) noexcept {
     return static_cast<int>(place / kEdge) - kRadius;
 }
 
 bool WallOutline::is_near(std::uint32_t place) noexcept {
     // The disc of radius 3.3 has 37 cells, and is the same in eight directions.
     constexpr int kRadiusSquared = 10;
-    const int east = east_of(place);
-    const int south = south_of(place);
+    const int east = find_east(place);
+    const int south = find_south(place);
     return east * east + south * south <= kRadiusSquared;
 }
 
@@ -120,8 +120,8 @@ std::uint64_t WallOutline::connected() const noexcept {
             if (!is_near(place) || !has(place))
                 continue;
             for (std::uint32_t other = 0; other < kCells; ++other) {
-                const bool is_beside = std::abs(east_of(place) - east_of(other)) <= 1 &&
-                                       std::abs(south_of(place) - south_of(other)) <= 1;
+                const bool is_beside = std::abs(find_east(place) - find_east(other)) <= 1 &&
+                                       std::abs(find_south(place) - find_south(other)) <= 1;
                 if (is_beside && ((found >> other) & 1) != 0)
                     found |= std::uint64_t{1} << place;
             }
@@ -131,7 +131,7 @@ std::uint64_t WallOutline::connected() const noexcept {
 }
 
 core::Vec3 WallOutline::normal(core::WallSide side) const noexcept {
-    const core::Vec3 outwards = direction_of(side);
+    const core::Vec3 outwards = to_direction(side);
     const core::Vec3 left{outwards.z, 0, -outwards.x};
     const std::uint64_t solid = connected();
     Cells disc;
@@ -140,8 +140,8 @@ core::Vec3 WallOutline::normal(core::WallSide side) const noexcept {
     for (std::uint32_t place = 0; place < kCells; ++place) {
         if (!is_near(place))
             continue;
-        const core::Vec3 step{static_cast<double>(east_of(place)), 0,
-                              static_cast<double>(south_of(place))};
+        const core::Vec3 step{static_cast<double>(find_east(place)), 0,
+                              static_cast<double>(find_south(place))};
         const Cell cell{static_cast<int>(core::dot(step, left)),
                         static_cast<int>(core::dot(step, outwards)), ((solid >> place) & 1) != 0};
         disc.push_back(cell);
@@ -150,9 +150,9 @@ core::Vec3 WallOutline::normal(core::WallSide side) const noexcept {
         if (cell.along <= 0)
             right_half.push_back(cell);
     }
-    Fit best = fit_of(disc);
+    Fit best = measure_fit(disc);
     if (best.wrong > 0) {
-        const Fit halves[] = {fit_of(left_half), fit_of(right_half)};
+        const Fit halves[] = {measure_fit(left_half), measure_fit(right_half)};
         const Fit& half = halves[0].is_better_than(halves[1]) ? halves[0] : halves[1];
         if (half.wrong < best.wrong)
             best = half;
@@ -227,7 +227,7 @@ walk::TracedRay through(const walk::TracedRay& ray) noexcept {
 FacadeEvaluator::FacadeEvaluator(const shade::View& view) noexcept
     : m_view(view),
       m_side(view.scene.analysis.side),
-      m_outwards(direction_of(m_side)),
+      m_outwards(to_direction(m_side)),
       m_spacing(cell_spacing(view)),
       m_storey(view.scene.analysis.storey_m / view.voxel_m),
       m_light(view, PlaneLight::Behind::kFree) {}
@@ -272,7 +272,7 @@ void FacadeEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& s
     if (!core::is_of_building(ray.hit.attr.material))
         return;
     Wall wall;
-    wall.top = static_cast<float>(top_of(ray.hit));
+    wall.top = static_cast<float>(find_top(ray.hit));
     wall.level = ray.hit.level;
     wall.keep_in(sum.bands);
     next.push_back(ray_beside(m_view, ray, m_outwards.x * m_spacing, m_outwards.z * m_spacing));
@@ -290,7 +290,7 @@ void FacadeEvaluator::shade_foot(const walk::TracedRay& ray, shade::SampleSum& s
     // Beyond the data there is nothing that a wall could look at.
     if (ray.end != walk::WalkEnd::kHit)
         return;
-    const double foot = top_of(ray.hit);
+    const double foot = find_top(ray.hit);
     const auto top = static_cast<double>(wall.top);
     const int level = static_cast<int>(wall.level);
     const double edge = det::exp2_int(level);
@@ -333,8 +333,8 @@ void FacadeEvaluator::shade_wall(const walk::TracedRay& ray, shade::SampleSum& s
         if (place == WallOutline::kOfCell || !WallOutline::is_near(place))
             continue;
         const core::Vec3 step =
-            m_outwards * -1.0 + core::Vec3{static_cast<double>(WallOutline::east_of(place)), 0,
-                                           static_cast<double>(WallOutline::south_of(place))};
+            m_outwards * -1.0 + core::Vec3{static_cast<double>(WallOutline::find_east(place)), 0,
+                                           static_cast<double>(WallOutline::find_south(place))};
         next.push_back(ray_beside(m_view, ray, step.x * m_spacing, step.z * m_spacing));
         next.back().stream = kAround + place;
     }
@@ -352,7 +352,7 @@ void FacadeEvaluator::shade_around(const walk::TracedRay& ray, shade::SampleSum&
     auto wall = Wall::of(sum.bands);
     const double middle = static_cast<double>(wall.bottom) + static_cast<double>(wall.height) / 2;
     const std::uint32_t place = ray.stream - kAround;
-    if (is_hit && top_of(ray.hit) > middle) {
+    if (is_hit && find_top(ray.hit) > middle) {
         WallOutline outline = wall.seen();
         outline.add(place);
         wall.keep(outline);
@@ -364,8 +364,8 @@ void FacadeEvaluator::shade_around(const walk::TracedRay& ray, shade::SampleSum&
     const core::Vec3 normal = wall.seen().normal(m_side);
     const int level = static_cast<int>(wall.level);
     const double edge = det::exp2_int(level);
-    const core::Vec3 cell{ray.ray.origin.x - WallOutline::east_of(place) * m_spacing, middle,
-                          ray.ray.origin.z - WallOutline::south_of(place) * m_spacing};
+    const core::Vec3 cell{ray.ray.origin.x - WallOutline::find_east(place) * m_spacing, middle,
+                          ray.ray.origin.z - WallOutline::find_south(place) * m_spacing};
     // Stairs reach over the line that is as far from this face by up to half of a voxel.
     const double along = core::dot(normal, m_outwards);
     const double lift = edge / 2 * std::sqrt(std::max(1 - along * along, 0.0));

@@ -10,7 +10,7 @@
 namespace terravox::analyse {
 
 /// Towards the outside of a wall; x east, z south.
-[[nodiscard]] core::Vec3 direction_of(core::WallSide side) noexcept;
+[[nodiscard]] core::Vec3 to_direction(core::WallSide side) noexcept;
 
 /// Which cells around one are as high as it: a window of 7 x 7 cells, seen as a disc.
 class WallOutline {
@@ -25,8 +25,8 @@ public:
     explicit WallOutline(std::uint64_t bits) noexcept : m_bits(bits) {}
 
     /// Steps of a place, row by row from the north-west, from the cell.
-    [[nodiscard]] static int east_of(std::uint32_t place) noexcept;
-    [[nodiscard]] static int south_of(std::uint32_t place) noexcept;
+    [[nodiscard]] static int find_east(std::uint32_t place) noexcept;
+    [[nodiscard]] static int find_south(std::uint32_t place) noexcept;
     /// Whether a place belongs to the disc. The others need not be known.
     [[nodiscard]] static bool is_near(std::uint32_t place) noexcept;
 
@@ -86,7 +86,7 @@ private:
 
     const shade::View& m_view;
     const core::WallSide m_side;
-    const core::Vec3 m_outwards;  ///< direction_of(m_side)
+    const core::Vec3 m_outwards;  ///< to_direction(m_side)
     const double m_spacing;       ///< of cells, level-0 voxels
     const double m_storey;        ///< height of one, level-0 voxels
     const PlaneLight m_light;

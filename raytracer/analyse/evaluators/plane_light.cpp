@@ -98,7 +98,7 @@ struct Gathered {
 static_assert(sizeof(Gathered) == sizeof(core::Bands));
 static_assert(offsetof(Gathered, kept) == PlaneLight::kKept * sizeof(float));
 
-core::Vec3 normal_of(const Gathered& gathered) noexcept {
+core::Vec3 to_normal(const Gathered& gathered) noexcept {
     return {static_cast<double>(gathered.east), static_cast<double>(gathered.up),
             static_cast<double>(gathered.south)};
 }
@@ -127,7 +127,7 @@ void add(const solar::Energy& energy, std::size_t index, core::Vec3 to, Passage 
          Gathered& gathered) noexcept {
     const bool is_free = passage != Passage::kBlocked;
     const bool has_passed = passage == Passage::kThroughCrowns;
-    const double cosine = std::max(core::dot(normal_of(gathered), to), 0.0);
+    const double cosine = std::max(core::dot(to_normal(gathered), to), 0.0);
     if (index < energy.sun.size()) {
         const solar::LightDirection& light = energy.sun[index];
         const double passed = has_passed ? light.through_crowns : 1;
@@ -191,7 +191,7 @@ bool PlaneLight::begin(core::Vec3 normal, float kept, const FanStart& start, sha
 bool PlaneLight::send(const FanStart& start, std::size_t first, shade::SampleSum& sum,
                       std::vector<walk::TracedRay>& next) const {
     auto gathered = Gathered::of(sum.bands);
-    const core::Vec3 normal = normal_of(gathered);
+    const core::Vec3 normal = to_normal(gathered);
     gathered.waiting = 0;
     for (; first < count() && gathered.waiting == 0; first = fan_end(first, count())) {
         walk::FanMask mask = walk::mask_of_first(fan_end(first, count()) - first);
@@ -204,7 +204,7 @@ bool PlaneLight::send(const FanStart& start, std::size_t first, shade::SampleSum
         }
         if (mask == 0)
             continue;
-        add_fan(start, walk::RayKind::kShadow, mask, fan_of(first), next);
+        add_fan(start, walk::RayKind::kShadow, mask, to_fan(first), next);
         gathered.waiting = 1;
     }
     gathered.keep_in(sum.bands);
@@ -217,7 +217,7 @@ bool PlaneLight::lets_through(voxel::Material material) const noexcept {
 
 void PlaneLight::send_through_crowns(const walk::TracedRay& fan, std::size_t index,
                                      std::vector<walk::TracedRay>& next) const {
-    const FanStart start = start_of(fan);
+    const FanStart start = find_start(fan);
     walk::TracedRay& out = next.emplace_back();
     out.ray = {start.at, direction(index)};
     out.state = core::RayState(out.ray);
@@ -270,7 +270,7 @@ bool PlaneLight::take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
         add(m_view.energy, i, direction(i), is_free ? Passage::kFree : Passage::kBlocked, gathered);
     }
     gathered.keep_in(sum.bands);
-    return gathered.waiting == 0 && send(start_of(fan), end, sum, next);
+    return gathered.waiting == 0 && send(find_start(fan), end, sum, next);
 }
 
 bool PlaneLight::take_through_crowns(const walk::TracedRay& ray, shade::SampleSum& sum,
@@ -284,7 +284,7 @@ bool PlaneLight::take_through_crowns(const walk::TracedRay& ray, shade::SampleSu
     gathered.keep_in(sum.bands);
     if (gathered.waiting > 0)
         return false;
-    const std::size_t first = fan_of(ray.stream) * walk::kFanRays;
+    const std::size_t first = to_fan(ray.stream) * walk::kFanRays;
     const FanStart start = start_at(ray.ray.origin, std::ilogb(ray.footprint), ray.sample);
     return send(start, fan_end(first, count()), sum, next);
 }
@@ -293,7 +293,7 @@ PlaneLight::Result PlaneLight::result(const core::Bands& bands) const noexcept {
     const auto gathered = Gathered::of(bands);
     const solar::Energy& energy = m_view.energy;
     Result out;
-    out.normal = normal_of(gathered);
+    out.normal = to_normal(gathered);
     const double upward = out.normal.y;
     const double sine = std::sqrt(out.normal.x * out.normal.x + out.normal.z * out.normal.z);
     // The part of the plane's light that an even sky sends: exact where nothing is in the way.

@@ -84,7 +84,7 @@ public:
 
     [[nodiscard]] std::array<double, 3> place(const Observer& observer) {
         check_area(observer);
-        const double y = observer.height_m / m_world.voxel_m + base_of(observer);
+        const double y = observer.height_m / m_world.voxel_m + find_base(observer);
         const core::Vec3 at = on_sight_grid({observer.x, y, observer.z});
         check_free(observer, at);
         return {at.x, at.y, at.z};
@@ -122,7 +122,7 @@ private:
     }
 
     /// Height that the observer's counts from, level-0 voxels.
-    [[nodiscard]] double base_of(const Observer& observer) {
+    [[nodiscard]] double find_base(const Observer& observer) {
         if (observer.base == HeightBase::kZero)
             return 0;
         const auto surface = observer.base == HeightBase::kTop ? core::AnalysisSurface::kTop
@@ -132,13 +132,13 @@ private:
         if (!hit)
             refuse(observer,
                    "there are no data at that place; allowed: a height of its own, E,N,H");
-        const double top = top_of(*hit) * m_world.voxel_m;
+        const double top = find_top(*hit) * m_world.voxel_m;
         while (hit) {
             ray.end = walk::WalkEnd::kHit;
             ray.hit = *hit;
             const CellStep step = cell_step_at(ray, surface);
             if (step == CellStep::kMeasure)
-                return top_of(*hit);
+                return find_top(*hit);
             if (step == CellStep::kNothing)
                 break;
             ray = below(ray);
@@ -165,7 +165,7 @@ private:
             return;
         refuse(observer, "at " + number(at.y * m_world.voxel_m) + " m it lies " +
                              (hit ? "inside of something solid" : "below the ground") +
-                             "; allowed: " + number(top_of(*top) * m_world.voxel_m) +
+                             "; allowed: " + number(find_top(*top) * m_world.voxel_m) +
                              " m and more, the top there");
     }
 
@@ -203,13 +203,13 @@ using core::SightBand;
 // face that it looks for.
 constexpr double kMinTarget_voxels = 1.0 / 1024;
 
-double range2_of(const shade::View& view) noexcept {
+double measure_range2(const shade::View& view) noexcept {
     const double range_m = view.scene.analysis.range_m;
     const double range = range_m > 0 ? range_m / view.voxel_m : core::kFar;
     return range * range;
 }
 
-double sag_of(const shade::View& view) noexcept {
+double measure_sag(const shade::View& view) noexcept {
     const auto& analysis = view.scene.analysis;
     return analysis.curvature ? sag_of_sight(view.voxel_m, analysis.refraction) : 0;
 }
@@ -218,8 +218,8 @@ double sag_of(const shade::View& view) noexcept {
 
 SightEvaluator::SightEvaluator(const shade::View& view)
     : m_view(view),
-      m_sag(sag_of(view)),
-      m_range2(range2_of(view)),
+      m_sag(measure_sag(view)),
+      m_range2(measure_range2(view)),
       m_target_voxels(std::max(view.scene.analysis.target_m / view.voxel_m, kMinTarget_voxels)) {
     for (const std::array<double, 3>& at : view.scene.analysis.observers.points)
         m_observers.push_back(on_sight_grid({at[0], at[1], at[2]}));
@@ -255,7 +255,7 @@ void SightEvaluator::send_to_observers(const walk::TracedRay& ray, shade::Sample
     at(sum.bands, SightBand::kClass) = ray.hit.attr.source_class;
     at(sum.bands, SightBand::kMaterial) = static_cast<float>(ray.hit.attr.material);
     sum.point =
-        on_sight_grid({ray.ray.origin.x, top_of(ray.hit) + m_target_voxels, ray.ray.origin.z});
+        on_sight_grid({ray.ray.origin.x, find_top(ray.hit) + m_target_voxels, ray.ray.origin.z});
     for (std::size_t observer = 0; observer < m_observers.size(); ++observer)
         if (horizontal_distance2(m_observers[observer], sum.point) <= m_range2)
             next.push_back(along(line_to(observer, sum.point), observer, 0, ray.sample));

@@ -25,7 +25,7 @@ int lattice_generator(int count) {
 }
 
 /// The square of the shortest distance of two points of a lattice of `count` points on a torus.
-double gap2_of(std::int64_t count, std::int64_t generator) noexcept {
+double measure_gap2(std::int64_t count, std::int64_t generator) noexcept {
     double out = 1;
     for (std::int64_t i = 1; i < count; ++i) {
         const std::int64_t j = i * generator % count;
@@ -45,7 +45,7 @@ std::int64_t refined_generator(std::int64_t count, std::int64_t generator, std::
         const std::int64_t refined = generator + count * j;
         if (std::gcd(refined, count * sets) != 1)
             continue;
-        const double gap = gap2_of(count * sets, refined);
+        const double gap = measure_gap2(count * sets, refined);
         if (gap > widest) {
             widest = gap;
             best = refined;
@@ -54,7 +54,7 @@ std::int64_t refined_generator(std::int64_t count, std::int64_t generator, std::
     return best;
 }
 
-double fraction_of(double v) noexcept {
+double to_fraction(double v) noexcept {
     return v - std::floor(v);
 }
 
@@ -69,14 +69,14 @@ SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count
     for (std::int64_t set = 0; set < kAllSets; ++set) {
         // Half a step of the finer lattice off the zenith and the horizon.
         const double shift_u = (static_cast<double>(set) + 0.5) / points;
-        const double shift_v = fraction_of(static_cast<double>(set * refined) / points);
+        const double shift_v = to_fraction(static_cast<double>(set * refined) / points);
         double sum[3] = {};
         std::vector<std::array<double, 3>> weights;
         weights.reserve(m_count);
         for (std::int64_t i = 0; i < count; ++i) {
-            const double u = fraction_of(static_cast<double>(i) / count + shift_u);
+            const double u = to_fraction(static_cast<double>(i) / count + shift_u);
             const double v =
-                fraction_of(static_cast<double>(i * generator % count) / count + shift_v);
+                to_fraction(static_cast<double>(i * generator % count) / count + shift_v);
             const det::SinCos zenith = det::sin_cos(u * det::kPi / 2);
             const det::SinCos azimuth = det::sin_cos(2 * det::kPi * v);
             m_directions.push_back(
@@ -93,7 +93,7 @@ SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count
     }
 }
 
-std::size_t SkyDirections::set_of(std::uint64_t cell) noexcept {
+std::size_t SkyDirections::choose_set(std::uint64_t cell) noexcept {
     return core::hash64(cell) % kSets;
 }
 
@@ -107,7 +107,7 @@ using core::SkyBand;
 
 constexpr float kZenithAngle_deg = 90;
 
-double range_of(const shade::View& view) noexcept {
+double make_range(const shade::View& view) noexcept {
     const double range_m = view.scene.analysis.range_m;
     return range_m > 0 ? range_m / view.voxel_m : core::kFar;
 }
@@ -125,8 +125,8 @@ std::uint64_t name_of_cell(core::Vec3 at) noexcept {
 SkyEvaluator::SkyEvaluator(const shade::View& view)
     : m_view(view),
       m_directions(view.scene.analysis.directions),
-      m_fans(fan_of(m_directions.count() - 1) + 1),
-      m_range(range_of(view)) {}
+      m_fans(to_fan(m_directions.count() - 1) + 1),
+      m_range(make_range(view)) {}
 
 void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
@@ -134,21 +134,21 @@ void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
     switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
         case CellStep::kMeasure:
             sum.bands = {};
-            send_to_sky(start_above(ray), SkyDirections::set_of(name_of_cell(ray.ray.origin)), 0,
-                        next);
+            send_to_sky(start_above(ray), SkyDirections::choose_set(name_of_cell(ray.ray.origin)),
+                        0, next);
             break;
         case CellStep::kDescend: next.push_back(below(ray)); break;
         case CellStep::kNothing: break;
     }
 }
 
-SkyEvaluator::Part SkyEvaluator::part_of(std::uint32_t stream) const noexcept {
+SkyEvaluator::Part SkyEvaluator::find_part(std::uint32_t stream) const noexcept {
     const std::size_t first = stream % m_fans * walk::kFanRays;
     return {stream / m_fans, first, fan_end(first, m_directions.count())};
 }
 
 walk::FanDirections SkyEvaluator::directions(std::uint32_t stream) const {
-    const Part part = part_of(stream);
+    const Part part = find_part(stream);
     walk::FanDirections out;
     for (std::size_t i = part.first; i < part.end; ++i)
         out.add(m_directions.of(part.set)[i].to);
@@ -161,7 +161,7 @@ void SkyEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, sha
         sum.bands = no_values(SkyBand::kHole, true);
         return;
     }
-    const Part part = part_of(fan.stream);
+    const Part part = find_part(fan.stream);
     const auto directions = m_directions.of(part.set);
     const walk::FanMask free = free_rays(fan, ends, *this, m_view);
     for (std::size_t i = part.first; i < part.end; ++i) {
@@ -173,14 +173,14 @@ void SkyEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, sha
         at(sum.bands, SkyBand::kOpenness) += share.b * kZenithAngle_deg;
     }
     if (part.end < directions.size())
-        send_to_sky(start_of(fan), part.set, part.end, next);
+        send_to_sky(find_start(fan), part.set, part.end, next);
 }
 
 void SkyEvaluator::send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
     const std::size_t end = fan_end(first, m_directions.count());
     walk::TracedRay& fan = add_fan(start, walk::RayKind::kSky, walk::mask_of_first(end - first),
-                                   static_cast<std::uint32_t>(set) * m_fans + fan_of(first), next);
+                                   static_cast<std::uint32_t>(set) * m_fans + to_fan(first), next);
     fan.t_max = m_range;
 }
 

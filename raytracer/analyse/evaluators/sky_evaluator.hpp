@@ -34,7 +34,7 @@ public:
     explicit SkyDirections(int count);
     /// The set of a cell, below kSets.
     /// @param cell any number that identifies a cell; the same number gives the same set
-    [[nodiscard]] static std::size_t set_of(std::uint64_t cell) noexcept;
+    [[nodiscard]] static std::size_t choose_set(std::uint64_t cell) noexcept;
     [[nodiscard]] std::span<const SkyDirection> of(std::size_t set) const noexcept;
     [[nodiscard]] std::size_t count() const noexcept { return m_count; }
 
@@ -66,7 +66,7 @@ private:
         std::size_t end;
     };
     /// The part that fans of a stream look at.
-    [[nodiscard]] Part part_of(std::uint32_t stream) const noexcept;
+    [[nodiscard]] Part find_part(std::uint32_t stream) const noexcept;
     void send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
                      std::vector<walk::TracedRay>& next) const;
     const shade::View& m_view;

@@ -38,7 +38,7 @@ void add_to_months(const solar::SunDirection& from, core::Bands& bands) noexcept
 }
 
 /// The band that counts holes: the last one of every kind.
-std::size_t hole_of(AnalysisKind kind) noexcept {
+std::size_t find_hole(AnalysisKind kind) noexcept {
     return core::band_count(kind) - 1;
 }
 
@@ -46,7 +46,7 @@ std::size_t hole_of(AnalysisKind kind) noexcept {
 
 void SunEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
                          std::vector<walk::TracedRay>& next) const {
-    sum.bands = no_values(hole_of(m_view.scene.analysis.kind), is_hole(ray));
+    sum.bands = no_values(find_hole(m_view.scene.analysis.kind), is_hole(ray));
     switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
         case CellStep::kMeasure:
             sum.bands = without_sun();
@@ -69,7 +69,7 @@ walk::FanDirections SunEvaluator::directions(std::uint32_t stream) const {
 void SunEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
                              std::vector<walk::TracedRay>& next) const {
     if (ends.holes != 0) {
-        sum.bands = no_values(hole_of(m_view.scene.analysis.kind), true);
+        sum.bands = no_values(find_hole(m_view.scene.analysis.kind), true);
         return;
     }
     const auto& all = m_view.sun_way.directions;
@@ -79,7 +79,7 @@ void SunEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, sha
     for (std::size_t i = first; i < end; ++i)
         if (walk::has(free, i - first))
             add_sunlit(all[i], sum.bands);
-    send_to_sun(start_of(fan), end, next);
+    send_to_sun(find_start(fan), end, next);
 }
 
 core::Bands SunEvaluator::without_sun() const noexcept {
@@ -111,7 +111,7 @@ void SunEvaluator::send_to_sun(const FanStart& start, std::size_t first,
                                std::vector<walk::TracedRay>& next) const {
     const std::size_t end = fan_end(first, m_view.sun_way.directions.size());
     if (first < end)
-        add_fan(start, walk::RayKind::kShadow, walk::mask_of_first(end - first), fan_of(first),
+        add_fan(start, walk::RayKind::kShadow, walk::mask_of_first(end - first), to_fan(first),
                 next);
 }
 
@@ -153,7 +153,7 @@ void SunViewEvaluator::shade_face(const walk::TracedRay& ray, shade::SampleSum& 
     const auto& directions = m_view.sun_way.directions;
     if (ray.hit.face == core::Face::kNone || directions.empty())
         return;
-    const core::Vec3 normal = core::normal_of(ray.hit.face);
+    const core::Vec3 normal = core::to_normal(ray.hit.face);
     const core::Vec3 from = ray.ray.origin + ray.ray.direction * ray.hit.t;
     const FanStart start{from, walk::neighbour(ray.hit.voxel, ray.hit.face), ray.hit.level,
                          ray.sample};

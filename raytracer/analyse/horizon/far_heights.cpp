@@ -38,7 +38,7 @@ struct Window {
 
 /// The finest cells of an area that fit memory.
 /// @throws Error where even the coarsest ones do not: of strips that are a cell wide
-Window window_of(const HeightFile& file, const FarHeights::Area& area) {
+Window find_window(const HeightFile& file, const FarHeights::Area& area) {
     const double size = std::max(area.east - area.west, area.north - area.south);
     for (double side = size / kMaxSide; side <= size; side *= 2) {
         const HeightFile::Grid grid = file.grid_for(side);
@@ -57,7 +57,7 @@ Window window_of(const HeightFile& file, const FarHeights::Area& area) {
 FarHeights::FarHeights(const std::filesystem::path& path, const geo::Crs& crs, const Area& area,
                        double metres_per_unit) {
     HeightFile file({path, std::nullopt, crs, std::nullopt});
-    const Window window = window_of(file, area);
+    const Window window = find_window(file, area);
     const auto refuse = [&] {
         throw util::Error("look at the horizon: " + path.string() +
                           " has no heights there; allowed: a raster of heights around the data");

@@ -172,7 +172,7 @@ void look_at_horizon(const HorizonSource& source, const voxel::WorldInfo& world,
     if (std::all_of(tops.begin(), tops.end(), [](const auto& some) { return some.empty(); }))
         throw util::Error("look at the horizon: no height of " + source.file.string() +
                           " is outside of the data; allowed: a raster of heights around the data");
-    scene.analysis.horizon = solar::text_of(lattice, tops);
+    scene.analysis.horizon = solar::to_text(lattice, tops);
 }
 
 }  // namespace terravox::analyse

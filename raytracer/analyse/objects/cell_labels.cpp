@@ -82,7 +82,7 @@ void ConnectedCells::finish_above(int row, double cell_m2) {
         if (m_done.size() == kMaxObjects)
             throw util::Error("find the buildings: more than " + std::to_string(kMaxObjects) +
                               "; allowed: fewer, by a smaller --area");
-        m_done.emplace(at->first, facts_of(at->second.sums, cell_m2));
+        m_done.emplace(at->first, collect_facts(at->second.sums, cell_m2));
         at = m_growing.erase(at);
     }
 }

@@ -93,7 +93,7 @@ bool FacadeSums::add(CellFile& cells, GDALDatasetH buildings, core::WallSide sid
                                   " faces of walls; allowed: a smaller --area");
             const auto azimuth = static_cast<float>(strip.of(Strip::kAzimuth, cell));
             FacadeFacts& facade =
-                m_facts[{building[cell], facing_of(kUpright_deg, azimuth), storey}];
+                m_facts[{building[cell], find_facing(kUpright_deg, azimuth), storey}];
             add_to(facade, strip, cell);
             const auto at = static_cast<int>(cell);
             facade.faces.push_back({at % columns, area.y0 + at / columns, side});
@@ -117,7 +117,7 @@ struct Line {
     double x0, y0, x1, y1;
 };
 
-Line line_of(const FacadeFace& face) noexcept {
+Line make_line(const FacadeFace& face) noexcept {
     const double x = face.column;
     const double y = face.row;
     switch (face.side) {
@@ -142,7 +142,7 @@ std::vector<FacadeFace> along_walls(std::vector<FacadeFace> faces) {
 }
 
 /// The lines of faces, of which those that go on in the same direction are one.
-OGRMultiLineString lines_of(const FacadeFacts& facade, const std::array<double, 6>& t) {
+OGRMultiLineString make_lines(const FacadeFacts& facade, const std::array<double, 6>& t) {
     OGRMultiLineString out;
     const auto add = [&](const Line& line) {
         auto one = std::make_unique<OGRLineString>();
@@ -154,7 +154,7 @@ OGRMultiLineString lines_of(const FacadeFacts& facade, const std::array<double, 
     bool has_begun = false;
     core::WallSide side = core::WallSide::kNorth;
     for (const FacadeFace& face : along_walls(facade.faces)) {
-        const Line line = line_of(face);
+        const Line line = make_line(face);
         if (has_begun && face.side == side && line.x0 == running.x1 && line.y0 == running.y1) {
             running.x1 = line.x1;
             running.y1 = line.y1;
@@ -174,7 +174,7 @@ OGRMultiLineString lines_of(const FacadeFacts& facade, const std::array<double, 
 void set_facts(Feature& feature, const FacadeKey& key, const FacadeFacts& facade) {
     if (key.building > 0)
         feature.set_count("building", static_cast<std::uint64_t>(key.building));
-    feature.set("facing", name_of(key.facing));
+    feature.set("facing", to_name(key.facing));
     feature.set_count("storey", static_cast<std::uint64_t>(key.storey));
     feature.set("bottom_m", facade.bottom_m);
     feature.set("top_m", facade.top_m);
@@ -198,7 +198,7 @@ std::size_t write_facades(const FacadeSums& sums, const std::filesystem::path& o
     for (const auto& [key, facade] : sums.facts()) {
         Feature feature = file.new_feature();
         set_facts(feature, key, facade);
-        file.add(feature, lines_of(facade, info.placement.transform));
+        file.add(feature, make_lines(facade, info.placement.transform));
         kwh_m2.push_back(facade.kwh_m2());
     }
     file.finish({"facades", "kWh/m2", qgis_style(kwh_m2, StyledShape::kLine)});

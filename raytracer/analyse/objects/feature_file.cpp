@@ -33,7 +33,7 @@ struct Steps {
     [[nodiscard]] double border(int i) const noexcept { return low + width * i; }
 };
 
-Steps steps_of(const std::vector<double>& kwh_m2) {
+Steps make_steps(const std::vector<double>& kwh_m2) {
     const auto [first, last] = std::minmax_element(kwh_m2.begin(), kwh_m2.end());
     const double least = kwh_m2.empty() ? 0 : *first;
     const double most = kwh_m2.empty() ? 0 : *last;
@@ -46,7 +46,7 @@ Steps steps_of(const std::vector<double>& kwh_m2) {
     return out;
 }
 
-std::string range_of(const Steps& steps, int i) {
+std::string make_range(const Steps& steps, int i) {
     const double low = steps.border(i);
     const double high = steps.border(i + 1);
     return formatted(
@@ -54,7 +54,7 @@ std::string range_of(const Steps& steps, int i) {
         low, high, i, low, high);
 }
 
-std::string symbol_of(int i, StyledShape shape) {
+std::string make_symbol(int i, StyledShape shape) {
     const map::Rgba8 colour =
         colour_at(Ramp::kWarm, 0.25 + 0.75 * static_cast<double>(i) / (kSteps - 1));
     if (shape == StyledShape::kLine)
@@ -85,12 +85,12 @@ constexpr const char* kLabels =
 }  // namespace
 
 std::string qgis_style(const std::vector<double>& kwh_m2, StyledShape shape) {
-    const Steps steps = steps_of(kwh_m2);
+    const Steps steps = make_steps(kwh_m2);
     std::string ranges;
     std::string symbols;
     for (int i = 0; i < kSteps; ++i) {
-        ranges += range_of(steps, i);
-        symbols += symbol_of(i, shape);
+        ranges += make_range(steps, i);
+        symbols += make_symbol(i, shape);
     }
     const bool has_labels = shape == StyledShape::kPolygon;
     return std::string(
@@ -117,7 +117,7 @@ void add_field(OGRLayerH layer, const FeatureField& from, const output::GdalWatc
     watch.check(failed == OGRERR_NONE);
 }
 
-int index_of(void* feature, const char* field) {
+int compute_index(void* feature, const char* field) {
     return OGR_F_GetFieldIndex(feature, field);
 }
 
@@ -128,19 +128,19 @@ void Feature::Destroy::operator()(void* feature) const noexcept {
 }
 
 void Feature::set(const char* field, double value) {
-    OGR_F_SetFieldDouble(get(), index_of(get(), field), value);
+    OGR_F_SetFieldDouble(get(), compute_index(get(), field), value);
 }
 
 void Feature::set(const char* field, const char* value) {
-    OGR_F_SetFieldString(get(), index_of(get(), field), value);
+    OGR_F_SetFieldString(get(), compute_index(get(), field), value);
 }
 
 void Feature::set_count(const char* field, std::uint64_t value) {
-    OGR_F_SetFieldInteger64(get(), index_of(get(), field), static_cast<GIntBig>(value));
+    OGR_F_SetFieldInteger64(get(), compute_index(get(), field), static_cast<GIntBig>(value));
 }
 
 std::int64_t Feature::count(const char* field) const {
-    return OGR_F_GetFieldAsInteger64(get(), index_of(get(), field));
+    return OGR_F_GetFieldAsInteger64(get(), compute_index(get(), field));
 }
 
 void check_feature_target(const std::filesystem::path& out, const std::string& what) {

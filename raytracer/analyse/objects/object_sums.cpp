@@ -17,7 +17,7 @@ constexpr double kRad = det::kPi / 180;
 constexpr std::array<const char*, kFacings> kNames = {"N",  "NE", "E",  "SE",  "S",
                                                       "SW", "W",  "NW", "flat"};
 
-const FaceSums& best_of(const ObjectSums& sums, Facing& which) noexcept {
+const FaceSums& choose_best(const ObjectSums& sums, Facing& which) noexcept {
     std::size_t best = 0;
     for (std::size_t i = 1; i < kFacings; ++i)
         if (sums.faces[i].kwh > sums.faces[best].kwh)
@@ -28,11 +28,11 @@ const FaceSums& best_of(const ObjectSums& sums, Facing& which) noexcept {
 
 }  // namespace
 
-const char* name_of(Facing facing) noexcept {
+const char* to_name(Facing facing) noexcept {
     return kNames[static_cast<std::size_t>(facing)];
 }
 
-Facing facing_of(float slope_deg, float aspect_deg) noexcept {
+Facing find_facing(float slope_deg, float aspect_deg) noexcept {
     if (aspect_deg == core::kNoData || static_cast<double>(slope_deg) < kFlat_deg)
         return Facing::kFlat;
     constexpr double kSector_deg = 45;
@@ -52,7 +52,7 @@ void ObjectSums::add(const EnergyCell& cell, double cell_m2) noexcept {
         det::sin_cos(is_level ? 0 : static_cast<double>(cell.aspect_deg) * kRad);
     const double surface_m2 = cell_m2 / slope.cos;
     hours_m2 += static_cast<double>(cell.sun_hours) * surface_m2;
-    FaceSums& face = faces[static_cast<std::size_t>(facing_of(cell.slope_deg, cell.aspect_deg))];
+    FaceSums& face = faces[static_cast<std::size_t>(find_facing(cell.slope_deg, cell.aspect_deg))];
     face.surface_m2 += surface_m2;
     face.kwh += static_cast<double>(cell.kwh_m2) * surface_m2;
     face.east += azimuth.sin * slope.sin * surface_m2;
@@ -75,7 +75,7 @@ void ObjectSums::add(const ObjectSums& other) noexcept {
     }
 }
 
-ObjectFacts facts_of(const ObjectSums& sums, double cell_m2) noexcept {
+ObjectFacts collect_facts(const ObjectSums& sums, double cell_m2) noexcept {
     ObjectFacts out;
     out.cells = sums.cells;
     out.cells_without_value = sums.cells_without_value;
@@ -87,7 +87,7 @@ ObjectFacts facts_of(const ObjectSums& sums, double cell_m2) noexcept {
         out.kwh += face.kwh;
     }
     out.sun_hours = sums.hours_m2 / out.surface_m2;
-    const FaceSums& best = best_of(sums, out.best);
+    const FaceSums& best = choose_best(sums, out.best);
     out.best_surface_m2 = best.surface_m2;
     out.best_kwh = best.kwh;
     const double level = std::sqrt(best.east * best.east + best.south * best.south);

@@ -33,9 +33,9 @@ inline constexpr std::size_t kFacings = 9;
 inline constexpr double kFlat_deg = 5;
 
 /// @return "N", "NE", ..., "flat"
-[[nodiscard]] const char* name_of(Facing facing) noexcept;
+[[nodiscard]] const char* to_name(Facing facing) noexcept;
 /// @param aspect_deg degrees clockwise from north; core::kNoData: level
-[[nodiscard]] Facing facing_of(float slope_deg, float aspect_deg) noexcept;
+[[nodiscard]] Facing find_facing(float slope_deg, float aspect_deg) noexcept;
 
 /// The cells of an object that face one way.
 struct FaceSums {
@@ -76,7 +76,7 @@ struct ObjectFacts {
     [[nodiscard]] double kwh_m2() const noexcept { return kwh / surface_m2; }
 };
 
-[[nodiscard]] ObjectFacts facts_of(const ObjectSums& sums, double cell_m2) noexcept;
+[[nodiscard]] ObjectFacts collect_facts(const ObjectSums& sums, double cell_m2) noexcept;
 
 /// The cells of a rectangle of a raster of AnalysisKind::kEnergy, row after row, of which some are
 /// in memory at a time. Not thread-safe.

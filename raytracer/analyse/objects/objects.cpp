@@ -38,7 +38,7 @@ void set_facts(Feature& feature, const ObjectFacts& facts) {
     feature.set("kwh_m2", facts.kwh_m2());
     feature.set("kwh", facts.kwh);
     feature.set("sun_hours", facts.sun_hours);
-    feature.set("best_facing", name_of(facts.best));
+    feature.set("best_facing", to_name(facts.best));
     if (facts.best != Facing::kFlat)
         feature.set("best_azimuth_deg", facts.best_azimuth_deg);
     feature.set("best_slope_deg", facts.best_slope_deg);
@@ -102,7 +102,7 @@ void ObjectFile::finish(const std::string& style) {
 namespace {
 
 /// Of the objects that have a value.
-std::vector<double> energies_of(const std::vector<ObjectFacts>& objects) {
+std::vector<double> list_energies(const std::vector<ObjectFacts>& objects) {
     std::vector<double> out;
     for (const ObjectFacts& object : objects)
         if (object.has_values())
@@ -120,14 +120,14 @@ std::size_t write_objects(CellFile& cells, const std::filesystem::path& out,
         ConnectedCells found(cells, cell_m2, stop);
         const LabelFile labels(out, found, cells.columns(), cells.rows());
         file.add_all(labels.dataset(), found.facts(), stop);
-        file.finish(qgis_style(energies_of(found.facts()), StyledShape::kPolygon));
+        file.finish(qgis_style(list_energies(found.facts()), StyledShape::kPolygon));
         return found.facts().size();
     }
-    const std::vector<ObjectFacts> facts = facts_of(cells, polygons, cell_m2, stop);
+    const std::vector<ObjectFacts> facts = collect_facts(cells, polygons, cell_m2, stop);
     for (std::size_t i = 0; i < polygons.size(); ++i)
         file.add(*polygons[i].outline, static_cast<std::int64_t>(polygons[i].feature) + 1,
                  facts[i]);
-    file.finish(qgis_style(energies_of(facts), StyledShape::kPolygon));
+    file.finish(qgis_style(list_energies(facts), StyledShape::kPolygon));
     return facts.size();
 }
 

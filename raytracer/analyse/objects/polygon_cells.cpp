@@ -35,7 +35,7 @@ public:
             // Parts of a feature follow each other.
             while (i < m_shapes.size() && m_shapes[i].feature == m_shapes[first].feature)
                 ++i;
-            out.push_back(polygon_of(first, i));
+            out.push_back(make_polygon(first, i));
         }
         if (out.empty())
             throw util::Error(m_attempt + ": it holds none");
@@ -47,7 +47,7 @@ private:
         throw util::Error(m_attempt + ": feature " + std::to_string(feature) + " " + what);
     }
 
-    [[nodiscard]] ObjectPolygon polygon_of(std::size_t begin, std::size_t end) const {
+    [[nodiscard]] ObjectPolygon make_polygon(std::size_t begin, std::size_t end) const {
         const std::size_t feature = m_shapes[begin].feature;
         const auto outline = std::make_shared<OGRMultiPolygon>();
         std::vector<Footprint> parts;
@@ -58,11 +58,11 @@ private:
             std::vector<Footprint::Ring> rings;
             for (const Positions& ring : m_shapes[i].parts) {
                 check_ring(feature, ring);
-                part->addRingDirectly(line_of(ring).release());
+                part->addRingDirectly(make_line(ring).release());
                 rings.push_back(in_cells(feature, ring));
             }
             outline->addGeometryDirectly(part.release());
-            parts.push_back(footprint_of(feature, std::move(rings)));
+            parts.push_back(make_footprint(feature, std::move(rings)));
         }
         const output::GdalWatch watch(m_attempt);
         const bool is_valid = outline->IsValid();
@@ -72,8 +72,8 @@ private:
         return {feature, outline, std::move(parts)};
     }
 
-    [[nodiscard]] Footprint footprint_of(std::size_t feature,
-                                         std::vector<Footprint::Ring> rings) const {
+    [[nodiscard]] Footprint make_footprint(std::size_t feature,
+                                           std::vector<Footprint::Ring> rings) const {
         try {
             return Footprint(std::move(rings));
         } catch (const std::invalid_argument& e) {
@@ -91,7 +91,7 @@ private:
                  "last one like the first");
     }
 
-    static std::unique_ptr<OGRLinearRing> line_of(const Positions& ring) {
+    static std::unique_ptr<OGRLinearRing> make_line(const Positions& ring) {
         auto out = std::make_unique<OGRLinearRing>();
         for (const geo::Shape::Position& p : ring)
             out->addPoint(p[0], p[1]);
@@ -214,15 +214,15 @@ std::vector<ObjectPolygon> read_polygons(const std::filesystem::path& file,
     return out;
 }
 
-std::vector<ObjectFacts> facts_of(CellFile& cells, const std::vector<ObjectPolygon>& polygons,
-                                  double cell_m2, const std::stop_token& stop) {
+std::vector<ObjectFacts> collect_facts(CellFile& cells, const std::vector<ObjectPolygon>& polygons,
+                                       double cell_m2, const std::stop_token& stop) {
     std::vector<ObjectFacts> out;
     out.reserve(polygons.size());
     for (const ObjectPolygon& polygon : polygons) {
         ObjectSums sums;
         for (const Footprint& part : polygon.parts)
             add_cells(cells, part, cell_m2, stop, sums);
-        out.push_back(facts_of(sums, cell_m2));
+        out.push_back(collect_facts(sums, cell_m2));
     }
     return out;
 }

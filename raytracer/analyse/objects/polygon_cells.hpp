@@ -40,8 +40,8 @@ struct ObjectPolygon {
 /// rounded: what a polygon costs depends on the raster and on its corners, not on where they lie.
 /// @return as many as there are polygons
 /// @throws Error as CellFile; "interrupted" when stopped
-[[nodiscard]] std::vector<ObjectFacts> facts_of(CellFile& cells,
-                                                const std::vector<ObjectPolygon>& polygons,
-                                                double cell_m2, const std::stop_token& stop);
+[[nodiscard]] std::vector<ObjectFacts> collect_facts(CellFile& cells,
+                                                     const std::vector<ObjectPolygon>& polygons,
+                                                     double cell_m2, const std::stop_token& stop);
 
 }  // namespace terravox::analyse

@@ -108,7 +108,7 @@ constexpr RasterBand kSightTable[] = {
 
 }  // namespace
 
-std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
+std::span<const RasterBand> list_bands(core::AnalysisKind kind) noexcept {
     switch (kind) {
         case core::AnalysisKind::kNone:
         case core::AnalysisKind::kSunView: return {};
@@ -127,7 +127,7 @@ std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept {
 
 int band_number(core::AnalysisKind kind, std::string_view name) {
     int number = 0;
-    for (const RasterBand& band : bands_of(kind)) {
+    for (const RasterBand& band : list_bands(kind)) {
         ++number;
         if (band.name == name)
             return number;
@@ -153,7 +153,7 @@ CellFile::CellFile(const std::filesystem::path& out, core::AnalysisKind kind, in
         throw util::UsageError(m_attempt + ": --tile " + std::to_string(tile_px) +
                                "; allowed: multiples of 16");
     const output::GdalWatch watch(m_attempt);
-    const auto bands = bands_of(kind);
+    const auto bands = list_bands(kind);
     // Bands apart, so that those which are derived later rewrite none of the others.
     output::GdalOptions options = {{"TILED", "YES"},
                                    {"BLOCKXSIZE", std::to_string(m_block_px)},
@@ -189,7 +189,7 @@ void CellFile::add(const tiles::TileResult& result) {
                           std::to_string(cells * count) + ", of a single pass");
     std::vector<float> values(cells);
     int number = 0;
-    for (const RasterBand& band : bands_of(m_kind)) {
+    for (const RasterBand& band : list_bands(m_kind)) {
         ++number;
         if (band.measured == kDerived)
             continue;

@@ -23,10 +23,10 @@ struct RasterBand {
 inline constexpr int kDerived = -1;
 
 /// The bands of an analysis, in the order of its files.
-[[nodiscard]] std::span<const RasterBand> bands_of(core::AnalysisKind kind) noexcept;
+[[nodiscard]] std::span<const RasterBand> list_bands(core::AnalysisKind kind) noexcept;
 
 /// Number of a band in the file, counted from 1.
-/// @param name one of bands_of(kind)
+/// @param name one of list_bands(kind)
 [[nodiscard]] int band_number(core::AnalysisKind kind, std::string_view name);
 
 /// About so many cells of a band are read together where a raster is read row by row.

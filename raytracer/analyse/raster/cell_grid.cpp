@@ -105,7 +105,7 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     scene.quality.coarse_step = 1;
 }
 
-CellGrid grid_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
+CellGrid make_grid(const scene::Scene& scene, const voxel::WorldInfo& world) {
     CellGrid out;
     out.edge_m = scene.analysis.cell_m;
     out.edge_voxels = out.edge_m / world.voxel_m;
@@ -125,7 +125,7 @@ CellGrid grid_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
     return out;
 }
 
-output::GeoPlacement placement_of(const CellGrid& grid, const voxel::WorldInfo& world) {
+output::GeoPlacement make_placement(const CellGrid& grid, const voxel::WorldInfo& world) {
     const double unit = world.crs.empty() ? world.voxel_m : world.crs_units_per_voxel;
     const double edge = grid.edge_voxels * unit;
     return {{static_cast<double>(grid.west) * edge, edge, 0,

@@ -42,10 +42,10 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
 
 /// The grid that a scene looks at: the inverse of look_at_cells().
 /// @throws Error for a scene that look_at_cells() has not made
-[[nodiscard]] CellGrid grid_of(const scene::Scene& scene, const voxel::WorldInfo& world);
+[[nodiscard]] CellGrid make_grid(const scene::Scene& scene, const voxel::WorldInfo& world);
 
 /// Where the raster lies: in the world's CRS, or without one in metres, with y to the north.
-[[nodiscard]] output::GeoPlacement placement_of(const CellGrid& grid,
-                                                const voxel::WorldInfo& world);
+[[nodiscard]] output::GeoPlacement make_placement(const CellGrid& grid,
+                                                  const voxel::WorldInfo& world);
 
 }  // namespace terravox::analyse

@@ -213,16 +213,16 @@ private:
                                                 m_options.light_altitude_deg)
                                     : core::kNoData);
     }
-    static int number_of(std::string_view name) {
+    static int to_number(std::string_view name) {
         return band_number(core::AnalysisKind::kTerrain, name);
     }
     void read(std::string_view band, const CellRectangle& area, CellPatch& to) {
         to.width = area.width;
         to.height = area.height;
-        m_cells.read(number_of(band), area, to.values);
+        m_cells.read(to_number(band), area, to.values);
     }
     void write(std::string_view band, const CellRectangle& area, std::vector<float>& values) {
-        m_cells.write(number_of(band), area, values);
+        m_cells.write(to_number(band), area, values);
     }
 
     CellFile& m_cells;

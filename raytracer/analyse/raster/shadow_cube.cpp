@@ -39,7 +39,7 @@ output::GdalDataset first_bands(GDALDatasetH from, std::size_t count,
 }
 
 /// The attribute of CF or ACDD for a text of a picture; nullptr: none.
-const char* attribute_of(const std::string& name) noexcept {
+const char* find_attribute(const std::string& name) noexcept {
     if (name == "ImageDescription")
         return "title";
     if (name == "Software")
@@ -48,7 +48,7 @@ const char* attribute_of(const std::string& name) noexcept {
 }
 
 /// Numbers as GDAL's driver for netCDF reads them: {1,2}.
-std::string list_of(std::span<const std::int64_t> numbers) {
+std::string to_list(std::span<const std::int64_t> numbers) {
     std::string out;
     for (const std::int64_t number : numbers)
         out += (out.empty() ? "{" : ",") + std::to_string(number);
@@ -70,13 +70,13 @@ void write_netcdf(GDALDatasetH bands, const std::string& attempt, const CubeVari
     note("NETCDF_DIM_EXTRA", "{time}");
     note("NETCDF_DIM_time_DEF",
          "{" + std::to_string(times_s.size()) + "," + std::to_string(kDouble) + "}");
-    note("NETCDF_DIM_time_VALUES", list_of(times_s));
+    note("NETCDF_DIM_time_VALUES", to_list(times_s));
     note("time#units", "seconds since 1970-01-01 00:00:00");
     note("time#calendar", "standard");
     note("time#standard_name", "time");
     note("time#axis", "T");
     for (const auto& [name, value] : info.metadata)
-        if (const char* const attribute = attribute_of(name); attribute != nullptr)
+        if (const char* const attribute = find_attribute(name); attribute != nullptr)
             note(std::string("NC_GLOBAL#") + attribute, value);
     GDALRasterBandH first = GDALGetRasterBand(cube.get(), 1);
     GDALSetMetadataItem(first, "NETCDF_VARNAME", variable.name, nullptr);

@@ -28,28 +28,28 @@ std::string name_of_class(int number) {
     return "class " + std::to_string(number);
 }
 
-using NameOf = std::string (*)(int);
+using ToName = std::string (*)(int);
 
-void add_rows(const SightSummary& summary, const std::map<int, SeenCells>& kinds, NameOf name_of,
+void add_rows(const SightSummary& summary, const std::map<int, SeenCells>& kinds, ToName to_name,
               std::string& out) {
     for (const auto& [number, cells] : kinds) {
         if (cells.seen == 0)
             continue;
         std::array<char, 160> line{};
         std::snprintf(line.data(), line.size(), "  %-20s %10.4f km2 %8.1f %% %12.1f %%\n",
-                      name_of(number).c_str(), summary.km2(cells.seen),
+                      to_name(number).c_str(), summary.km2(cells.seen),
                       100 * share(cells.seen, summary.cells.seen),
                       100 * share(cells.seen, cells.all));
         out += line.data();
     }
 }
 
-nlohmann::json rows_of(const SightSummary& summary, const std::map<int, SeenCells>& kinds,
-                       NameOf name_of) {
+nlohmann::json make_rows(const SightSummary& summary, const std::map<int, SeenCells>& kinds,
+                         ToName to_name) {
     nlohmann::json out = nlohmann::json::array();
     for (const auto& [number, cells] : kinds)
         out.push_back({{"number", number},
-                       {"name", name_of(number)},
+                       {"name", to_name(number)},
                        {"cells", cells.all},
                        {"seen_cells", cells.seen},
                        {"seen_km2", summary.km2(cells.seen)},
@@ -60,7 +60,7 @@ nlohmann::json rows_of(const SightSummary& summary, const std::map<int, SeenCell
 
 }  // namespace
 
-SightSummary summary_of(CellFile& cells, double edge_m) {
+SightSummary make_summary(CellFile& cells, double edge_m) {
     const auto band = [](std::string_view name) {
         return band_number(core::AnalysisKind::kSight, name);
     };
@@ -92,7 +92,7 @@ SightSummary summary_of(CellFile& cells, double edge_m) {
     return out;
 }
 
-std::string table_of(const SightSummary& summary) {
+std::string make_table(const SightSummary& summary) {
     std::array<char, 160> line{};
     std::snprintf(line.data(), line.size(), "seen: %.4f km2 of %.4f km2 (%.1f %%)\n",
                   summary.km2(summary.cells.seen), summary.km2(summary.cells.all),
@@ -104,7 +104,7 @@ std::string table_of(const SightSummary& summary) {
     return out;
 }
 
-std::string json_of(const SightSummary& summary) {
+std::string to_json(const SightSummary& summary) {
     const nlohmann::json out = {
         {"cell_m2", summary.cell_m2},
         {"cells", summary.cells.all},
@@ -112,8 +112,8 @@ std::string json_of(const SightSummary& summary) {
         {"hole_cells", summary.holes},
         {"seen_km2", summary.km2(summary.cells.seen)},
         {"seen_share", share(summary.cells.seen, summary.cells.all)},
-        {"materials", rows_of(summary, summary.by_material, name_of_material)},
-        {"classes", rows_of(summary, summary.by_class, name_of_class)}};
+        {"materials", make_rows(summary, summary.by_material, name_of_material)},
+        {"classes", make_rows(summary, summary.by_class, name_of_class)}};
     return out.dump();
 }
 

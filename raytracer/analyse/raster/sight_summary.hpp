@@ -30,11 +30,11 @@ struct SightSummary {
 /// Counts the cells of a finished raster, block by block.
 /// @param edge_m of a cell
 /// @throws Error as CellFile
-[[nodiscard]] SightSummary summary_of(CellFile& cells, double edge_m);
+[[nodiscard]] SightSummary make_summary(CellFile& cells, double edge_m);
 
 /// A table of a few lines: area, materials, classes.
-[[nodiscard]] std::string table_of(const SightSummary& summary);
+[[nodiscard]] std::string make_table(const SightSummary& summary);
 /// The same as one JSON object, in one line.
-[[nodiscard]] std::string json_of(const SightSummary& summary);
+[[nodiscard]] std::string to_json(const SightSummary& summary);
 
 }  // namespace terravox::analyse

@@ -53,7 +53,7 @@ constexpr Rgba8 kAroundAnchors[] = {rgb(226, 217, 226), rgb(98, 118, 186), rgb(4
                                     rgb(178, 84, 82), rgb(226, 217, 226)};
 constexpr Rgba8 kGreyAnchors[] = {rgb(0, 0, 0), rgb(255, 255, 255)};
 
-Anchors anchors_of(Ramp ramp) noexcept {
+Anchors choose_anchors(Ramp ramp) noexcept {
     switch (ramp) {
         case Ramp::kHeights: return kHeightAnchors;
         case Ramp::kMuch: return kMuchAnchors;
@@ -121,7 +121,7 @@ std::uint8_t mixed(std::uint8_t a, std::uint8_t b, double share) noexcept {
 
 }  // namespace
 
-const BandStyle* style_of(std::string_view band) noexcept {
+const BandStyle* choose_style(std::string_view band) noexcept {
     for (const BandStyle& style : kStyles)
         if (style.band == band)
             return &style;
@@ -129,7 +129,7 @@ const BandStyle* style_of(std::string_view band) noexcept {
 }
 
 Rgba8 colour_at(Ramp ramp, double share) noexcept {
-    const Anchors anchors = anchors_of(ramp);
+    const Anchors anchors = choose_anchors(ramp);
     const auto last = static_cast<double>(anchors.size() - 1);
     const double at = std::clamp(share, 0.0, 1.0) * last;
     const auto below = static_cast<std::size_t>(std::min(std::floor(at), last - 1));

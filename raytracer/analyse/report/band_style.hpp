@@ -38,7 +38,7 @@ struct BandStyle {
 };
 
 /// @return nullptr for a band without a map
-[[nodiscard]] const BandStyle* style_of(std::string_view band) noexcept;
+[[nodiscard]] const BandStyle* choose_style(std::string_view band) noexcept;
 
 /// @param share of the scale, clamped to [0, 1]
 [[nodiscard]] map::Rgba8 colour_at(Ramp ramp, double share) noexcept;

@@ -77,19 +77,20 @@ struct BandFacts {
     std::optional<Legend> legend;  ///< where it has a style and values
 };
 
-BandFacts facts_of(CellFile& cells, const RasterBand& band, int number,
-                   const std::stop_token& stop) {
-    BandFacts out{band, number, style_of(band.name), statistics_of(cells, number, stop), {}};
+BandFacts collect_facts(CellFile& cells, const RasterBand& band, int number,
+                        const std::stop_token& stop) {
+    BandFacts out{
+        band, number, choose_style(band.name), measure_statistics(cells, number, stop), {}};
     if (out.style == nullptr || out.statistics.cells == 0)
         return out;
     out.legend = has_categories(out.style->ramp)
-                     ? categories_for(*out.style, counts_of(cells, number, stop))
+                     ? categories_for(*out.style, count_values(cells, number, stop))
                      : scale_for(*out.style, out.statistics);
     return out;
 }
 
-std::string sheet_of(CellFile& cells, const BandFacts& band, const ReportFacts& facts,
-                     int most_px) {
+std::string make_sheet(CellFile& cells, const BandFacts& band, const ReportFacts& facts,
+                       int most_px) {
     const MapPicture picture = draw_band(cells, facts.kind, band.number, *band.legend, most_px);
     SheetFacts sheet;
     sheet.title = std::string(band.style->title);
@@ -112,7 +113,7 @@ std::string chart(const BandFacts& band) {
         bars[i / kTogether] += s.bins[i];
     const auto highest = static_cast<double>(*std::max_element(bars.begin(), bars.end()));
     const double bar_width = (s.max - s.min) / static_cast<double>(bars.size());
-    const auto x_of = [&](double value) {
+    const auto find_x = [&](double value) {
         return kWidth * (value - legend.low) / (legend.high - legend.low);
     };
     std::string out = "<svg viewBox=\"0 0 " + std::to_string(kWidth) + " " +
@@ -121,16 +122,16 @@ std::string chart(const BandFacts& band) {
     for (std::size_t i = 0; i < bars.size(); ++i) {
         const double value = s.min + (static_cast<double>(i) + 0.5) * bar_width;
         // Where all values are alike, the one bar has no width of its own.
-        const double left = std::max(0.0, x_of(value - bar_width / 2));
+        const double left = std::max(0.0, find_x(value - bar_width / 2));
         const double right =
-            std::min<double>(kWidth, std::max(x_of(value + bar_width / 2), left + 1));
+            std::min<double>(kWidth, std::max(find_x(value + bar_width / 2), left + 1));
         if (bars[i] == 0 || right <= left)
             continue;
         const double height = kHeight * static_cast<double>(bars[i]) / highest;
         out += "<rect x=\"" + number_text(left, 0.1) + "\" y=\"" +
                number_text(kHeight - height, 0.1) + "\" width=\"" +
                number_text(std::max(right - left, 1.0), 0.1) + "\" height=\"" +
-               number_text(height, 0.1) + "\" fill=\"" + css(legend.colour_of(value)) +
+               number_text(height, 0.1) + "\" fill=\"" + css(legend.to_colour(value)) +
                "\" stroke=\"currentColor\" stroke-opacity=\".35\" stroke-width=\".5\"/>\n";
     }
     for (const Tick& tick : legend.ticks) {
@@ -160,7 +161,7 @@ std::string figure(CellFile& cells, const BandFacts& band, const ReportFacts& fa
     const std::string title = escaped_markup(band.style->title);
     std::string out = "<h2>" + title + "</h2>\n<figure><img alt=\"Map: " + title +
                       "\" src=\"data:image/png;base64," +
-                      base64(sheet_of(cells, band, facts, kMap_px)) + "\"></figure>\n";
+                      base64(make_sheet(cells, band, facts, kMap_px)) + "\"></figure>\n";
     return out +
            (has_categories(band.legend->ramp) ? entries_table(band, facts.cell_m) : chart(band));
 }
@@ -224,7 +225,7 @@ std::string holes_warning(const BandFacts& hole, const ReportFacts& facts) {
 
 std::string page(CellFile& cells, const ReportFacts& facts, const std::stop_token& stop) {
     const std::string title =
-        "Analysis: " + std::string(core::word_of(facts.kind)) + ", " + facts.place;
+        "Analysis: " + std::string(core::to_word(facts.kind)) + ", " + facts.place;
     std::string out =
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta "
         "name=\"viewport\" content=\"width=device-width\">\n<meta "
@@ -234,8 +235,8 @@ std::string page(CellFile& cells, const ReportFacts& facts, const std::stop_toke
         escaped_markup(title) + "</h1>\n";
     std::vector<BandFacts> bands;
     int number = 0;
-    for (const RasterBand& band : bands_of(facts.kind))
-        bands.push_back(facts_of(cells, band, ++number, stop));
+    for (const RasterBand& band : list_bands(facts.kind))
+        bands.push_back(collect_facts(cells, band, ++number, stop));
     for (const BandFacts& band : bands)
         if (band.band.name == kHoleBand)
             out += holes_warning(band, facts);
@@ -261,11 +262,11 @@ void write_report(CellFile& cells, const std::filesystem::path& out, const Repor
 void write_map(CellFile& cells, const std::filesystem::path& out, const ReportFacts& facts,
                const std::stop_token& stop) {
     int number = 0;
-    for (const RasterBand& band : bands_of(facts.kind)) {
-        const BandFacts drawn = facts_of(cells, band, ++number, stop);
+    for (const RasterBand& band : list_bands(facts.kind)) {
+        const BandFacts drawn = collect_facts(cells, band, ++number, stop);
         if (!drawn.legend)
             continue;
-        util::write_file_atomically(out, sheet_of(cells, drawn, facts, kPicture_px));
+        util::write_file_atomically(out, make_sheet(cells, drawn, facts, kPicture_px));
         return;
     }
     throw util::Error("draw the map " + out.string() +

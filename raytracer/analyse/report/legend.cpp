@@ -41,7 +41,7 @@ double BandStatistics::quantile(double share) const noexcept {
     return max;
 }
 
-BandStatistics statistics_of(CellFile& cells, int band, const std::stop_token& stop) {
+BandStatistics measure_statistics(CellFile& cells, int band, const std::stop_token& stop) {
     BandStatistics out;
     double sum = 0;
     for_each_value(cells, band, stop, [&](double value) {
@@ -62,7 +62,7 @@ BandStatistics statistics_of(CellFile& cells, int band, const std::stop_token& s
     return out;
 }
 
-std::map<int, std::uint64_t> counts_of(CellFile& cells, int band, const std::stop_token& stop) {
+std::map<int, std::uint64_t> count_values(CellFile& cells, int band, const std::stop_token& stop) {
     std::map<int, std::uint64_t> out;
     for_each_value(cells, band, stop,
                    [&](double value) { ++out[static_cast<int>(std::lround(value))]; });
@@ -90,7 +90,7 @@ std::vector<Tick> points_of_the_compass() {
 
 }  // namespace
 
-map::Rgba8 Legend::colour_of(double value) const noexcept {
+map::Rgba8 Legend::to_colour(double value) const noexcept {
     if (has_categories(ramp))
         return colour_of_category(ramp, static_cast<int>(std::lround(value)));
     return colour_at(ramp, (value - low) / (high - low));

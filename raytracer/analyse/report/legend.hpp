@@ -30,12 +30,13 @@ struct BandStatistics {
 /// Reads a band twice, block by block, so that it may be larger than memory.
 /// @param band its number, from 1
 /// @throws Error "interrupted" when stopped, and as CellFile
-[[nodiscard]] BandStatistics statistics_of(CellFile& cells, int band, const std::stop_token& stop);
+[[nodiscard]] BandStatistics measure_statistics(CellFile& cells, int band,
+                                                const std::stop_token& stop);
 
 /// How many cells have each number, of a band of categories.
-/// @throws as statistics_of()
-[[nodiscard]] std::map<int, std::uint64_t> counts_of(CellFile& cells, int band,
-                                                     const std::stop_token& stop);
+/// @throws as measure_statistics()
+[[nodiscard]] std::map<int, std::uint64_t> count_values(CellFile& cells, int band,
+                                                        const std::stop_token& stop);
 
 /// A mark of a scale.
 struct Tick {
@@ -59,7 +60,7 @@ struct Legend {
     std::vector<Tick> ticks;
     std::vector<LegendEntry> entries;  ///< the most frequent ones first
 
-    [[nodiscard]] map::Rgba8 colour_of(double value) const noexcept;
+    [[nodiscard]] map::Rgba8 to_colour(double value) const noexcept;
 };
 
 /// The scale of a band: from the style's ends or, where it has none, from round numbers around the

@@ -66,7 +66,7 @@ MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band, const L
         if (holes[i] > 0)
             out.pixels.push_back(kHole);
         else if (values[i] != core::kNoData)
-            out.pixels.push_back(legend.colour_of(static_cast<double>(values[i])));
+            out.pixels.push_back(legend.to_colour(static_cast<double>(values[i])));
         else
             out.pixels.push_back(kNothing);
     }
@@ -103,8 +103,8 @@ public:
     /// @param x0 of the left edge; what does not fit to the right is cut off
     void write(int x0, int y0, std::string_view text) {
         int x = x0;
-        for (const char32_t letter : output::letters_of(text)) {
-            const output::Glyph glyph = output::glyph_of(letter);
+        for (const char32_t letter : output::to_letters(text)) {
+            const output::Glyph glyph = output::find_glyph(letter);
             if (x + glyph.width * m_scale > m_width)
                 return;
             draw(glyph, x, y0);
@@ -112,10 +112,10 @@ public:
         }
     }
 
-    [[nodiscard]] int width_of(std::string_view text) const {
+    [[nodiscard]] int measure_width(std::string_view text) const {
         int width = 0;
-        for (const char32_t letter : output::letters_of(text))
-            width += output::glyph_of(letter).width + kGap;
+        for (const char32_t letter : output::to_letters(text))
+            width += output::find_glyph(letter).width + kGap;
         return width * m_scale;
     }
 
@@ -125,7 +125,7 @@ public:
                         picture.width, &at(x0, y0 + y));
     }
 
-    [[nodiscard]] std::string png() const { return map::png_of(m_pixels, m_width, m_height); }
+    [[nodiscard]] std::string png() const { return map::to_png(m_pixels, m_width, m_height); }
 
 private:
     [[nodiscard]] map::Rgba8& at(int x, int y) {
@@ -180,7 +180,7 @@ void draw_ramp(Sheet& sheet, const Legend& legend, const Layout& layout, int y) 
     }
     for (const Tick& tick : legend.ticks) {
         const int at = layout.margin + static_cast<int>(tick.share * (layout.width - 1));
-        const int label = sheet.width_of(tick.label);
+        const int label = sheet.measure_width(tick.label);
         sheet.fill(at, y + layout.line - 4 * layout.scale, layout.scale, 3 * layout.scale, kInk);
         const int left = std::clamp(at - label / 2, layout.margin,
                                     layout.margin + std::max(0, layout.width - label));

@@ -30,9 +30,9 @@ std::vector<core::Vec3> sky_directions(int count) {
 
 }  // namespace
 
-Energy energy_of(const scene::Scene& scene, const geo::MapPlace* place, double height_m) {
+Energy make_energy(const scene::Scene& scene, const geo::MapPlace* place, double height_m) {
     if (!scene.analysis.light.empty()) {
-        Energy given = light_of(scene.analysis.light);
+        Energy given = parse_light(scene.analysis.light);
         given.sky = sky_directions(scene.analysis.directions);
         return given;
     }
@@ -40,7 +40,7 @@ Energy energy_of(const scene::Scene& scene, const geo::MapPlace* place, double h
         throw util::UsageError(
             "light the sky: the world has no place on Earth; allowed: worlds "
             "with a CRS");
-    const std::array<double, 12> linke = linke_of(scene.analysis.linke);
+    const std::array<double, 12> linke = parse_linke(scene.analysis.linke);
     LightSums sums(scene, *place);
     each_sun_step(scene, *place, [&](const SunStep& step) {
         const double haze = linke[static_cast<std::size_t>(step.clock.month - 1)];
@@ -120,7 +120,7 @@ std::optional<LightDirection> take_direction(std::string_view& text) {
 
 }  // namespace
 
-std::string text_of(const Energy& light) {
+std::string to_text(const Energy& light) {
     if (light.sun.size() > kMaxListedDirections)
         throw util::UsageError("sum up the light: " + std::to_string(light.sun.size()) +
                                " directions; allowed: up to " +
@@ -139,7 +139,7 @@ std::string text_of(const Energy& light) {
     return out;
 }
 
-Energy light_of(const std::string& text) {
+Energy parse_light(const std::string& text) {
     std::string_view rest = text;
     const auto even = take<3>(rest);
     if (!even || even->front() < 0 || !is_share(even->back()))

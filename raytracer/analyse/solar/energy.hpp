@@ -38,9 +38,9 @@ inline constexpr double kHorizonSine = 0.15;
 /// function of its arguments on every machine.
 /// @param place nullptr: unknown; needed without analysis.light
 /// @param height_m of the place above the sea
-/// @throws UsageError as sun_way_of() and light_of(); for turbidities that are none
-[[nodiscard]] Energy energy_of(const scene::Scene& scene, const geo::MapPlace* place,
-                               double height_m);
+/// @throws UsageError as make_sun_way() and parse_light(); for turbidities that are none
+[[nodiscard]] Energy make_energy(const scene::Scene& scene, const geo::MapPlace* place,
+                                 double height_m);
 
 /// Directions of the sun that a text of light may hold; a year in bins of 3 degrees has 630.
 inline constexpr std::size_t kMaxListedDirections = 4096;
@@ -50,12 +50,12 @@ inline constexpr std::size_t kMaxListedDirections = 4096;
 /// each direction of the sun (LightDirection). About 40 kB for a year in bins of 3 degrees: numbers
 /// have the digits of single precision.
 /// @throws UsageError for more than kMaxListedDirections
-[[nodiscard]] std::string text_of(const Energy& light);
+[[nodiscard]] std::string to_text(const Energy& light);
 
 /// Reads such a text. The directions of the sky are not in it.
 /// @param text from a scene, which may be anybody's
 /// @throws UsageError for another text, for numbers that no light has, for more than
 /// kMaxListedDirections
-[[nodiscard]] Energy light_of(const std::string& text);
+[[nodiscard]] Energy parse_light(const std::string& text);
 
 }  // namespace terravox::solar

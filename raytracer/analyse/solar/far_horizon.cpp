@@ -44,7 +44,7 @@ double mix(double a, double b, double share) noexcept {
     return a + (b - a) * share;
 }
 
-double shadow_height_of(const FarTop& top, double slope) noexcept {
+double measure_shadow_height(const FarTop& top, double slope) noexcept {
     return top.height_m - slope * top.distance_m;
 }
 
@@ -75,8 +75,8 @@ FarHorizon::FarHorizon(const Lattice& lattice, const std::vector<Tops>& tops, do
     for (int i = 0; i < kBounds; ++i)
         for (const FarTop& top : m_tops) {
             double& bound = m_bounds[static_cast<std::size_t>(i)];
-            bound =
-                std::max(bound, shadow_height_of(top, static_cast<double>(i) / kBoundsPerSlope));
+            bound = std::max(bound,
+                             measure_shadow_height(top, static_cast<double>(i) / kBoundsPerSlope));
         }
 }
 
@@ -84,7 +84,7 @@ double FarHorizon::shadow_height(std::size_t point, int azimuth, double slope) c
     const std::size_t index = point * kAzimuths + static_cast<std::size_t>(azimuth);
     double out = kLowest_m;
     for (std::uint32_t i = m_begins[index]; i < m_begins[index + 1]; ++i)
-        out = std::max(out, shadow_height_of(m_tops[i], slope));
+        out = std::max(out, measure_shadow_height(m_tops[i], slope));
     return out;
 }
 
@@ -216,7 +216,7 @@ void append(std::string& out, Number value, char after) {
 
 }  // namespace
 
-std::string text_of(const FarHorizon::Lattice& lattice, const std::vector<FarHorizon::Tops>& tops) {
+std::string to_text(const FarHorizon::Lattice& lattice, const std::vector<FarHorizon::Tops>& tops) {
     std::string out;
     append(out, lattice.columns, ',');
     append(out, lattice.rows, ';');
@@ -235,7 +235,7 @@ std::string text_of(const FarHorizon::Lattice& lattice, const std::vector<FarHor
     return out;
 }
 
-FarHorizon far_horizon_of(const std::string& text, double voxel_m) {
+FarHorizon parse_far_horizon(const std::string& text, double voxel_m) {
     if (text.empty())
         return {};
     const auto parsed = parse(text);

@@ -78,12 +78,12 @@ private:
 
 /// A horizon as text: "columns,rows;west,north;east,south;" and the tops of each point and azimuth,
 /// "distance,height,distance,height,...;". Some 200 kB for a square of LiDAR data.
-[[nodiscard]] std::string text_of(const FarHorizon::Lattice& lattice,
+[[nodiscard]] std::string to_text(const FarHorizon::Lattice& lattice,
                                   const std::vector<FarHorizon::Tops>& tops);
 
 /// Reads such a text; an empty one is an empty horizon.
 /// @param text from a scene, which may be anybody's
 /// @throws UsageError for another text, and for numbers out of range
-[[nodiscard]] FarHorizon far_horizon_of(const std::string& text, double voxel_m);
+[[nodiscard]] FarHorizon parse_far_horizon(const std::string& text, double voxel_m);
 
 }  // namespace terravox::solar

@@ -13,7 +13,7 @@
 namespace terravox::solar {
 namespace {
 
-std::optional<double> share_of(std::string_view text) noexcept {
+std::optional<double> measure_share(std::string_view text) noexcept {
     double value = 0;
     const char* const end = text.data() + text.size();
     const auto [at, failed] = std::from_chars(text.data(), end, value);
@@ -28,9 +28,9 @@ CrownLight::CrownLight(const std::string& text, const geo::LatLon& place)
     : m_is_south(place.lat_deg < 0) {
     const std::string_view all = text;
     const std::size_t comma = all.find(',');
-    const std::optional<double> with = share_of(all.substr(0, comma));
+    const std::optional<double> with = measure_share(all.substr(0, comma));
     const std::optional<double> without =
-        comma == std::string_view::npos ? with : share_of(all.substr(comma + 1));
+        comma == std::string_view::npos ? with : measure_share(all.substr(comma + 1));
     if (!with || !without)
         throw util::UsageError("light the sky: analysis.crown_light = '" + text +
                                "'; allowed: a share of 0 to 1, or two separated by a comma, with "
@@ -87,7 +87,7 @@ void LightSums::add(const LightDirection& light) {
     const double weight = light.beam + light.around_sun;
     if (weight <= 0)
         return;
-    const SunBins::Place place = m_is_binned ? m_bins.place_of(light.to)
+    const SunBins::Place place = m_is_binned ? m_bins.find_place(light.to)
                                              : SunBins::Place{static_cast<int>(m_found.size()), 0};
     LightDirection& bin = m_found[place];
     bin.to = bin.to + light.to * weight;

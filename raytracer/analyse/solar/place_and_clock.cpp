@@ -9,8 +9,8 @@
 
 namespace terravox::solar {
 
-std::optional<geo::MapPlace> place_of(const scene::Scene& scene,
-                                      const std::optional<geo::MapPlace>& centre) {
+std::optional<geo::MapPlace> find_place(const scene::Scene& scene,
+                                        const std::optional<geo::MapPlace>& centre) {
     if (!scene.analysis.place || scene.analysis.kind == core::AnalysisKind::kNone)
         return centre;
     const auto& [lat_deg, lon_deg, convergence_deg] = *scene.analysis.place;
@@ -38,8 +38,8 @@ struct NamedDay {
     std::string field;
 };
 
-std::int64_t day_of(const NamedDay& day) {
-    const geo::DateTime date = sky::date_of(day.text, day.field);
+std::int64_t to_day(const NamedDay& day) {
+    const geo::DateTime date = sky::parse_date(day.text, day.field);
     if (date.year < kFirstYear || date.year > kLastYear)
         throw util::UsageError("place the sun: " + day.field + " = '" + day.text +
                                "'; allowed: years " + std::to_string(kFirstYear) + " to " +
@@ -47,7 +47,7 @@ std::int64_t day_of(const NamedDay& day) {
     return geo::days_from_1970(date.year, date.month, date.day);
 }
 
-std::int64_t seconds_of(double hours) noexcept {
+std::int64_t to_seconds(double hours) noexcept {
     constexpr double kHour_s = 3600;
     return std::llround(hours * kHour_s);
 }
@@ -66,7 +66,7 @@ const char* read_offset(const char* at, const char* end, geo::OffsetFrom& to) no
     return no_instant == std::errc{} && is_near ? stop : nullptr;
 }
 
-std::vector<geo::OffsetFrom> offsets_of(const std::string& text) {
+std::vector<geo::OffsetFrom> parse_offsets(const std::string& text) {
     // Two a year, for all years.
     constexpr std::size_t kMaxOffsets = 1000;
     std::vector<geo::OffsetFrom> out;
@@ -88,7 +88,7 @@ std::vector<geo::OffsetFrom> offsets_of(const std::string& text) {
 
 }  // namespace
 
-Days days_of(const scene::Scene& scene) {
+Days list_days(const scene::Scene& scene) {
     const scene::Scene::Analysis& analysis = scene.analysis;
     if (analysis.from.empty() != analysis.to.empty())
         throw util::UsageError(std::string("place the sun: analysis.") +
@@ -98,7 +98,7 @@ Days days_of(const scene::Scene& scene) {
     const NamedDay first =
         is_day ? NamedDay{scene.sun.date, "sun.date"} : NamedDay{analysis.from, "analysis.from"};
     const NamedDay last = is_day ? first : NamedDay{analysis.to, "analysis.to"};
-    const Days out{day_of(first), day_of(last) + 1};
+    const Days out{to_day(first), to_day(last) + 1};
     if (out.begin >= out.end)
         throw util::UsageError("place the sun: analysis.to = '" + last.text +
                                "'; allowed: a day that is not before analysis.from = '" +
@@ -109,7 +109,7 @@ Days days_of(const scene::Scene& scene) {
 Clock::Clock(const scene::Scene& scene, const geo::MapPlace& place) {
     const scene::Scene::Sun& sun = scene.sun;
     if (!scene.analysis.clock.empty()) {
-        m_offsets = offsets_of(scene.analysis.clock);
+        m_offsets = parse_offsets(scene.analysis.clock);
     } else if (sun.utc_offset_h) {
         m_offsets = {{0, *sun.utc_offset_h}};
     } else if (sun.zone.empty()) {
@@ -117,7 +117,7 @@ Clock::Clock(const scene::Scene& scene, const geo::MapPlace& place) {
     } else {
         // Clocks are a day or less from universal time.
         constexpr std::int64_t kAround = 2;
-        const Days days = days_of(scene);
+        const Days days = list_days(scene);
         m_offsets = geo::zone_offsets(sun.zone, (days.begin - kAround) * kDay_s,
                                       (days.end + kAround) * kDay_s);
     }
@@ -136,13 +136,13 @@ double Clock::offset_h(std::int64_t utc_s) const noexcept {
 std::int64_t Clock::midnight_s(std::int64_t day) const noexcept {
     const std::int64_t local_s = day * kDay_s;
     for (std::size_t i = 0; i + 1 < m_offsets.size(); ++i) {
-        const std::int64_t instant = local_s - seconds_of(m_offsets[i].offset_h);
-        const std::int64_t after = local_s - seconds_of(m_offsets[i + 1].offset_h);
+        const std::int64_t instant = local_s - to_seconds(m_offsets[i].offset_h);
+        const std::int64_t after = local_s - to_seconds(m_offsets[i + 1].offset_h);
         // Shown before clocks change, or not at all.
         if (instant < m_offsets[i + 1].from_s || after < m_offsets[i + 1].from_s)
             return instant;
     }
-    return local_s - seconds_of(m_offsets.back().offset_h);
+    return local_s - to_seconds(m_offsets.back().offset_h);
 }
 
 std::string Clock::text() const {

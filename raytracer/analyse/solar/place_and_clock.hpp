@@ -15,14 +15,15 @@ namespace terravox::solar {
 /// world.
 /// @param centre of the world; nullopt where it is not georeferenced
 /// @throws UsageError for an analysis.place that is not on Earth
-[[nodiscard]] std::optional<geo::MapPlace> place_of(const scene::Scene& scene,
-                                                    const std::optional<geo::MapPlace>& centre);
+[[nodiscard]] std::optional<geo::MapPlace> find_place(const scene::Scene& scene,
+                                                      const std::optional<geo::MapPlace>& centre);
 
 /// The clock of an analysis's place. Immutable.
 class Clock {
 public:
     /// That of analysis.clock, else of sun.utc_offset_h, sun.zone, or the place's longitude.
-    /// @throws UsageError for dates that period_of() refuses, an unknown zone, a text that is none
+    /// @throws UsageError for dates that find_period() refuses, an unknown zone, a text that is
+    /// none
     Clock(const scene::Scene& scene, const geo::MapPlace& place);
 
     /// @param utc_s seconds since 1970-01-01 00:00 UTC
@@ -45,6 +46,6 @@ struct Days {
 };
 /// @throws UsageError for what is no date of the years 1900 to 2100, one date without the other, an
 /// end before the beginning
-[[nodiscard]] Days days_of(const scene::Scene& scene);
+[[nodiscard]] Days list_days(const scene::Scene& scene);
 
 }  // namespace terravox::solar

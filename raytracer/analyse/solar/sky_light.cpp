@@ -54,7 +54,7 @@ Irradiance clear_sky(double altitude_deg, double linke, double height_m, int day
     return {beam, std::max(diffuse, 0.0)};
 }
 
-std::array<double, 12> linke_of(const std::string& text) {
+std::array<double, 12> parse_linke(const std::string& text) {
     constexpr std::size_t kMonths = 12;
     std::vector<double> found;
     const char* at = text.data();
@@ -99,7 +99,7 @@ constexpr SkyClass kClasses[] = {
     {1e300, {0.678, -0.327, -0.250}, {0.156, -1.377, 0.251}},
 };
 
-const SkyClass& class_of(double clearness) noexcept {
+const SkyClass& find_class(double clearness) noexcept {
     std::size_t i = 0;
     while (clearness >= kClasses[i].max_clearness && i + 1 < std::size(kClasses))
         ++i;
@@ -125,7 +125,7 @@ SkyLight perez_light(const Irradiance& light, double altitude_deg,
     const double cubed = 1.041 * zenith * zenith * zenith;
     const double clearness = ((light.diffuse + light.beam) / light.diffuse + cubed) / (1 + cubed);
     const double brightness = light.diffuse * air_mass(altitude_deg) / extraterrestrial_w_m2;
-    const SkyClass& sky = class_of(clearness);
+    const SkyClass& sky = find_class(clearness);
     const double around_sun = std::max(0.0, weighted(sky.f1, brightness, zenith));
     const double horizon = weighted(sky.f2, brightness, zenith);
     constexpr double kLowest_deg = 5;

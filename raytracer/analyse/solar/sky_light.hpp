@@ -33,7 +33,7 @@ struct Irradiance {
 /// Linke turbidities of January to December.
 /// @param text one number for all, or twelve separated by commas
 /// @throws UsageError unless each is 1 to 10
-[[nodiscard]] std::array<double, 12> linke_of(const std::string& text);
+[[nodiscard]] std::array<double, 12> parse_linke(const std::string& text);
 
 /// Where the sky's light comes from, as parts of its light on a level surface.
 ///

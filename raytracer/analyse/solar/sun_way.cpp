@@ -32,7 +32,7 @@ SunBins::SunBins(const geo::MapPlace& place, double bin_deg)
                                "; allowed: 0.1 to 15, or 0 for a ray for each position");
 }
 
-SunBins::Place SunBins::place_of(core::Vec3 to) const noexcept {
+SunBins::Place SunBins::find_place(core::Vec3 to) const noexcept {
     // Hour angle and declination are of true north: the map's turn is taken back.
     const double east = to.x * m_convergence.cos - to.z * m_convergence.sin;
     const double south = to.z * m_convergence.cos + to.x * m_convergence.sin;
@@ -54,8 +54,8 @@ Period period_between(const Days& days, const Clock& clock) {
 
 }  // namespace
 
-Period period_of(const scene::Scene& scene, const geo::MapPlace& place) {
-    return period_between(days_of(scene), Clock(scene, place));
+Period find_period(const scene::Scene& scene, const geo::MapPlace& place) {
+    return period_between(list_days(scene), Clock(scene, place));
 }
 
 void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
@@ -63,7 +63,7 @@ void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
     constexpr std::int64_t kMaxSteps = 1'000'000;
     constexpr double kHour_s = 3600;
     const Clock clock(scene, place);
-    const Period period = period_between(days_of(scene), clock);
+    const Period period = period_between(list_days(scene), clock);
     const double step_s = scene.analysis.step_min * 60;
     const double length_s = static_cast<double>(period.end_s - period.begin_s);
     const auto steps = static_cast<std::int64_t>(std::ceil(length_s / step_s));
@@ -87,13 +87,13 @@ void each_sun_step(const scene::Scene& scene, const geo::MapPlace& place,
 
 namespace {
 
-core::Vec3 direction_of(const geo::SunPosition& sun) {
+core::Vec3 to_direction(const geo::SunPosition& sun) {
     return sky::Sun(sun, 0).direction();
 }
 
 SunDirection of_step(const SunStep& step) {
     SunDirection out;
-    out.to = direction_of(step.sun);
+    out.to = to_direction(step.sun);
     out.hours = step.hours;
     out.begin_h = step.clock.hour - step.hours / 2;
     out.end_h = step.clock.hour + step.hours / 2;
@@ -102,15 +102,15 @@ SunDirection of_step(const SunStep& step) {
     return out;
 }
 
-SunWay instant_of(const scene::Scene& scene, const geo::MapPlace& place) {
+SunWay find_instant(const scene::Scene& scene, const geo::MapPlace& place) {
     SunWay out;
-    const geo::SunPosition sun = sky::sun_of(scene.sun, &place, geo::SunPrecision::kAnalysis);
+    const geo::SunPosition sun = sky::compute_sun(scene.sun, &place, geo::SunPrecision::kAnalysis);
     if (sun.altitude_deg > 0)
-        out.directions.push_back({.to = direction_of(sun)});
+        out.directions.push_back({.to = to_direction(sun)});
     return out;
 }
 
-std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::MapPlace& place) {
+std::vector<SunDirection> make_steps(const scene::Scene& scene, const geo::MapPlace& place) {
     std::vector<SunDirection> out;
     each_sun_step(scene, place, [&](const SunStep& step) {
         out.push_back(of_step(step));
@@ -119,12 +119,12 @@ std::vector<SunDirection> steps_of(const scene::Scene& scene, const geo::MapPlac
     return out;
 }
 
-std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::MapPlace& place) {
+std::vector<SunDirection> make_bins(const scene::Scene& scene, const geo::MapPlace& place) {
     const SunBins bins(place, scene.analysis.bin_deg);
     std::map<SunBins::Place, SunDirection> found;
     each_sun_step(scene, place, [&](const SunStep& step) {
         const SunDirection one = of_step(step);
-        SunDirection& bin = found[bins.place_of(one.to)];
+        SunDirection& bin = found[bins.find_place(one.to)];
         check_directions(found.size());
         bin.to = bin.to + one.to * one.hours;
         bin.hours += one.hours;
@@ -142,24 +142,24 @@ std::vector<SunDirection> bins_of(const scene::Scene& scene, const geo::MapPlace
 
 }  // namespace
 
-SunWay sun_way_of(const scene::Scene& scene, const geo::MapPlace* place) {
+SunWay make_sun_way(const scene::Scene& scene, const geo::MapPlace* place) {
     if (place == nullptr)
         throw util::UsageError(
             "place the sun: the world has no place on Earth; allowed: worlds "
             "with a CRS");
     const scene::Scene::Analysis& analysis = scene.analysis;
     if (analysis.kind == core::AnalysisKind::kShadow)
-        return instant_of(scene, *place);
+        return find_instant(scene, *place);
     const bool is_day =
         analysis.kind == core::AnalysisKind::kSun || analysis.kind == core::AnalysisKind::kSunView;
     if (is_day && !analysis.from.empty())
         throw util::UsageError(
-            "place the sun: analysis.kind = " + std::string(core::word_of(analysis.kind)) +
+            "place the sun: analysis.kind = " + std::string(core::to_word(analysis.kind)) +
             " is of one day, but analysis.from is given; allowed: sun-period, sun-months");
     SunWay out;
     out.directions =
-        is_day || analysis.bin_deg == 0 ? steps_of(scene, *place) : bins_of(scene, *place);
-    out.days = period_of(scene, *place).days;
+        is_day || analysis.bin_deg == 0 ? make_steps(scene, *place) : make_bins(scene, *place);
+    out.days = find_period(scene, *place).days;
     for (const SunDirection& direction : out.directions)
         out.hours += direction.hours;
     return out;

@@ -33,7 +33,7 @@ public:
     /// Numbers of a bin; they order bins from the east to the west.
     using Place = std::pair<int, int>;
     /// @param to of unit length; x to the map's east, y up, z to its south
-    [[nodiscard]] Place place_of(core::Vec3 to) const noexcept;
+    [[nodiscard]] Place find_place(core::Vec3 to) const noexcept;
 
 private:
     det::SinCos m_latitude;
@@ -52,7 +52,7 @@ struct Period {
 /// A day has 23 or 25 hours where clocks change.
 /// @throws UsageError for what is no date of the years 1900 to 2100, one date without the other, an
 /// end before the beginning, an unknown zone
-[[nodiscard]] Period period_of(const scene::Scene& scene, const geo::MapPlace& place);
+[[nodiscard]] Period find_period(const scene::Scene& scene, const geo::MapPlace& place);
 
 /// A step of time, in the middle of which the sun's centre is above the horizon.
 struct SunStep {
@@ -91,8 +91,8 @@ struct SunWay {
 /// declination, in which the sun's way through the sky is a strip that bins fill evenly; a bin's
 /// direction is the mean of its positions. A pure function of its arguments on every machine.
 /// @param place nullptr: unknown
-/// @throws UsageError as period_of() and each_sun_step(); without a place; for more directions than
-/// a cell may have rays
-[[nodiscard]] SunWay sun_way_of(const scene::Scene& scene, const geo::MapPlace* place);
+/// @throws UsageError as find_period() and each_sun_step(); without a place; for more directions
+/// than a cell may have rays
+[[nodiscard]] SunWay make_sun_way(const scene::Scene& scene, const geo::MapPlace* place);
 
 }  // namespace terravox::solar

@@ -27,7 +27,7 @@ constexpr std::size_t kHoursOfYear = 365 * kHoursOfDay;
 constexpr int kLeapYear = 2000;
 constexpr int kPlainYear = 2001;
 
-std::string text_of(const std::filesystem::path& file, const std::string& attempt) {
+std::string to_text(const std::filesystem::path& file, const std::string& attempt) {
     std::error_code failed;
     const auto bytes = std::filesystem::file_size(file, failed);
     if (failed || !std::filesystem::is_regular_file(file, failed))
@@ -58,14 +58,14 @@ struct Stamp {
     friend bool operator==(const Stamp&, const Stamp&) = default;
 };
 
-Stamp stamp_of(std::size_t index, bool is_leap) {
+Stamp make_stamp(std::size_t index, bool is_leap) {
     const int year = is_leap ? kLeapYear : kPlainYear;
     const auto days = static_cast<std::int64_t>(index / kHoursOfDay);
     const geo::DateTime at = geo::clock_at((geo::days_from_1970(year, 1, 1) + days) * 86'400, 0);
     return {at.month, at.day, static_cast<int>(index % kHoursOfDay) + 1};
 }
 
-std::string text_of(const Stamp& at) {
+std::string to_text(const Stamp& at) {
     return "month " + std::to_string(at.month) + ", day " + std::to_string(at.day) + ", hour " +
            std::to_string(at.hour);
 }
@@ -75,7 +75,7 @@ class EpwReader {
 public:
     explicit EpwReader(const std::filesystem::path& file)
         : m_attempt("read the weather file " + file.string()),
-          m_text(text_of(file, m_attempt)),
+          m_text(to_text(file, m_attempt)),
           m_rest(m_text) {}
 
     [[nodiscard]] WeatherFile read() {
@@ -164,13 +164,13 @@ private:
                              static_cast<int>(number(kDay, "day", 1, 31)),
                              static_cast<int>(number(kHour, "hour", 1, 24))};
         const std::size_t index = m_out.hours.size();
-        if (stamp == Stamp{2, 29, 1} && stamp_of(index, true) == stamp)
+        if (stamp == Stamp{2, 29, 1} && make_stamp(index, true) == stamp)
             m_is_leap = true;
         if (index >= kHoursOfYear + (m_is_leap ? kHoursOfDay : 0))
             fail_here("it goes on after the end of the year");
-        const Stamp expected = stamp_of(index, m_is_leap);
+        const Stamp expected = make_stamp(index, m_is_leap);
         if (stamp != expected)
-            fail_here(text_of(stamp) + "; allowed here: " + text_of(expected) +
+            fail_here(to_text(stamp) + "; allowed here: " + to_text(expected) +
                       ", one line for each hour of a year");
         m_out.hours.push_back({radiation(kGlobal), radiation(kBeam), radiation(kDiffuse)});
     }
@@ -193,7 +193,7 @@ private:
 
     void count_missing() {
         if (m_missing == 0) {
-            m_first_missing = stamp_of(m_out.hours.size(), m_is_leap);
+            m_first_missing = make_stamp(m_out.hours.size(), m_is_leap);
             m_first_line = m_number;
         }
         if (m_last_line != m_number)
@@ -213,7 +213,7 @@ private:
         if (m_missing > 0)
             fail("radiation is missing (9999) in " + std::to_string(m_missing) +
                  " hours, the first one on line " + std::to_string(m_first_line) + " (" +
-                 text_of(m_first_missing) + "); allowed: none");
+                 to_text(m_first_missing) + "); allowed: none");
     }
 
     const std::string m_attempt;
@@ -260,7 +260,7 @@ class HourSums {
 public:
     HourSums(const scene::Scene& scene, const geo::MapPlace& place, const WeatherFile& weather)
         : m_weather(weather), m_sums(scene, place) {
-        const Period period = period_of(scene, place);
+        const Period period = find_period(scene, place);
         m_next = hour_at(static_cast<double>(period.begin_s) + kHour_s / 2);
         m_end = hour_at(static_cast<double>(period.end_s) + kHour_s / 2);
     }
@@ -367,7 +367,7 @@ void use_weather(const WeatherFile& weather, const geo::MapPlace& place, scene::
             "light of the weather file does not fit the sun: direct and diffuse light are {:.1f} "
             "kWh/m2 on level ground, global light is {:.1f}; is its time zone right?",
             light.level, light.global);
-    scene.analysis.light = text_of(light.energy);
+    scene.analysis.light = to_text(light.energy);
 }
 
 }  // namespace terravox::solar

@@ -55,14 +55,14 @@ struct WeatherLight {
 ///
 /// Hours of sunshine are those with at least 120 W/m2 from the sun.
 /// Ref: WMO, "Guide to Instruments and Methods of Observation", chapter 8.
-/// @throws UsageError as period_of() and each_sun_step(); for steps that do not fill an hour
+/// @throws UsageError as find_period() and each_sun_step(); for steps that do not fill an hour
 [[nodiscard]] WeatherLight weather_light(const scene::Scene& scene, const geo::MapPlace& place,
                                          const WeatherFile& weather);
 
 /// Puts the light of a weather file into a scene. Warns where the file is of a place far away, and
 /// where its light does not fit the sun.
 /// @param place of the data
-/// @throws UsageError as weather_light() and text_of()
+/// @throws UsageError as weather_light() and to_text()
 void use_weather(const WeatherFile& weather, const geo::MapPlace& place, scene::Scene& scene);
 
 }  // namespace terravox::solar

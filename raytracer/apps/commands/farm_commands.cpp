@@ -43,7 +43,7 @@ util::ExitCode make_certificates(const FarmArguments& args) {
             "wrote %s: copy it next to ca.pem on each machine; connections from then on are "
             "refused "
             "to what it names\n",
-            net::revocation_list_of(std::filesystem::path(args.folder) / "ca.pem").c_str());
+            net::find_revocation_list(std::filesystem::path(args.folder) / "ca.pem").c_str());
         return util::ExitCode::kDone;
     }
     net::make_certs(args.folder, args.names, args.days, args.role);
@@ -218,7 +218,7 @@ void set_up_log(const farm::WorkerConfig& config) {
 net::Credentials credentials_or_new(const farm::WorkerConfig& config) {
     if (!config.tls_ca.empty() || !config.join.empty() ||
         !util::find_token(config.token_file, util::kFarmTokenVariable).empty())
-        return farm::credentials_of(config);
+        return farm::make_credentials(config);
     net::Credentials out;
     out.token = util::make_token();
     std::fprintf(stderr,
@@ -228,7 +228,7 @@ net::Credentials credentials_or_new(const farm::WorkerConfig& config) {
     return out;
 }
 
-farm::WorkerDaemonOptions options_of(const farm::WorkerConfig& config) {
+farm::WorkerDaemonOptions make_options(const farm::WorkerConfig& config) {
     farm::WorkerDaemonOptions out;
     out.listen = config.listen;
     out.join = config.join;
@@ -246,7 +246,7 @@ farm::WorkerDaemonOptions options_of(const farm::WorkerConfig& config) {
     return out;
 }
 
-farm::WorkerMetrics metrics_of(const farm::WorkerDaemon& daemon) {
+farm::WorkerMetrics read_metrics(const farm::WorkerDaemon& daemon) {
     const farm::WorkerDaemon::Totals t = daemon.totals();
     farm::WorkerMetrics out;
     out.uptime_s = t.uptime_s;
@@ -292,7 +292,7 @@ public:
             const farm::WorkerConfigChange change = farm::difference(m_running, wanted);
             m_running = farm::reloaded(m_running, wanted);
             set_up_log(m_running);
-            m_daemon.reload(options_of(m_running));
+            m_daemon.reload(make_options(m_running));
             util::log_info("configuration read again; changed: {}",
                            change.now.empty() ? "nothing" : joined(change.now));
             if (!change.restart.empty())
@@ -320,14 +320,14 @@ util::ExitCode run_worker(const farm::WorkerArguments& arguments) {
     const farm::WorkerConfig config = farm::load_worker_config(arguments);
     set_up_log(config);
     util::raise_open_file_limit();
-    farm::WorkerDaemonOptions options = options_of(config);
-    options.http = farm::http_access_of(config);
+    farm::WorkerDaemonOptions options = make_options(config);
+    options.http = farm::make_http_access(config);
     options.credentials = credentials_or_new(config);
     farm::WorkerDaemon daemon(std::move(options));
     std::unique_ptr<farm::MetricsPage> page;
     if (config.metrics) {
         page = std::make_unique<farm::MetricsPage>(metrics_address(config),
-                                                   [&daemon] { return metrics_of(daemon); });
+                                                   [&daemon] { return read_metrics(daemon); });
         util::log_info("page of metrics at port {}", page->port());
     }
     {

@@ -60,7 +60,7 @@ util::ExitCode run_render(const RenderArguments& args) {
     if (!args.report.empty())
         util::write_file_atomically(
             args.report,
-            render::report_of(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
+            render::make_report(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
     if (!args.verbosity.quiet) {
         if (args.verbosity.verbose || !args.report.empty())
             render::print_statistics(statistics, renderer.times());

@@ -21,9 +21,9 @@ void add_grid_arguments(CLI::App& command, GridArguments& args) {
                        "edge of a cell, metres; default: that of a voxel");
 }
 
-std::vector<double> area_of(const std::string& command, const GridArguments& args) {
-    return numbers_of(command, "--area", args.area, 4,
-                      "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+std::vector<double> parse_area(const std::string& command, const GridArguments& args) {
+    return list_numbers(command, "--area", args.area, 4,
+                        "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
 }
 
 std::optional<net::Credentials> CredentialArguments::find() const {

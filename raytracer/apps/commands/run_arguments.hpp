@@ -28,7 +28,7 @@ void add_grid_arguments(CLI::App& command, GridArguments& args);
 /// @param command for messages
 /// @return west, south, east, north in the world's CRS, or x0, z0, x1, z1; empty: all
 /// @throws UsageError
-[[nodiscard]] std::vector<double> area_of(const std::string& command, const GridArguments& args);
+[[nodiscard]] std::vector<double> parse_area(const std::string& command, const GridArguments& args);
 
 /// Flags for the credentials of a program of the farm.
 struct CredentialArguments {

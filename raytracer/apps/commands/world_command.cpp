@@ -37,7 +37,7 @@ util::ExitCode describe(const WorldInfoArguments& args, const scene::Scene& scen
 }
 
 /// The texts of a world are a stranger's, and the terminal shows them: so the JSON is ASCII.
-std::string json_of(const voxel::WorldInfo& info) {
+std::string to_json(const voxel::WorldInfo& info) {
     const auto facts = nlohmann::json::parse(voxel::world_to_json(info));
     return facts.dump(2, ' ', true, nlohmann::json::error_handler_t::replace);
 }
@@ -47,13 +47,13 @@ void print(const char* name, const std::string& text) {
         std::printf("%-14s %s\n", name, util::printable(text).c_str());
 }
 
-util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene,
-                       const worlds::WorldKind& kind) {
+util::ExitCode make_info(const WorldInfoArguments& args, const scene::Scene& scene,
+                         const worlds::WorldKind& kind) {
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
     const voxel::WorldInfo& info = world->info();
     if (args.json)
-        std::printf("%s\n", json_of(info).c_str());
+        std::printf("%s\n", to_json(info).c_str());
     else {
         const auto& b = info.bounds;
         print("what", std::string(kind.noun));
@@ -81,13 +81,13 @@ util::ExitCode info_of(const WorldInfoArguments& args, const scene::Scene& scene
 util::ExitCode run_world_info(const WorldInfoArguments& args) {
     util::set_up_log(args.world.log_level);
     const scene::Scene scene = args.world.scene();
-    const worlds::WorldKind& kind = worlds::kind_of(args.world.inputs.front());
+    const worlds::WorldKind& kind = worlds::find_kind(args.world.inputs.front());
     if (kind.describe != nullptr && args.world.inputs.size() == 1)
         return describe(args, scene, kind);
     if (args.blocks)
         throw util::UsageError("world info --blocks: " + args.world.inputs.front() + " is " +
                                std::string(kind.noun) + "; allowed: a Minecraft world");
-    return info_of(args, scene, kind);
+    return make_info(args, scene, kind);
 }
 
 }  // namespace

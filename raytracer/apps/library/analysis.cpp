@@ -21,7 +21,7 @@
 namespace terravox {
 namespace {
 
-core::AnalysisKind kind_of(const std::string& name, const scene::Scene& scene) {
+core::AnalysisKind find_kind(const std::string& name, const scene::Scene& scene) {
     std::string allowed;
     for (const auto& word : core::kAnalysisKinds) {
         if (core::band_count(word.value) == 0)
@@ -37,15 +37,16 @@ core::AnalysisKind kind_of(const std::string& name, const scene::Scene& scene) {
 }
 
 scene::Scene analysis_scene(const AnalysisOptions& options) {
-    scene::Scene out = scene_of(options.scene);
-    out.analysis.kind = kind_of(options.kind, out);
+    scene::Scene out = make_scene(options.scene);
+    out.analysis.kind = find_kind(options.kind, out);
     out.quality.level = options.level.value_or(0);
     // A voxel covers at most a cell.
     out.quality.detail = options.level ? 0 : 1;
     return out;
 }
 
-std::vector<analyse::Observer> observers_of(const AnalysisOptions& options, const MapFrame& frame) {
+std::vector<analyse::Observer> list_observers(const AnalysisOptions& options,
+                                              const MapFrame& frame) {
     constexpr std::size_t kMost = scene::PointList::kMaxPoints;
     if (options.observers.empty() || options.observers.size() > kMost)
         throw util::UsageError("analyse sight: " + std::to_string(options.observers.size()) +
@@ -67,7 +68,7 @@ std::vector<analyse::Observer> observers_of(const AnalysisOptions& options, cons
 }
 
 /// All bands of a finished raster, in memory.
-Raster raster_of(analyse::CellFile& cells, const analyse::CellGrid& grid, core::AnalysisKind kind,
+Raster to_raster(analyse::CellFile& cells, const analyse::CellGrid& grid, core::AnalysisKind kind,
                  const MapFrame& frame) {
     Raster out;
     out.rows = static_cast<std::size_t>(grid.rows);
@@ -78,7 +79,7 @@ Raster raster_of(analyse::CellFile& cells, const analyse::CellGrid& grid, core::
     out.bounds.east = out.bounds.west + grid.columns * out.cell;
     out.bounds.south = out.bounds.north - grid.rows * out.cell;
     int number = 0;
-    for (const analyse::RasterBand& row : analyse::bands_of(kind)) {
+    for (const analyse::RasterBand& row : analyse::list_bands(kind)) {
         Raster::Band band{std::string(row.name), std::string(row.unit), {}};
         cells.read(++number, {0, 0, grid.columns, grid.rows}, band.values);
         std::replace(band.values.begin(), band.values.end(), core::kNoData,
@@ -106,13 +107,13 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
         analyse::look_at_cells(grid, world, scene);
         if (kind == core::AnalysisKind::kSight)
             scene.analysis.observers = analyse::place_observers(
-                observers_of(options, m_state->frame), scene, m_state->blocks);
+                list_observers(options, m_state->frame), scene, m_state->blocks);
         if (!options.weather.empty()) {
             if (kind != core::AnalysisKind::kEnergy)
                 throw util::UsageError("analyse " + options.kind +
                                        ": weather; allowed: for energy alone");
             solar::use_weather(solar::read_weather(options.weather),
-                               *solar::place_of(scene, world.centre), scene);
+                               *solar::find_place(scene, world.centre), scene);
         }
         if (!options.horizon.empty()) {
             if (kind == core::AnalysisKind::kTerrain || kind == core::AnalysisKind::kSight)
@@ -132,7 +133,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
                                                static_cast<output::TileSink&>(cells));
         if (kind == core::AnalysisKind::kTerrain)
             analyse::derive_terrain(cells, grid.edge_m, {}, control.stop);
-        Raster out = raster_of(cells, grid, kind, m_state->frame);
+        Raster out = to_raster(cells, grid, kind, m_state->frame);
         out.holes = call.checked(holes);
         return out;
     });

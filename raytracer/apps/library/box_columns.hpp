@@ -47,7 +47,7 @@ private:
 
     void visit_child(const voxel::TreeCell& cell, int bit, int x, int y, int z, int side) {
         if ((cell.detail >> bit & 1) != 0)
-            visit(m_box.cells()[cell.index_of(bit)], x, y, z, side);
+            visit(m_box.cells()[cell.compute_index(bit)], x, y, z, side);
         else if (!m_visitor.skips(x, z, side))
             m_visitor.hidden(x, y, z, side);
     }
@@ -70,7 +70,8 @@ struct BoxColumnAt {
 };
 
 /// The boxes over a block, in numbers of boxes of its level.
-[[nodiscard]] inline voxel::BoxRange boxes_of(const voxel::VoxelBounds& block, int level) noexcept {
+[[nodiscard]] inline voxel::BoxRange find_boxes(const voxel::VoxelBounds& block,
+                                                int level) noexcept {
     voxel::BoxRange out = voxel::boxes_over(block, 0);
     out.min.level = out.max.level = level;
     return out;
@@ -82,7 +83,7 @@ struct BoxColumnAt {
 template <class Work>
 void each_box_column(const voxel::VoxelBounds& block, int level, int threads,
                      const Control& control, const Work& work) {
-    const voxel::BoxRange range = boxes_of(block, level);
+    const voxel::BoxRange range = find_boxes(block, level);
     const auto across = static_cast<std::size_t>(range.max.bx - range.min.bx);
     const auto count = across * static_cast<std::size_t>(range.max.bz - range.min.bz);
     Steps steps(control, count);

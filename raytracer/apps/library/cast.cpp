@@ -31,7 +31,7 @@ public:
           m_directions(directions),
           m_state(state),
           m_cut(state.world->info().bounds, options.level),
-          m_bounds(state.frame.bounds_of(state.world->info().bounds)),
+          m_bounds(state.frame.measure_bounds(state.world->info().bounds)),
           m_range(options.range_m / state.info.voxel_m) {
         if (origins.size() != directions.size() || origins.size() % 3 != 0)
             throw util::UsageError("cast rays: " + std::to_string(origins.size()) +
@@ -184,7 +184,7 @@ constexpr std::size_t kChunk = 8192;
 /// Rays that are walked together.
 constexpr std::size_t kTogether = 1024;
 
-std::size_t parts_of(std::size_t count, std::size_t size) noexcept {
+std::size_t count_parts(std::size_t count, std::size_t size) noexcept {
     return (count + size - 1) / size;
 }
 
@@ -196,7 +196,7 @@ std::vector<std::uint32_t> walk_order(const Rays& rays, int threads, const Contr
         std::iota(out.begin(), out.end(), 0);
         return out;
     }
-    thread::parallel_for(parts_of(rays.count(), kWindow), threads, [&](std::size_t window) {
+    thread::parallel_for(count_parts(rays.count(), kWindow), threads, [&](std::size_t window) {
         check_stop(control);
         const std::size_t first = window * kWindow;
         std::vector<RayStart> starts(std::min(kWindow, rays.count() - first));
@@ -212,7 +212,7 @@ template <class Take>
 void cast_each(const Rays& rays, const WorldState& state, const CastOptions& options,
                const Control& control, bool with_hits, const Take& take) {
     const std::vector<std::uint32_t> order = walk_order(rays, options.threads, control);
-    const std::size_t chunks = parts_of(rays.count(), kChunk);
+    const std::size_t chunks = count_parts(rays.count(), kChunk);
     Steps steps(control, chunks);
     thread::parallel_for(chunks, options.threads, [&](std::size_t chunk) {
         check_stop(control);

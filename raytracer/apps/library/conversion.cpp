@@ -15,7 +15,7 @@ ConvertReport World::convert(const std::string& out, const ConvertOptions& optio
     return guarded(control, [&] {
         const WorldCall call(*m_state, options.threads);
         const std::filesystem::path target(out);
-        const exports::Format& format = exports::format_of(options.format, target);
+        const exports::Format& format = exports::find_format_by(options.format, target);
         exports::WriteOptions write;
         write.overwrite = options.overwrite;
         format.check_target(target, write);

@@ -17,7 +17,7 @@ namespace terravox {
 namespace {
 
 worlds::WorldOptions world_options(const scene::Scene& settings, const OpenOptions& options) {
-    worlds::WorldOptions out = scene::world_options_of(settings);
+    worlds::WorldOptions out = scene::to_world_options(settings);
     out.orthophotos.assign(options.orthophotos.begin(), options.orthophotos.end());
     out.additions = options.additions;
     out.cache_dir = util::cache_dir(options.cache);
@@ -76,7 +76,7 @@ World World::open(const std::vector<std::string>& inputs, const OpenOptions& opt
                   const Control& control) {
     return guarded(control, [&] {
         set_up_log_once();
-        const scene::Scene settings = settings_of(options);
+        const scene::Scene settings = make_settings(options);
         worlds::WorldOptions from = world_options(settings, options);
         from.inputs = inputs;
         const auto open = [&](util::StageTimes& times) {
@@ -99,7 +99,7 @@ World World::of(std::shared_ptr<VoxelSource> source, const OpenOptions& options)
             throw util::UsageError(
                 "open a world of one's own: crs, classes, voxel_m, orthophotos or additions; "
                 "allowed: fields, since a source says the rest itself");
-        const scene::Scene settings = settings_of(options);
+        const scene::Scene settings = make_settings(options);
         const auto open = [&](util::StageTimes&) {
             return std::make_unique<SourceWorld>(
                 source, static_cast<std::size_t>(settings.world.memory_mib) << 20);
@@ -111,7 +111,7 @@ World World::of(std::shared_ptr<VoxelSource> source, const OpenOptions& options)
 World World::voxelize(PointSource& points, const OpenOptions& options, const Control& control) {
     return guarded(control, [&] {
         set_up_log_once();
-        const scene::Scene settings = settings_of(options);
+        const scene::Scene settings = make_settings(options);
         auto folder = util::TemporaryFolder::make("voxelize points");
         worlds::WorldOptions from = world_options(settings, options);
         if (from.crs.empty())

@@ -33,7 +33,7 @@ std::size_t run(const WorldState& state, const shade::View& view, int threads,
 
 }  // namespace
 
-scene::Scene scene_of(const SceneText& text) {
+scene::Scene make_scene(const SceneText& text) {
     const auto from_toml = [&](scene::Scene& scene) {
         if (!text.toml.empty())
             scene::parse_scene(text.toml, "given", scene);
@@ -122,7 +122,7 @@ void add_layers(const output::Film& film, Picture& out) {
 Picture World::render(const SceneText& scene, int threads, const Control& control) const {
     return guarded(control, [&] {
         const WorldCall call(*m_state, threads);
-        const shade::View view = shade::make_view(scene_of(scene), m_state->blocks);
+        const shade::View view = shade::make_view(make_scene(scene), m_state->blocks);
         const auto [width, height] = view.scene.output.size_px;
         output::Film film(width, height, view.wants_layers());
         Picture out;

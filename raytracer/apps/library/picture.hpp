@@ -11,7 +11,7 @@
 namespace terravox {
 
 /// @throws util::UsageError
-[[nodiscard]] scene::Scene scene_of(const SceneText& text);
+[[nodiscard]] scene::Scene make_scene(const SceneText& text);
 
 /// Renders the tiles of a view on threads of this process.
 /// @param film, sink what takes the tiles: a film, or something else that takes them in any order

@@ -52,7 +52,7 @@ private:
         float cells_per_unit;
     };
 
-    static Area area_of(std::span<const RayStart> starts) noexcept {
+    static Area measure_area(std::span<const RayStart> starts) noexcept {
         if (starts.empty())
             return {};
         const auto by_x = [](const RayStart& a, const RayStart& b) { return a.x < b.x; };
@@ -75,7 +75,7 @@ private:
     }
 
     void find_keys(std::span<const RayStart> starts) {
-        const Area area = area_of(starts);
+        const Area area = measure_area(starts);
         m_keys.resize(starts.size());
         for (std::size_t i = 0; i < starts.size(); ++i) {
             const RayStart& start = starts[i];

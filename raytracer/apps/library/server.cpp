@@ -64,7 +64,7 @@ private:
     voxel::Fingerprint m_fingerprint{};
 };
 
-std::size_t bytes_of(int memory_mib) {
+std::size_t to_bytes(int memory_mib) {
     constexpr int kLeast_mib = 16;
     constexpr int kMost_mib = 1 << 20;
     if (memory_mib < kLeast_mib || memory_mib > kMost_mib)
@@ -77,7 +77,7 @@ std::size_t bytes_of(int memory_mib) {
 boxes::BoxCacheOptions cache_options(const ServerOptions& options, voxel::World& world) {
     boxes::BoxCacheOptions out;
     // The map's tiles take the last quarter.
-    out.memory_bytes = bytes_of(options.memory_mib) / 4 * 3;
+    out.memory_bytes = to_bytes(options.memory_mib) / 4 * 3;
     out.makers = world.useful_concurrency(thread::thread_count(options.threads));
     out.queue = kQueue;
     out.max_requests = out.makers + kQueue;
@@ -113,7 +113,7 @@ struct Server::Impl {
           world(*state->world),
           boxes(world, state->times, cache_options(options, *state->world)),
           map(boxes, {voxel::load_palette(material::find_materials(""))},
-              bytes_of(options.memory_mib) / 4),
+              to_bytes(options.memory_mib) / 4),
           router(service(), options.token, sockets::HttpNames(options.bind, options.names)),
           server(router, listen_options(options, boxes_made_at_once(options))) {}
 
@@ -123,7 +123,7 @@ struct Server::Impl {
     [[nodiscard]] http::Service service() {
         http::Service out{world, state->times, boxes};
         out.map = &map;
-        out.edition = voxel::hex_of(world.fingerprint({}));
+        out.edition = voxel::to_hex(world.fingerprint({}));
         return out;
     }
 

@@ -23,7 +23,7 @@ void refuse(const std::string& what) {
     throw util::UsageError("open a world of one's own: " + what);
 }
 
-voxel::WorldInfo info_of(const WorldInfo& own) {
+voxel::WorldInfo make_info(const WorldInfo& own) {
     constexpr std::int32_t kFarthest = 1 << 26;
     if (!(own.voxel_m > 0 && own.voxel_m <= 1000))
         refuse("voxel_m = " + std::to_string(own.voxel_m) + "; allowed: above 0, up to 1000");
@@ -54,19 +54,19 @@ voxel::WorldInfo info_of(const WorldInfo& own) {
     return out;
 }
 
-std::size_t number_of(int x, int y, int z) noexcept {
+std::size_t to_number(int x, int y, int z) noexcept {
     return static_cast<std::size_t>((y * voxel::kBoxSizeZ + z) * voxel::kBoxSizeX + x);
 }
 
-voxel::Material material_of(const Voxel& own) noexcept {
+voxel::Material to_material(const Voxel& own) noexcept {
     return static_cast<voxel::Material>(own.material < voxel::kMaterialCount
                                             ? own.material
                                             : static_cast<std::uint8_t>(voxel::Material::kUnknown));
 }
 
-voxel::VoxelAttr attr_of(const Voxel& own) noexcept {
+voxel::VoxelAttr to_attr(const Voxel& own) noexcept {
     voxel::VoxelAttr out;
-    out.material = material_of(own);
+    out.material = to_material(own);
     out.source_class = own.source_class;
     if (own.has_colour) {
         out.flags |= voxel::VoxelAttr::kHasColour;
@@ -78,8 +78,8 @@ voxel::VoxelAttr attr_of(const Voxel& own) noexcept {
 /// Adds a column of a box, run by run: neighbours of one kind together.
 void add_column(voxel::BoxBuilder& builder, std::span<const Voxel> voxels, int x, int z) {
     const auto kind = [&](int y) {
-        const Voxel& at = voxels[number_of(x, y, z)];
-        return at.material == 0 ? 0 : voxel::see_through(material_of(at)) ? 1 : 2;
+        const Voxel& at = voxels[to_number(x, y, z)];
+        return at.material == 0 ? 0 : voxel::see_through(to_material(at)) ? 1 : 2;
     };
     for (int y = 0; y < voxel::kBoxSizeY;) {
         const int what = kind(y);
@@ -92,19 +92,19 @@ void add_column(voxel::BoxBuilder& builder, std::span<const Voxel> voxels, int x
     }
 }
 
-std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key, std::span<const Voxel> voxels) {
+std::shared_ptr<const voxel::Box> to_box(const voxel::BoxKey& key, std::span<const Voxel> voxels) {
     voxel::BoxBuilder builder;
     for (int z = 0; z < voxel::kBoxSizeZ; ++z)
         for (int x = 0; x < voxel::kBoxSizeX; ++x)
             add_column(builder, voxels, x, z);
     return builder.build(key,
-                         [&](int x, int y, int z) { return attr_of(voxels[number_of(x, y, z)]); });
+                         [&](int x, int y, int z) { return to_attr(voxels[to_number(x, y, z)]); });
 }
 
 }  // namespace
 
 SourceWorld::SourceWorld(std::shared_ptr<VoxelSource> source, std::size_t limit_bytes)
-    : PyramidWorld(limit_bytes), m_source(std::move(source)), m_info(info_of(m_source->info())) {}
+    : PyramidWorld(limit_bytes), m_source(std::move(source)), m_info(make_info(m_source->info())) {}
 
 voxel::FineColumn SourceWorld::make_column(std::int32_t bx, std::int32_t bz) {
     voxel::FineColumn out;
@@ -112,13 +112,13 @@ voxel::FineColumn SourceWorld::make_column(std::int32_t bx, std::int32_t bz) {
     if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz)
         return out;
     out.by_begin = range.min.by;
-    std::vector<Voxel> voxels(number_of(0, voxel::kBoxSizeY, 0));
+    std::vector<Voxel> voxels(to_number(0, voxel::kBoxSizeY, 0));
     for (std::int32_t by = range.min.by; by < range.max.by; ++by) {
         std::fill(voxels.begin(), voxels.end(), Voxel{});
         const std::array<std::int32_t, 3> corner{bx * voxel::kBoxSizeX, by * voxel::kBoxSizeY,
                                                  bz * voxel::kBoxSizeZ};
         const bool any = m_source->fill(corner, voxels);
-        out.boxes.push_back(any ? box_of({0, bx, by, bz}, voxels) : nullptr);
+        out.boxes.push_back(any ? to_box({0, bx, by, bz}, voxels) : nullptr);
     }
     return out;
 }

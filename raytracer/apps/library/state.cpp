@@ -26,7 +26,7 @@ void cover(double low, double high, std::int32_t begin, std::int32_t end, std::i
         std::clamp(std::ceil(high - kSlack), static_cast<double>(begin), static_cast<double>(end)));
 }
 
-std::string text_of(const MapBounds& b) {
+std::string to_text(const MapBounds& b) {
     return std::to_string(b.west) + ", " + std::to_string(b.south) + ", " + std::to_string(b.east) +
            ", " + std::to_string(b.north) + ", heights " + std::to_string(b.bottom) + " to " +
            std::to_string(b.top);
@@ -40,7 +40,7 @@ voxel::VoxelBounds MapFrame::block_over(const MapBounds& bounds, int level,
          {bounds.west, bounds.south, bounds.east, bounds.north, bounds.bottom, bounds.top})
         if (std::isnan(edge))
             throw util::UsageError("find voxels: an edge of the bounds is not a number (" +
-                                   text_of(bounds) + "); allowed: numbers");
+                                   to_text(bounds) + "); allowed: numbers");
     const double scale = static_cast<double>(std::int64_t{1} << level);
     const std::int32_t side = std::int32_t{1} << level;
     const double low[3] = {bounds.west / m_units, bounds.bottom / m_voxel_m,
@@ -53,17 +53,17 @@ voxel::VoxelBounds MapFrame::block_over(const MapBounds& bounds, int level,
         cover(low[a] / scale, high[a] / scale, begin, end, out.min[a], out.max[a]);
     }
     if (out.empty())
-        throw util::UsageError("find voxels: nothing is within " + text_of(bounds) +
-                               "; allowed: what overlaps " + text_of(bounds_of(world)));
+        throw util::UsageError("find voxels: nothing is within " + to_text(bounds) +
+                               "; allowed: what overlaps " + to_text(measure_bounds(world)));
     return out;
 }
 
 namespace {
 
-WorldInfo info_of(const voxel::WorldInfo& world, const MapFrame& frame) {
+WorldInfo make_info(const voxel::WorldInfo& world, const MapFrame& frame) {
     WorldInfo out;
     out.title = world.title;
-    out.bounds = frame.bounds_of(world.framed_bounds());
+    out.bounds = frame.measure_bounds(world.framed_bounds());
     out.block = {0, world.framed_bounds().min, world.framed_bounds().max};
     out.voxel_m = world.voxel_m;
     out.map_units = frame.units();
@@ -85,7 +85,7 @@ WorldState::WorldState(const scene::Scene& settings, const OpenWorld& open,
     : folder(std::move(files)),
       world(open(times)),
       frame(world->info()),
-      info(info_of(world->info(), frame)),
+      info(make_info(world->info(), frame)),
       blocks(*world, static_cast<std::size_t>(settings.processing.memory_mib) << 20,
              world->useful_concurrency(
                  thread::thread_count(settings.processing.threads.value_or(0)))) {}
@@ -95,13 +95,13 @@ voxel::VoxelBounds WorldState::block_over(const std::optional<MapBounds>& bounds
     const voxel::WorldInfo& all = world->info();
     if (bounds)
         return frame.block_over(*bounds, level, all.bounds);
-    return frame.block_over(frame.bounds_of(all.framed_bounds()), level, all.framed_bounds());
+    return frame.block_over(frame.measure_bounds(all.framed_bounds()), level, all.framed_bounds());
 }
 
 voxel::VoxelBounds WorldState::columns_over(const std::optional<MapBounds>& area, int level) const {
     check_level(level);
     const voxel::WorldInfo& all = world->info();
-    MapBounds wanted = area.value_or(frame.bounds_of(all.framed_bounds()));
+    MapBounds wanted = area.value_or(frame.measure_bounds(all.framed_bounds()));
     wanted.bottom = -std::numeric_limits<double>::infinity();
     wanted.top = std::numeric_limits<double>::infinity();
     return frame.block_over(wanted, level, all.bounds);
@@ -125,7 +125,7 @@ std::shared_ptr<WorldState> make_state(const scene::Scene& settings, const OpenW
             }};
 }
 
-scene::Scene settings_of(const OpenOptions& options) {
+scene::Scene make_settings(const OpenOptions& options) {
     for (const auto& [path, text] : options.fields) {
         const std::string section = path.substr(0, path.find('.'));
         if (section != "world" && section != "generated" && section != "processing")

@@ -28,7 +28,7 @@ public:
         return {at[0] / m_units, at[2] / m_voxel_m, -at[1] / m_units};
     }
     [[nodiscard]] double units() const noexcept { return m_units; }
-    [[nodiscard]] MapBounds bounds_of(const voxel::VoxelBounds& block) const noexcept {
+    [[nodiscard]] MapBounds measure_bounds(const voxel::VoxelBounds& block) const noexcept {
         return {block.min[0] * m_units,  -block.max[2] * m_units,  block.max[0] * m_units,
                 -block.min[2] * m_units, block.min[1] * m_voxel_m, block.max[1] * m_voxel_m};
     }
@@ -104,7 +104,7 @@ void check_threads(int threads);
 
 /// The settings that a world is opened with.
 /// @throws util::UsageError
-[[nodiscard]] scene::Scene settings_of(const OpenOptions& options);
+[[nodiscard]] scene::Scene make_settings(const OpenOptions& options);
 
 /// @throws Stopped once the caller has requested it
 void check_stop(const Control& control);

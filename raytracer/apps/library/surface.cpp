@@ -144,7 +144,7 @@ Raster World::surface(const std::optional<MapBounds>& area, int level, int threa
             finest.max[a] *= std::int32_t{1} << level;
         }
         Raster out;
-        out.bounds = m_state->frame.bounds_of(finest);
+        out.bounds = m_state->frame.measure_bounds(finest);
         out.cell = m_state->frame.units() * static_cast<double>(std::int64_t{1} << level);
         check_size(block);
         out.rows = static_cast<std::size_t>(block.max[2] - block.min[2]);

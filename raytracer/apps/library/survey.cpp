@@ -18,7 +18,7 @@ void check(const char* name, double value, double least, double most) {
                                " to " + std::to_string(most));
 }
 
-survey::SurveyOptions options_of(const SurveyRequest& request) {
+survey::SurveyOptions make_options(const SurveyRequest& request) {
     check_threads(request.threads);
     check("density", request.density, 0.1, 200);
     check("squares_east", request.squares_east, 1, 100);
@@ -45,8 +45,8 @@ survey::SurveyOptions options_of(const SurveyRequest& request) {
 std::vector<std::string> make_survey(const SurveyRequest& request, const Control& control) {
     return guarded(control, [&] {
         note_process();
-        const survey::SurveyOptions options = options_of(request);
-        const std::size_t total = survey::squares_of(options).size();
+        const survey::SurveyOptions options = make_options(request);
+        const std::size_t total = survey::list_squares(options).size();
         const auto reports =
             survey::run_survey(options, [&](const survey::SquareReport&, std::size_t done) {
                 if (control.progress)

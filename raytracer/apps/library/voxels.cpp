@@ -44,7 +44,7 @@ public:
                 continue;
             const bool known = (cell.detail >> bit & 1) != 0;
             at(u, v, w) = static_cast<std::uint8_t>(
-                known ? m_box.attrs()[cell.index_of(bit)].material : voxel::Material::kRock);
+                known ? m_box.attrs()[cell.compute_index(bit)].material : voxel::Material::kRock);
         }
     }
 
@@ -76,7 +76,7 @@ void check_range(std::int32_t coordinate, int level) {
                                "; allowed: -2^30 to 2^30 on level 0");
 }
 
-VoxelGrid grid_of(const VoxelBlock& block, const MapFrame& frame) {
+VoxelGrid make_grid(const VoxelBlock& block, const MapFrame& frame) {
     constexpr double kMost = 4294967296.0;
     VoxelGrid out;
     out.block = block;
@@ -98,7 +98,7 @@ VoxelGrid grid_of(const VoxelBlock& block, const MapFrame& frame) {
     if (count > kMost)
         throw util::UsageError("read voxels: the block has " + std::to_string(count) +
                                "; allowed: up to 2^32");
-    out.bounds = frame.bounds_of(finest);
+    out.bounds = frame.measure_bounds(finest);
     out.materials.resize(out.shape[0] * out.shape[1] * out.shape[2]);
     return out;
 }
@@ -109,7 +109,7 @@ VoxelGrid World::voxels(const VoxelBlock& block, int threads, const Control& con
     return guarded(control, [&] {
         const WorldCall call(*m_state, threads);
         m_state->check_level(block.level);
-        VoxelGrid out = grid_of(block, m_state->frame);
+        VoxelGrid out = make_grid(block, m_state->frame);
         std::atomic<std::size_t> holes{0};
         const voxel::VoxelBounds bounds{block.min, block.max};
         each_box_column(bounds, block.level, threads, control, [&](const BoxColumnAt& column) {

@@ -101,7 +101,7 @@ TileCutter::~TileCutter() = default;
 std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
     const output::GdalWatch watch(m_attempt);
     const DatasetPool::Loan loan(*m_maps, watch);
-    const auto [west, south, east, north] = WebArea::bounds_of(tile);
+    const auto [west, south, east, north] = WebArea::measure_bounds(tile);
     const std::string side = std::to_string(m_tile_px);
     std::vector<std::string> words = {"-of", "MEM", "-t_srs", "EPSG:3857", "-te"};
     words.insert(words.end(), {metres(west), metres(south), metres(east), metres(north)});
@@ -128,7 +128,7 @@ std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
 
 namespace {
 
-std::string webp_of(const std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
+std::string to_webp(const std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
     const output::GdalWatch watch(attempt);
     constexpr int kBands = 4;
     static_assert(sizeof(map::Rgba8) == kBands);
@@ -138,7 +138,7 @@ std::string webp_of(const std::vector<map::Rgba8>& pixels, int edge, const std::
     return output::encode_in_memory(picture.get(), geo::webp_driver(), options, watch);
 }
 
-std::string metadata_of(const MapTexts& texts, int tile_px) {
+std::string make_metadata(const MapTexts& texts, int tile_px) {
     nlohmann::json out = {{"name", texts.title},
                           {"type", "baselayer"},
                           {"generator", std::string("terravox ") + kVersion}};
@@ -150,7 +150,7 @@ std::string metadata_of(const MapTexts& texts, int tile_px) {
     return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::uint64_t tiles_of(const WebArea& area) {
+std::uint64_t count_tiles(const WebArea& area) {
     std::uint64_t out = 0;
     for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom)
         out += area.tiles(zoom).size();
@@ -174,7 +174,7 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
     const TileCutter cutter(map, edge, attempt);
     ArchiveWriter writer(out);
     std::uint64_t count = 0;
-    const std::uint64_t all = tiles_of(area);
+    const std::uint64_t all = count_tiles(area);
     output::Progress progress(all, all, quiet);
     for (int zoom = area.min_zoom; zoom <= area.max_zoom; ++zoom) {
         const std::vector<TileAddress> tiles = area.tiles(zoom);
@@ -185,8 +185,8 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
             std::vector<map::Rgba8> pixels = cutter.cut(tiles[i]);
             if (pixels.empty())
                 return std::string();
-            return format == TileFormat::kWebp ? webp_of(pixels, edge, attempt)
-                                               : map::png_of(pixels, edge, edge);
+            return format == TileFormat::kWebp ? to_webp(pixels, edge, attempt)
+                                               : map::to_png(pixels, edge, edge);
         };
         const auto use = [&](std::size_t i, const std::string& bytes) {
             progress.tile_done(1, 0);
@@ -200,7 +200,7 @@ std::uint64_t write_map_tiles(const std::filesystem::path& map, const WebArea& a
     }
     progress.finish();
     writer.finish(
-        {format, area.min_zoom, area.max_zoom, area.bounds_deg(), metadata_of(texts, edge)});
+        {format, area.min_zoom, area.max_zoom, area.bounds_deg(), make_metadata(texts, edge)});
     return count;
 }
 

@@ -94,7 +94,7 @@ std::vector<std::array<double, 2>> border(double width, double height) {
 }
 
 /// The zoom at which a pixel has an edge, not rounded.
-double zoom_of(double pixel_m, int tile_px) noexcept {
+double find_zoom(double pixel_m, int tile_px) noexcept {
     return std::log2(2 * kHalf_m / tile_px / pixel_m);
 }
 
@@ -137,14 +137,14 @@ std::vector<TileAddress> WebArea::tiles(int zoom) const {
     return out;
 }
 
-std::array<double, 4> WebArea::bounds_of(const TileAddress& tile) noexcept {
+std::array<double, 4> WebArea::measure_bounds(const TileAddress& tile) noexcept {
     const double edge = edge_m(tile.zoom);
     const double west = tile.column * edge - kHalf_m;
     const double north = kHalf_m - tile.row * edge;
     return {west, north - edge, west + edge, north};
 }
 
-WebArea web_area_of(const output::GeoPlacement& placement, int width, int height, int tile_px,
+WebArea to_web_area(const output::GeoPlacement& placement, int width, int height, int tile_px,
                     const std::string& attempt) {
     if (placement.crs_wkt.empty())
         throw util::UsageError(attempt +
@@ -171,8 +171,8 @@ WebArea web_area_of(const output::GeoPlacement& placement, int width, int height
     constexpr double kFew_px = 64;
     const double cell_m = std::hypot(middle.x[1] - middle.x[0], middle.y[1] - middle.y[0]);
     const double few_m = std::max(*east - *west, *north - *south) / kFew_px;
-    out.max_zoom = whole_zoom(std::ceil(zoom_of(cell_m, tile_px) - kTenth));
-    out.min_zoom = std::min(whole_zoom(std::round(zoom_of(few_m, tile_px))), out.max_zoom);
+    out.max_zoom = whole_zoom(std::ceil(find_zoom(cell_m, tile_px) - kTenth));
+    out.min_zoom = std::min(whole_zoom(std::round(find_zoom(few_m, tile_px))), out.max_zoom);
     return out;
 }
 

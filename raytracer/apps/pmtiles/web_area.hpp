@@ -40,7 +40,7 @@ struct WebArea {
     /// The tiles of a zoom that the map's rectangle touches, by ascending tile_id().
     [[nodiscard]] std::vector<TileAddress> tiles(int zoom) const;
     /// West, south, east, north of a tile, metres.
-    [[nodiscard]] static std::array<double, 4> bounds_of(const TileAddress& tile) noexcept;
+    [[nodiscard]] static std::array<double, 4> measure_bounds(const TileAddress& tile) noexcept;
 };
 
 /// @param placement of a map of `width` x `height` pixels
@@ -48,7 +48,7 @@ struct WebArea {
 /// @param attempt beginning of messages
 /// @throws UsageError for a map without a CRS, one that reaches beyond 85 degrees north or south,
 /// or one on both sides of 180 degrees east
-[[nodiscard]] WebArea web_area_of(const output::GeoPlacement& placement, int width, int height,
+[[nodiscard]] WebArea to_web_area(const output::GeoPlacement& placement, int width, int height,
                                   int tile_px, const std::string& attempt);
 
 }  // namespace terravox::pmtiles

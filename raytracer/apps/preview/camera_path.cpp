@@ -24,7 +24,7 @@ bool is_place(std::string_view path) {
 }
 
 /// A field's value as TOML: a list for what the command line writes "a,b,c".
-std::string value_of(const scene::FieldText& field) {
+std::string find_value(const scene::FieldText& field) {
     return is_place(field.path) ? "[" + *field.text + "]" : *field.text;
 }
 
@@ -70,7 +70,7 @@ std::string CameraPath::to_toml(const scene::Scene& base) const {
         out << "\n[[key]]\ntime_s = " << key.time_s << "\n";
         for (const scene::FieldText& field : scene::field_texts(key.scene))
             if (field.text && (is_place(field.path) || moving.contains(field.path)))
-                out << field.path << " = " << value_of(field) << "\n";
+                out << field.path << " = " << find_value(field) << "\n";
     }
     return out.str();
 }

@@ -41,10 +41,10 @@ EditorState::EditorState(scene::Scene first, std::shared_ptr<render::LoadedWorld
     : scene(for_a_window(std::move(first))),
       opened(scene),
       world(std::move(of)),
-      viewpoint(viewpoint_of(scene)),
+      viewpoint(to_viewpoint(scene)),
       history(scene) {}
 
-Viewpoint EditorState::viewpoint_of(const scene::Scene& of) const {
+Viewpoint EditorState::to_viewpoint(const scene::Scene& of) const {
     const voxel::VoxelBounds bounds = info().camera_bounds();
     const scene::Camera camera = scene::make_camera(of, info(), bounds);
     Viewpoint out = Viewpoint::of(camera, (bounds.min[1] + bounds.max[1]) / 2.0);
@@ -67,7 +67,7 @@ void EditorState::show(scene::Scene other) {
     other.world = opened.world;
     other.generated = opened.generated;
     other.processing = opened.processing;
-    viewpoint = viewpoint_of(other);
+    viewpoint = to_viewpoint(other);
     scene = std::move(other);
 }
 

@@ -110,7 +110,7 @@ struct EditorState {
     std::chrono::steady_clock::time_point noticed_at;
 
 private:
-    [[nodiscard]] Viewpoint viewpoint_of(const scene::Scene& of) const;
+    [[nodiscard]] Viewpoint to_viewpoint(const scene::Scene& of) const;
 };
 
 }  // namespace terravox::preview

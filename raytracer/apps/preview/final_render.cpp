@@ -19,7 +19,7 @@ std::string render_command_line(const scene::Scene& scene, const std::vector<std
     // Option and value form one word, as negative numbers would be parsed as flags.
     for (const scene::FieldText& field : scene::changed_fields(scene, scene::Scene{}))
         if (field.text)
-            out += " " + scene::flag_of(field.path) + "=" + util::shell_word(*field.text);
+            out += " " + scene::find_flag(field.path) + "=" + util::shell_word(*field.text);
     add("-o");
     add(picture);
     return out;

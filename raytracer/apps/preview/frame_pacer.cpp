@@ -70,7 +70,7 @@ double FramePacer::begin(Clock::time_point waiting_since, double wait_s, bool ha
 }
 
 FramePacer::Clock::time_point FramePacer::work_until(Clock::time_point drawn) const noexcept {
-    return std::max(m_began + duration_of(kFrame_s - m_drawing_s), drawn + duration_of(kMinWork_s));
+    return std::max(m_began + to_duration(kFrame_s - m_drawing_s), drawn + to_duration(kMinWork_s));
 }
 
 void FramePacer::end(Clock::time_point drawn, Clock::time_point traced,

@@ -12,7 +12,7 @@ namespace terravox::preview {
     return std::chrono::duration<double>(duration).count();
 }
 
-[[nodiscard]] inline std::chrono::steady_clock::duration duration_of(double seconds) noexcept {
+[[nodiscard]] inline std::chrono::steady_clock::duration to_duration(double seconds) noexcept {
     return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
         std::chrono::duration<double>(seconds));
 }

@@ -14,7 +14,7 @@ bool is(const InputEvent& event) {
 /// The kind of frame that an event ends.
 enum class Ending { kNone, kPress, kRelease, kCharacters, kButton, kWheel, kDrag };
 
-Ending ending_of(const InputEvent& event, bool dragging) {
+Ending find_ending(const InputEvent& event, bool dragging) {
     if (const auto* key = std::get_if<KeyInput>(&event))
         return key->down ? Ending::kPress : Ending::kRelease;
     if (is<CharacterInput>(event))
@@ -65,7 +65,7 @@ std::vector<InputEvent> InputQueue::next_frame() {
     Ending ended = Ending::kNone;
     for (; !m_events.empty(); m_events.pop_front()) {
         const InputEvent& event = m_events.front();
-        const Ending next = ending_of(event, m_buttons_down > 0);
+        const Ending next = find_ending(event, m_buttons_down > 0);
         if (!may_follow(ended, next) || changes_again(event, frame))
             break;
         ended = next;

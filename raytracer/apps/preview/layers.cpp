@@ -37,7 +37,7 @@ struct DepthRange {
     float near_m;
     float far_m;
 };
-DepthRange depths_of(const shade::View& view) noexcept {
+DepthRange find_depths(const shade::View& view) noexcept {
     const voxel::VoxelBounds& b = view.cut.bounds();
     const core::Vec3 eye = view.camera.position();
     double near2 = 0;
@@ -92,8 +92,8 @@ float ratio(float of, float to) noexcept {
 }
 
 /// The colour in which a layer shows a pixel, except for layers of light.
-voxel::Colour value_of(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
-                       const shade::View& view, const DepthRange& depths) noexcept {
+voxel::Colour find_value(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
+                         const shade::View& view, const DepthRange& depths) noexcept {
     switch (layer) {
         case Layer::kSunHours: return of_sun(pixel, view.sun_way.hours);
         case Layer::kDepth: return of_depth(pixel.depth_m, depths);
@@ -128,7 +128,7 @@ enum class FilmKind : std::uint8_t {
     kSteps,
     kCache
 };
-FilmKind kind_of(Layer layer) noexcept {
+FilmKind find_kind(Layer layer) noexcept {
     switch (layer) {
         case Layer::kBeauty: return FilmKind::kPixels;
         case Layer::kOcclusion: return FilmKind::kEvenLight;
@@ -143,7 +143,7 @@ FilmKind kind_of(Layer layer) noexcept {
 }  // namespace
 
 scene::Scene scene_for(Layer layer, scene::Scene scene) {
-    const FilmKind kind = kind_of(layer);
+    const FilmKind kind = find_kind(layer);
     scene.output.layers = kind == FilmKind::kLayers || kind == FilmKind::kEvenLight
                               ? core::PictureLayers::kAll
                               : core::PictureLayers::kBeauty;
@@ -172,11 +172,11 @@ scene::Scene scene_for(Layer layer, scene::Scene scene) {
 
 bool same_film(Layer a, Layer b) noexcept {
     const auto film = [](Layer l) {
-        return kind_of(l) == FilmKind::kPixels ? FilmKind::kLayers : kind_of(l);
+        return find_kind(l) == FilmKind::kPixels ? FilmKind::kLayers : find_kind(l);
     };
     // A film with layers has the picture, too; one without lacks the layers.
-    return a == b || (film(a) == film(b) && kind_of(b) == FilmKind::kPixels) ||
-           (kind_of(a) == kind_of(b) && kind_of(a) == FilmKind::kLayers);
+    return a == b || (film(a) == film(b) && find_kind(b) == FilmKind::kPixels) ||
+           (find_kind(a) == find_kind(b) && find_kind(a) == FilmKind::kLayers);
 }
 
 void ScreenPicture::resize(int width, int height) {
@@ -192,7 +192,7 @@ void show(const output::Film& film, const shade::View& view, const scene::Scene:
     // The view's exposure is the sum of the adaptation to its daylight and the scene's setting.
     const output::Developer develop(
         view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev, output.tone);
-    const DepthRange depths = depths_of(view);
+    const DepthRange depths = find_depths(view);
     static const tiles::LayerSample none;
     const auto place = [&](int x, int y) {
         return &to.rgb[(static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) +
@@ -203,7 +203,7 @@ void show(const output::Film& film, const shade::View& view, const scene::Scene:
         const tiles::PixelSample& pixel = film.at(x, y);
         const tiles::LayerSample& layers = film.has_layers() ? film.layers_at(x, y) : none;
         const voxel::Colour c = !is_light(layer)
-                                    ? value_of(layer, pixel, layers, view, depths)
+                                    ? find_value(layer, pixel, layers, view, depths)
                                     : develop(layer == Layer::kBeauty   ? pixel.colour
                                               : layer == Layer::kDirect ? layers.direct
                                                                         : layers.indirect);

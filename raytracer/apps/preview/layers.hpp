@@ -57,7 +57,7 @@ inline constexpr std::array<LayerFacts, 14> kLayers{{
      "boxes in memory in a chequer; orange: not in memory; magenta: a hole"},
 }};
 
-[[nodiscard]] constexpr const LayerFacts& facts_of(Layer layer) noexcept {
+[[nodiscard]] constexpr const LayerFacts& collect_facts(Layer layer) noexcept {
     return kLayers[static_cast<std::size_t>(layer)];
 }
 

@@ -26,11 +26,11 @@ public:
 
     /// Converts level-0 voxels (x east, z south) to fractions of the picture's width and height,
     /// from the upper left corner.
-    [[nodiscard]] std::array<double, 2> share_of(double x, double z) const noexcept {
+    [[nodiscard]] std::array<double, 2> measure_share(double x, double z) const noexcept {
         return {(x - m_west) / m_width, (z - m_north) / m_height};
     }
-    /// The inverse of share_of().
-    [[nodiscard]] std::array<double, 2> place_of(double right, double down) const noexcept {
+    /// The inverse of measure_share().
+    [[nodiscard]] std::array<double, 2> find_place(double right, double down) const noexcept {
         return {m_west + right * m_width, m_north + down * m_height};
     }
 

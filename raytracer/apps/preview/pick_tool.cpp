@@ -52,7 +52,7 @@ std::string text(const char* format, Values... values) {
 
 }  // namespace
 
-std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& world) {
+std::vector<PickedFact> collect_facts(const Picked& picked, const voxel::WorldInfo& world) {
     std::vector<PickedFact> out;
     out.push_back({"voxel", text("%d, %d, %d", picked.voxel.x, picked.voxel.y, picked.voxel.z) +
                                 (picked.level > 0 ? text(" of level %d", picked.level) : "")});
@@ -91,7 +91,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
                              std::string(kStandardClasses[static_cast<std::size_t>(code)]) + ")"
                        : "")});
     const tiles::SquareGrid squares(world);
-    out.push_back({"square", squares.name_of(squares.index_of(p.x, p.z))});
+    out.push_back({"square", squares.to_name(squares.compute_index(p.x, p.z))});
     const voxel::Rgb8 c = picked.attr.colour;
     const std::string colour = text("#%02x%02x%02x", c.r, c.g, c.b);
     out.push_back({"true colour", picked.attr.has_colour()  ? colour
@@ -231,7 +231,7 @@ bool PickTool::update(EditorState& editor_state) {
                 editor_state.notify("nothing there: the ray leaves the world");
                 return false;
             }
-            m_facts = facts_of(*picked, editor_state.info());
+            m_facts = collect_facts(*picked, editor_state.info());
             for (const PickedFact& fact : m_facts)
                 util::log_debug("picked {}: {}", fact.name, fact.value);
             return false;
@@ -268,14 +268,15 @@ void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
     above.PushClipRect(
         {static_cast<float>(pane.x), static_cast<float>(pane.y)},
         {static_cast<float>(pane.x + pane.width), static_cast<float>(pane.y + pane.height)});
-    const auto place_of = [&](const std::optional<Picked>& p) -> std::optional<ImVec2> {
-        const auto at = p ? pixel_of(view.camera, p->point, pane.width, pane.height) : std::nullopt;
+    const auto find_place = [&](const std::optional<Picked>& p) -> std::optional<ImVec2> {
+        const auto at =
+            p ? find_pixel(view.camera, p->point, pane.width, pane.height) : std::nullopt;
         if (!at)
             return std::nullopt;
         return ImVec2{static_cast<float>(pane.x + (*at)[0]), static_cast<float>(pane.y + (*at)[1])};
     };
-    const auto from = place_of(m_first);
-    const auto to = place_of(m_second);
+    const auto from = find_place(m_first);
+    const auto to = find_place(m_second);
     if (from && to) {
         above.AddLine(*from, *to, kDark, 4);
         above.AddLine(*from, *to, kMeasuring, 2);
@@ -286,7 +287,7 @@ void PickTool::draw_marks(const shade::View& view, const Pane& pane) const {
             above.AddCircle(*at, 6, colour, 0, 2);
         }
     };
-    mark(place_of(m_read), kReading);
+    mark(find_place(m_read), kReading);
     mark(from, kMeasuring);
     mark(to, kMeasuring);
     above.PopClipRect();

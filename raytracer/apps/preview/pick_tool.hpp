@@ -33,7 +33,8 @@ struct PickedFact {
     std::string name;
     std::string value;
 };
-[[nodiscard]] std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& world);
+[[nodiscard]] std::vector<PickedFact> collect_facts(const Picked& picked,
+                                                    const voxel::WorldInfo& world);
 
 /// Finds the voxel that a ray hits on a thread of its own, as loading a box may take seconds and
 /// the window must not block. A new query replaces one that is not answered yet.

@@ -12,7 +12,7 @@ namespace {
 constexpr double kRad = std::numbers::pi / 180;
 constexpr double kSteepest_deg = 89.9;  // straight down has no heading
 
-core::Vec3 direction_of(double heading_deg, double down_deg) {
+core::Vec3 to_direction(double heading_deg, double down_deg) {
     const double h = heading_deg * kRad;
     const double d = down_deg * kRad;
     return {std::sin(h) * std::cos(d), -std::sin(d), -std::cos(h) * std::cos(d)};
@@ -61,7 +61,7 @@ double Viewpoint::down_deg() const noexcept {
 
 void Viewpoint::set_direction(double heading, double down, bool target_stays) noexcept {
     const core::Vec3 way =
-        direction_of(heading, std::clamp(down, -kSteepest_deg, kSteepest_deg)) * distance();
+        to_direction(heading, std::clamp(down, -kSteepest_deg, kSteepest_deg)) * distance();
     if (target_stays)
         position = target - way;
     else
@@ -85,7 +85,7 @@ void Viewpoint::walk(double right, double up, double forward) noexcept {
 }
 
 void Viewpoint::fly(double right, double up, double forward) noexcept {
-    const scene::Axes axes = scene::axes_of(core::normalized(target - position));
+    const scene::Axes axes = scene::make_axes(core::normalized(target - position));
     const core::Vec3 way = axes.right * right + core::Vec3{0, up, 0} + axes.forward * forward;
     position = position + way;
     target = target + way;
@@ -109,8 +109,8 @@ void Viewpoint::face(core::Vec3 point) noexcept {
     set_direction(heading_deg(), down_deg(), false);
 }
 
-std::optional<std::array<double, 2>> pixel_of(const scene::Camera& camera, core::Vec3 point,
-                                              int width_px, int height_px) noexcept {
+std::optional<std::array<double, 2>> find_pixel(const scene::Camera& camera, core::Vec3 point,
+                                                int width_px, int height_px) noexcept {
     const auto to_ndc = camera.world_to_ndc();
     if (!to_ndc)
         return std::nullopt;

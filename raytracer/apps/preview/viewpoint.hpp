@@ -50,8 +50,8 @@ private:
 
 /// Where a camera shows a point, pixels from the upper left corner.
 /// @return nullopt behind the camera, and for panoramas and fisheyes
-[[nodiscard]] std::optional<std::array<double, 2>> pixel_of(const scene::Camera& camera,
-                                                            core::Vec3 point, int width_px,
-                                                            int height_px) noexcept;
+[[nodiscard]] std::optional<std::array<double, 2>> find_pixel(const scene::Camera& camera,
+                                                              core::Vec3 point, int width_px,
+                                                              int height_px) noexcept;
 
 }  // namespace terravox::preview

@@ -288,7 +288,7 @@ void Window::hide() noexcept {
     glfwHideWindow(m_window);
 }
 
-int Window::key_of(char letter) {
+int Window::to_key(char letter) {
     for (int key = GLFW_KEY_A; key <= GLFW_KEY_Z; ++key) {
         const char* name = glfwGetKeyName(key, 0);
         if (name != nullptr && name[0] == letter && name[1] == 0)

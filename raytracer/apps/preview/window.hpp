@@ -65,7 +65,7 @@ public:
     void copy_text(const std::string& text);
     /// The key of a letter, 'a' to 'z', in the user's keyboard layout; GLFW's own numbers are those
     /// of the US layout.
-    [[nodiscard]] static int key_of(char letter);
+    [[nodiscard]] static int to_key(char letter);
     /// Whether a text field takes the keys of this frame.
     [[nodiscard]] static bool typing() noexcept;
     void hide() noexcept;

@@ -112,7 +112,7 @@ struct Drawings {
     Halves own;    ///< red, green, blue, share
 };
 
-Drawings drawings_of(const material::MaterialTable& table) {
+Drawings list_drawings(const material::MaterialTable& table) {
     std::vector<material::PaintedFace> faces;
     for (std::size_t i = 0; i < voxel::kMaterialCount; ++i)
         for (const core::Face face : {core::Face::kTop, core::Face::kWest, core::Face::kBottom}) {
@@ -141,7 +141,7 @@ Drawings drawings_of(const material::MaterialTable& table) {
     return out;
 }
 
-Halves panes_of(const material::Windows& windows) {
+Halves list_panes(const material::Windows& windows) {
     Halves out;
     for (int style = 0; style < material::Windows::kStyles; ++style)
         for (int mip = 0; mip < material::kMips; ++mip) {
@@ -159,7 +159,7 @@ Halves panes_of(const material::Windows& windows) {
     return out;
 }
 
-Halves sky_of(const sky::Atmosphere& atmosphere, double place_height_m) {
+Halves find_sky(const sky::Atmosphere& atmosphere, double place_height_m) {
     Halves out;
     const double scale = sky::picture_scale() * det::kPi;
     for (const double altitude_deg : kSkyAltitudes_deg) {
@@ -207,9 +207,9 @@ std::string appearance_file(const material::MaterialAppearances& appearances,
                             const AirOptions& air) {
     const material::MaterialTable table(appearances);
     const sky::Atmosphere atmosphere(air.turbidity);
-    const Drawings drawings = drawings_of(table);
-    const Halves panes = panes_of(material::Windows());
-    const Halves sky = sky_of(atmosphere, air.place_height_m);
+    const Drawings drawings = list_drawings(table);
+    const Halves panes = list_panes(material::Windows());
+    const Halves sky = find_sky(atmosphere, air.place_height_m);
 
     json facts = {{"sky", sky_json(atmosphere, air)}};
     for (std::size_t i = 0; i < voxel::kMaterialCount; ++i)

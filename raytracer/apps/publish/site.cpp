@@ -64,7 +64,7 @@ bool is_visible(char c) noexcept {
 }
 
 // The host of an address with a scheme, with port and user; empty for relative references.
-std::string_view authority_of(std::string_view url) noexcept {
+std::string_view find_authority(std::string_view url) noexcept {
     constexpr std::string_view kSlashes = "//";
     const auto at = url.find(kSlashes);
     if (at == std::string_view::npos)
@@ -80,7 +80,7 @@ void check_archive_url(const std::string& url) {
     const bool is_absolute = url.starts_with(kScheme);
     const bool is_relative =
         !url.empty() && path.find(':') == std::string_view::npos && !url.starts_with("//");
-    const std::string_view host = is_absolute ? authority_of(url) : std::string_view();
+    const std::string_view host = is_absolute ? find_authority(url) : std::string_view();
     const bool is_plain = std::all_of(url.begin(), url.end(), is_visible) &&
                           url.find_first_of("#\\\"<>") == std::string::npos;
     if ((is_absolute ? host.empty() || host.find('@') != std::string_view::npos : !is_relative) ||
@@ -99,7 +99,7 @@ std::string to_origin(const std::string& url) {
     }
     if (!url.starts_with(kScheme))
         return {};
-    const std::string_view host = authority_of(url);
+    const std::string_view host = find_authority(url);
     // In a policy other characters have a meaning of their own.
     const bool is_plain = std::all_of(host.begin(), host.end(), [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

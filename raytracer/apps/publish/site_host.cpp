@@ -86,7 +86,7 @@ std::optional<std::vector<std::string>> split_names(std::string_view path) {
     return out;
 }
 
-std::string_view type_of(const std::string& name) {
+std::string_view find_type(const std::string& name) {
     constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTypes = {{
         {".css", "text/css; charset=utf-8"},
         {".html", "text/html; charset=utf-8"},
@@ -124,7 +124,7 @@ http::Response no_file(int why, std::string_view path) {
                  (why == ELOOP ? "; it is a symbolic link, which is not followed" : ""));
 }
 
-http::ServerOptions options_of(std::uint16_t port) {
+http::ServerOptions make_options(std::uint16_t port) {
     constexpr int kThreads = 32;  // a browser has up to six connections
     http::ServerOptions out;
     out.port = port;
@@ -176,13 +176,13 @@ http::Response SiteFiles::answer(const http::Request& request) const {
         names->back() = "index.html";
     const std::optional<http::OpenFile> file = http::open_file_beneath(m_folder, *names);
     if (file)
-        return http::file_reply(request, *file, http::to_etag(*file), type_of(names->back()));
+        return http::file_reply(request, *file, http::to_etag(*file), find_type(names->back()));
     const int why = errno;
     return why == EISDIR && !request.path.ends_with('/') ? to_redirect(request.path)
                                                          : no_file(why, request.path);
 }
 
 SiteHost::SiteHost(const fs::path& folder, std::uint16_t port, std::string archive_origin)
-    : m_files(folder, std::move(archive_origin)), m_server(m_files, options_of(port)) {}
+    : m_files(folder, std::move(archive_origin)), m_server(m_files, make_options(port)) {}
 
 }  // namespace terravox::publish

@@ -16,15 +16,15 @@ namespace nb = nanobind;
 /// Three numbers for each ray, as numpy has them.
 using RayArray = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
-[[nodiscard]] inline std::span<const double> numbers_of(const RayArray& rays) {
+[[nodiscard]] inline std::span<const double> list_numbers(const RayArray& rays) {
     return {rays.data(), rays.size()};
 }
 
 /// The values as an array of numpy, without a copy: it owns them from now on.
 /// @param values of a plain type whose elements are `Element`s, one after the other
 template <class Element, class Value>
-[[nodiscard]] nb::ndarray<nb::numpy, Element> array_of(std::vector<Value> values,
-                                                       std::initializer_list<std::size_t> shape) {
+[[nodiscard]] nb::ndarray<nb::numpy, Element> make_array(std::vector<Value> values,
+                                                         std::initializer_list<std::size_t> shape) {
     static_assert(sizeof(Value) % sizeof(Element) == 0);
     auto owned = std::make_unique<std::vector<Value>>(std::move(values));
     auto* const data = reinterpret_cast<Element*>(owned->data());

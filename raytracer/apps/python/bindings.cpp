@@ -37,7 +37,7 @@ std::optional<MapBounds> map_bounds(const std::optional<Bounds>& b) {
     return b ? std::optional(map_bounds(*b)) : std::nullopt;
 }
 
-nb::dict info_of(const World& world) {
+nb::dict make_info(const World& world) {
     const WorldInfo& info = world.info();
     nb::dict out;
     out["title"] = info.title;
@@ -55,13 +55,13 @@ nb::dict info_of(const World& world) {
     return out;
 }
 
-nb::dict dict_of(Raster raster) {
+nb::dict to_dict(Raster raster) {
     nb::dict bands;
     nb::dict units;
     for (Raster::Band& band : raster.bands) {
         units[band.name.c_str()] = band.unit;
         bands[band.name.c_str()] =
-            array_of<float>(std::move(band.values), {raster.rows, raster.columns});
+            make_array<float>(std::move(band.values), {raster.rows, raster.columns});
     }
     nb::dict out;
     out["bounds"] = nb::cast(six_numbers(raster.bounds));
@@ -72,21 +72,22 @@ nb::dict dict_of(Raster raster) {
     return out;
 }
 
-nb::dict dict_of(Picture picture) {
+nb::dict to_dict(Picture picture) {
     const std::size_t height = picture.height;
     const std::size_t width = picture.width;
     nb::dict layers;
     for (Picture::Layer& layer : picture.layers) {
         if (layer.channels == 1)
-            layers[layer.name.c_str()] = array_of<float>(std::move(layer.values), {height, width});
+            layers[layer.name.c_str()] =
+                make_array<float>(std::move(layer.values), {height, width});
         else
             layers[layer.name.c_str()] =
-                array_of<float>(std::move(layer.values), {height, width, layer.channels});
+                make_array<float>(std::move(layer.values), {height, width, layer.channels});
     }
     nb::dict out;
-    out["rgb"] = array_of<std::uint8_t>(std::move(picture.rgb), {height, width, 3});
-    out["light"] = array_of<float>(std::move(picture.light), {height, width, 4});
-    out["depth_m"] = array_of<float>(std::move(picture.depth_m), {height, width});
+    out["rgb"] = make_array<std::uint8_t>(std::move(picture.rgb), {height, width, 3});
+    out["light"] = make_array<float>(std::move(picture.light), {height, width, 4});
+    out["depth_m"] = make_array<float>(std::move(picture.depth_m), {height, width});
     out["layers"] = layers;
     out["holes"] = picture.holes;
     return out;
@@ -106,13 +107,13 @@ nb::object voxels(const World& world, const std::optional<Bounds>& bounds, int l
         });
     const auto [layers, rows, columns] = grid.shape;
     return nb::make_tuple(
-        array_of<std::uint8_t>(std::move(grid.materials), {layers, rows, columns}),
+        make_array<std::uint8_t>(std::move(grid.materials), {layers, rows, columns}),
         nb::cast(six_numbers(grid.bounds)), grid.holes);
 }
 
 nb::dict surface(const World& world, const std::optional<Bounds>& area, int level, int threads,
                  const nb::object& progress) {
-    return dict_of(interruptible(
+    return to_dict(interruptible(
         progress, [world, wanted = map_bounds(area), level, threads](const Control& control) {
             return world.surface(wanted, level, threads, control);
         }));
@@ -133,12 +134,13 @@ nb::object cast(const World& world, RayArray origins, RayArray directions, int l
     RayHits hits = interruptible(
         progress,
         [world, rays, options = cast_options(level, range_m, threads)](const Control& control) {
-            return world.cast(numbers_of(rays->first), numbers_of(rays->second), options, control);
+            return world.cast(list_numbers(rays->first), list_numbers(rays->second), options,
+                              control);
         });
-    return nb::make_tuple(array_of<double>(std::move(hits.distance_m), {count}),
-                          array_of<std::int32_t>(std::move(hits.voxel), {count, 3}),
-                          array_of<std::int8_t>(std::move(hits.face), {count}),
-                          array_of<std::uint8_t>(std::move(hits.material), {count}), hits.holes);
+    return nb::make_tuple(make_array<double>(std::move(hits.distance_m), {count}),
+                          make_array<std::int32_t>(std::move(hits.voxel), {count, 3}),
+                          make_array<std::int8_t>(std::move(hits.face), {count}),
+                          make_array<std::uint8_t>(std::move(hits.material), {count}), hits.holes);
 }
 
 nb::object occluded(const World& world, RayArray origins, RayArray directions, int level,
@@ -148,21 +150,21 @@ nb::object occluded(const World& world, RayArray origins, RayArray directions, i
     Occlusion found = interruptible(
         progress,
         [world, rays, options = cast_options(level, range_m, threads)](const Control& control) {
-            return world.occluded(numbers_of(rays->first), numbers_of(rays->second), options,
+            return world.occluded(list_numbers(rays->first), list_numbers(rays->second), options,
                                   control);
         });
-    return nb::make_tuple(array_of<bool>(std::move(found.occluded), {count}), found.holes);
+    return nb::make_tuple(make_array<bool>(std::move(found.occluded), {count}), found.holes);
 }
 
 nb::dict render(const World& world, std::string toml, Fields fields, int threads,
                 const nb::object& progress) {
-    return dict_of(interruptible(
+    return to_dict(interruptible(
         progress, [world, scene = SceneText{std::move(toml), std::move(fields)}, threads](
                       const Control& control) { return world.render(scene, threads, control); }));
 }
 
 nb::dict analyse(const World& world, AnalysisOptions options, const nb::object& progress) {
-    return dict_of(
+    return to_dict(
         interruptible(progress, [world, options = std::move(options)](const Control& control) {
             return world.analyse(options, control);
         }));
@@ -233,7 +235,7 @@ NB_MODULE(_core, module) {
             },
             "inputs"_a, "crs"_a, "classes"_a, "voxel_m"_a.none(), "orthophotos"_a, "additions"_a,
             "cache"_a, "fields"_a)
-        .def("info", &info_of)
+        .def("info", &make_info)
         .def("damage", &World::damage)
         .def("voxels", &voxels, "bounds"_a.none(), "level"_a, "threads"_a, "progress"_a.none())
         .def("surface", &surface, "area"_a.none(), "level"_a, "threads"_a, "progress"_a.none())

@@ -60,7 +60,7 @@ private:
     [[noreturn]] void refuse(const std::string& what) const {
         throw util::UsageError(m_out.m_attempt + ": " + what);
     }
-    static std::string text_of(double v) {
+    static std::string to_text(double v) {
         std::string out = std::to_string(v);
         out.erase(out.find_last_not_of('0') + 1);
         if (out.ends_with('.'))
@@ -77,8 +77,8 @@ private:
         if (!value)
             refuse(name + " = " + util::toml_value(*node) + "; allowed: a number");
         if (!(*value >= min && *value <= max))
-            refuse(name + " = " + text_of(*value) + "; allowed: " + text_of(min) + " to " +
-                   text_of(max));
+            refuse(name + " = " + to_text(*value) + "; allowed: " + to_text(min) + " to " +
+                   to_text(max));
         return value;
     }
     bool yes_or_no(const char* key) const {
@@ -118,8 +118,8 @@ private:
                 refuse(name + " = " + util::toml_value(item) + "; allowed: [[key]]");
             Key key = read_key(*table, name);
             if (!m_keys.empty() && !(key.time_s > m_keys.back().time_s))
-                refuse(name + ": its time, " + text_of(key.time_s) +
-                       " s, is not after that of the key before, " + text_of(m_keys.back().time_s) +
+                refuse(name + ": its time, " + to_text(key.time_s) +
+                       " s, is not after that of the key before, " + to_text(m_keys.back().time_s) +
                        " s");
             m_keys.push_back(std::move(key));
         }
@@ -134,7 +134,7 @@ private:
             refuse(name + ": " + (time ? "time_s and frame" : "no time") +
                    "; allowed: one of time_s, frame");
         if (frame && *frame != std::floor(*frame))
-            refuse(name + ": frame = " + text_of(*frame) + "; allowed: whole numbers");
+            refuse(name + ": frame = " + to_text(*frame) + "; allowed: whole numbers");
         out.time_s = time ? *time : *frame / m_out.m_fps;
         toml::table fields = table;
         fields.erase("time_s");
@@ -206,7 +206,7 @@ private:
             length = std::max(length, day->seconds);
         if (seconds) {
             if (*seconds < length)
-                refuse("seconds = " + text_of(*seconds) + "; allowed: " + text_of(length) +
+                refuse("seconds = " + to_text(*seconds) + "; allowed: " + to_text(length) +
                        " and more, the time of the last key, [turntable] or [day]");
             length = *seconds;
         }
@@ -219,7 +219,7 @@ private:
             day->seconds = length;
         const double count = length * m_out.m_fps;
         if (!(count < Animation::kMaxFrames))
-            refuse(text_of(length) + " s at " + text_of(m_out.m_fps) +
+            refuse(to_text(length) + " s at " + to_text(m_out.m_fps) +
                    " frames a second; allowed: up to " + std::to_string(Animation::kMaxFrames) +
                    " frames");
         // After whole turns the last picture would repeat the first: the frames then form a loop.
@@ -263,7 +263,7 @@ private:
                                        std::is_same_v<Field, std::string>)
                         out.words.emplace_back(field);
                     else if constexpr (core::WordEnum<Field>)
-                        out.words.emplace_back(std::string(core::word_of(field)));
+                        out.words.emplace_back(std::string(core::to_word(field)));
                 });
         }
         const bool place = path == "camera.position" || path == "camera.target";

@@ -102,7 +102,7 @@ void FrameLedger::add(int frame, std::uint64_t fingerprint) {
     m_done[frame] = fingerprint;
 }
 
-std::uint64_t fingerprint_of(const std::string& text) noexcept {
+std::uint64_t to_fingerprint(const std::string& text) noexcept {
     std::uint64_t out = 0xcbf29ce484222325U;
     for (const char c : text)
         out = (out ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
@@ -130,15 +130,15 @@ void check(const Animation& animation, const FrameOptions& o, int last) {
             "--every");
 }
 
-std::string text_of(const std::filesystem::path& file) {
+std::string to_text(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 // A hash of what a picture depends on; the number of threads is not part of it.
 std::uint64_t fingerprint(const scene::Scene& scene, const std::string& inputs) {
-    return fingerprint_of(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
-                          text_of(material::find_materials(scene.quality.materials)) + "\n" +
+    return to_fingerprint(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
+                          to_text(material::find_materials(scene.quality.materials)) + "\n" +
                           kVersion);
 }
 
@@ -167,7 +167,7 @@ public:
                                 it->path());
         }
     }
-    void remove_of(const std::filesystem::path& picture) const {
+    void remove_frame(const std::filesystem::path& picture) const {
         std::error_code ignored;
         const auto [first, last] = m_files.equal_range(picture.filename().string());
         for (auto it = first; it != last; ++it)
@@ -223,7 +223,7 @@ util::ExitCode render_frames(const Animation& animation, const scene::Scene& bas
             std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(),
                          picture.c_str());
         const util::ExitCode code = render(scene, picture);
-        leftovers.remove_of(picture);
+        leftovers.remove_frame(picture);
         if (code == util::ExitCode::kDone)
             ledger.add(frame, print);
         else if (code == util::ExitCode::kHoles)

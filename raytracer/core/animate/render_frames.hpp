@@ -32,7 +32,7 @@ private:
 };
 
 /// A hash of a text. Ref: Fowler, Noll & Vo, FNV-1a, 64 bit.
-[[nodiscard]] std::uint64_t fingerprint_of(const std::string& text) noexcept;
+[[nodiscard]] std::uint64_t to_fingerprint(const std::string& text) noexcept;
 
 /// Renders a scene to a picture, completely or not at all, replacing one that may exist.
 /// @return kDone, or kHoles when the picture was written with holes

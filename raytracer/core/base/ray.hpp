@@ -47,18 +47,18 @@ enum class Face : signed char {
     kSouth = 5
 };
 
-[[nodiscard]] constexpr Face face_of(int axis, bool towards_positive) noexcept {
+[[nodiscard]] constexpr Face to_face(int axis, bool towards_positive) noexcept {
     return static_cast<Face>(axis * 2 + (towards_positive ? 1 : 0));
 }
-[[nodiscard]] constexpr int axis_of(Face face) noexcept {
+[[nodiscard]] constexpr int to_axis(Face face) noexcept {
     return static_cast<int>(face) >> 1;
 }
-[[nodiscard]] constexpr int sign_of(Face face) noexcept {
+[[nodiscard]] constexpr int to_sign(Face face) noexcept {
     return (static_cast<int>(face) & 1) != 0 ? 1 : -1;
 }
-[[nodiscard]] inline Vec3 normal_of(Face face) noexcept {
-    const double s = sign_of(face);
-    return axis_of(face) == 0 ? Vec3{s, 0, 0} : axis_of(face) == 1 ? Vec3{0, s, 0} : Vec3{0, 0, s};
+[[nodiscard]] inline Vec3 to_normal(Face face) noexcept {
+    const double s = to_sign(face);
+    return to_axis(face) == 0 ? Vec3{s, 0, 0} : to_axis(face) == 1 ? Vec3{0, s, 0} : Vec3{0, 0, s};
 }
 
 }  // namespace terravox::core

@@ -93,7 +93,7 @@ struct RayState {
         }
         t = at;
         if (axis >= 0)
-            face = face_of(axis, !forward[axis]);
+            face = to_face(axis, !forward[axis]);
         return true;
     }
 
@@ -148,10 +148,10 @@ struct RayState {
             const std::int32_t high = low + (std::int32_t{1} << finer) - 1;
             if (face == Face::kNone)
                 voxel[a] = std::clamp(floor_to_int(origin[a] + direction[a] * t), low, high);
-            else if (a == axis_of(face))
+            else if (a == to_axis(face))
                 voxel[a] = forward[a] ? low : high;  // the ray has just come through this face
             else
-                voxel[a] = position_after(a, t, axis_of(face), low, high);
+                voxel[a] = position_after(a, t, to_axis(face), low, high);
         }
     }
 
@@ -197,7 +197,7 @@ struct RayState {
             out[a] = crossing(
                 a, forward[a] ? static_cast<double>(high[a]) + 1 : static_cast<double>(low[a]));
         }
-        const int axis = first_of(out);
+        const int axis = find_first(out);
         const double at = out[axis];
         for (int a = 0; a < 3; ++a) {
             if (a == axis || shift[a] == 0)
@@ -208,11 +208,11 @@ struct RayState {
         }
         voxel[axis] = forward[axis] ? high[axis] + 1 : low[axis] - 1;
         t = at;
-        face = face_of(axis, !forward[axis]);
+        face = to_face(axis, !forward[axis]);
     }
 
     /// The axis of the earliest of three crossings; the first axis of equal ones.
-    [[nodiscard]] static int first_of(const double (&at)[3]) noexcept {
+    [[nodiscard]] static int find_first(const double (&at)[3]) noexcept {
         return at[0] <= at[1] ? (at[0] <= at[2] ? 0 : 2) : (at[1] <= at[2] ? 1 : 2);
     }
 

@@ -32,7 +32,7 @@ inline constexpr Word<CameraProjection> kCameraProjections[] = {
     {CameraProjection::kPanorama, "panorama"},
     {CameraProjection::kFisheye, "fisheye"},
 };
-constexpr std::span<const Word<CameraProjection>> words_of(CameraProjection) noexcept {
+constexpr std::span<const Word<CameraProjection>> list_words(CameraProjection) noexcept {
     return kCameraProjections;
 }
 
@@ -53,7 +53,7 @@ inline constexpr Word<CoordinateSpace> kCoordinateSpaces[] = {
     {CoordinateSpace::kLatLon, "latlon"},
     {CoordinateSpace::kVoxel, "voxel"},
 };
-constexpr std::span<const Word<CoordinateSpace>> words_of(CoordinateSpace) noexcept {
+constexpr std::span<const Word<CoordinateSpace>> list_words(CoordinateSpace) noexcept {
     return kCoordinateSpaces;
 }
 
@@ -63,7 +63,7 @@ inline constexpr Word<SkyModel> kSkyModels[] = {
     {SkyModel::kAtmosphere, "atmosphere"},
     {SkyModel::kUniform, "uniform"},
 };
-constexpr std::span<const Word<SkyModel>> words_of(SkyModel) noexcept {
+constexpr std::span<const Word<SkyModel>> list_words(SkyModel) noexcept {
     return kSkyModels;
 }
 
@@ -75,7 +75,7 @@ inline constexpr Word<ToneCurve> kToneCurves[] = {
     {ToneCurve::kAgx, "agx"},
     {ToneCurve::kLinear, "linear"},
 };
-constexpr std::span<const Word<ToneCurve>> words_of(ToneCurve) noexcept {
+constexpr std::span<const Word<ToneCurve>> list_words(ToneCurve) noexcept {
     return kToneCurves;
 }
 
@@ -85,7 +85,7 @@ inline constexpr Word<PictureLayers> kPictureLayers[] = {
     {PictureLayers::kBeauty, "beauty"},
     {PictureLayers::kAll, "all"},
 };
-constexpr std::span<const Word<PictureLayers>> words_of(PictureLayers) noexcept {
+constexpr std::span<const Word<PictureLayers>> list_words(PictureLayers) noexcept {
     return kPictureLayers;
 }
 
@@ -100,7 +100,7 @@ inline constexpr Word<TiffSamples> kTiffSamples[] = {
     {TiffSamples::kByte, "byte"},
     {TiffSamples::kFloat, "float"},
 };
-constexpr std::span<const Word<TiffSamples>> words_of(TiffSamples) noexcept {
+constexpr std::span<const Word<TiffSamples>> list_words(TiffSamples) noexcept {
     return kTiffSamples;
 }
 
@@ -113,7 +113,7 @@ inline constexpr Word<Integrator> kIntegrators[] = {
     {Integrator::kDirect, "direct"},
     {Integrator::kPath, "path"},
 };
-constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
+constexpr std::span<const Word<Integrator>> list_words(Integrator) noexcept {
     return kIntegrators;
 }
 
@@ -144,7 +144,7 @@ inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
     {AnalysisKind::kFacade, "facade"},
     {AnalysisKind::kSight, "sight"},
 };
-constexpr std::span<const Word<AnalysisKind>> words_of(AnalysisKind) noexcept {
+constexpr std::span<const Word<AnalysisKind>> list_words(AnalysisKind) noexcept {
     return kAnalysisKinds;
 }
 
@@ -168,7 +168,7 @@ inline constexpr Word<WallSide> kWallSides[] = {
     {WallSide::kSouth, "south"},
     {WallSide::kWest, "west"},
 };
-constexpr std::span<const Word<WallSide>> words_of(WallSide) noexcept {
+constexpr std::span<const Word<WallSide>> list_words(WallSide) noexcept {
     return kWallSides;
 }
 
@@ -181,7 +181,7 @@ inline constexpr Word<AnalysisSurface> kAnalysisSurfaces[] = {
     {AnalysisSurface::kTop, "top"},
     {AnalysisSurface::kGround, "ground"},
 };
-constexpr std::span<const Word<AnalysisSurface>> words_of(AnalysisSurface) noexcept {
+constexpr std::span<const Word<AnalysisSurface>> list_words(AnalysisSurface) noexcept {
     return kAnalysisSurfaces;
 }
 
@@ -194,7 +194,7 @@ inline constexpr Word<TileOrder> kTileOrders[] = {
     {TileOrder::kHilbert, "hilbert"},
     {TileOrder::kRows, "rows"},
 };
-constexpr std::span<const Word<TileOrder>> words_of(TileOrder) noexcept {
+constexpr std::span<const Word<TileOrder>> list_words(TileOrder) noexcept {
     return kTileOrders;
 }
 
@@ -205,18 +205,18 @@ inline constexpr Word<VoxelColour> kVoxelColours[] = {
     {VoxelColour::kTrue, "true"},
     {VoxelColour::kMix, "mix"},
 };
-constexpr std::span<const Word<VoxelColour>> words_of(VoxelColour) noexcept {
+constexpr std::span<const Word<VoxelColour>> list_words(VoxelColour) noexcept {
     return kVoxelColours;
 }
 
 /// An enumeration with a table of words.
 template <class Enum>
-concept WordEnum = requires(Enum value) { words_of(value); };
+concept WordEnum = requires(Enum value) { list_words(value); };
 
 /// @return the word of a value; empty if the table has no row for it
 template <WordEnum Enum>
-[[nodiscard]] constexpr std::string_view word_of(Enum value) noexcept {
-    for (const Word<Enum>& word : words_of(value))
+[[nodiscard]] constexpr std::string_view to_word(Enum value) noexcept {
+    for (const Word<Enum>& word : list_words(value))
         if (word.value == value)
             return word.text;
     return {};
@@ -225,7 +225,7 @@ template <WordEnum Enum>
 /// @return nullopt for a word that is not in the table
 template <WordEnum Enum>
 [[nodiscard]] constexpr std::optional<Enum> from_word(std::string_view text) noexcept {
-    for (const Word<Enum>& word : words_of(Enum{}))
+    for (const Word<Enum>& word : list_words(Enum{}))
         if (word.text == text)
             return word.value;
     return std::nullopt;

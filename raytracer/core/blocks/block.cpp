@@ -22,7 +22,7 @@ public:
             m_first_brick += static_cast<std::size_t>(std::popcount(root.detail));
         m_kind_of.assign(box.cells().size() - m_first_brick, kNone);
         for (std::size_t i = 0; i < m_kind_of.size(); ++i) {
-            const auto attrs = attrs_of(i);
+            const auto attrs = list_attrs(i);
             const bool equal = attrs.size() == kBrickVoxels &&
                                std::ranges::all_of(attrs, [&](const VoxelAttr& attr) {
                                    return attr == attrs.front();
@@ -48,7 +48,7 @@ public:
                 continue;
             }
             brick.first = static_cast<std::uint32_t>(attrs.size());
-            const auto own = attrs_of(i);
+            const auto own = list_attrs(i);
             attrs.insert(attrs.end(), own.begin(), own.end());
         }
         return {voxel::Box::from_arrays(m_box.key(), cells, attrs), false, shared_attrs};
@@ -58,7 +58,7 @@ private:
     static constexpr std::uint8_t kMaxKinds = 16;  // more are no deep water
     static constexpr std::uint8_t kNone = kMaxKinds;
 
-    [[nodiscard]] std::span<const VoxelAttr> attrs_of(std::size_t brick) const noexcept {
+    [[nodiscard]] std::span<const VoxelAttr> list_attrs(std::size_t brick) const noexcept {
         const TreeCell& cell = m_box.cells()[m_first_brick + brick];
         return m_box.attrs().subspan(cell.first,
                                      static_cast<std::size_t>(std::popcount(cell.detail)));

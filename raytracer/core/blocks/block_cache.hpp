@@ -43,7 +43,7 @@ public:
         return found == m_entries.end() ? nullptr : &found->second;
     }
     /// @return the entry of the box, which is made when there is none
-    [[nodiscard]] Entry& entry_of(const voxel::BoxKey& key) { return m_entries[key]; }
+    [[nodiscard]] Entry& make_entry(const voxel::BoxKey& key) { return m_entries[key]; }
     [[nodiscard]] bool contains(const voxel::BoxKey& key) const { return m_entries.contains(key); }
 
     /// Makes a box the most recently used one, and no longer unseen.

@@ -78,7 +78,7 @@ BlockPin BlockManager::find(const voxel::BoxKey& key) {
 void BlockManager::wait_for(const voxel::BoxKey& key, BlockListener& listener,
                             std::uint64_t ticket) {
     const std::lock_guard lock(m_mutex);
-    Entry& entry = m_cache.entry_of(key);
+    Entry& entry = m_cache.make_entry(key);
     if (entry.block) {
         listener.on_block_loaded(key, ticket);
         return;
@@ -100,7 +100,7 @@ BlockPin BlockManager::get(const voxel::BoxKey& key) {
         return block;
     std::unique_lock lock(m_mutex);
     while (true) {
-        Entry& entry = m_cache.entry_of(key);
+        Entry& entry = m_cache.make_entry(key);
         if (entry.block) {
             touch(entry);
             return entry.block;
@@ -186,7 +186,7 @@ void BlockManager::load_boxes() {
         if (m_stop)
             return;
         for (const voxel::BoxKey& key : request.keys) {
-            Entry& queued = m_cache.entry_of(key);
+            Entry& queued = m_cache.make_entry(key);
             queued.wanted = false;
             queued.loading = true;
         }

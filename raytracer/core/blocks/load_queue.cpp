@@ -82,7 +82,7 @@ void LoadQueue::finish(const Request& request) noexcept {
 }
 
 // Shares the queue among the idle loaders, of which there is at least the calling one.
-std::size_t LoadQueue::share_of(std::size_t queued) const noexcept {
+std::size_t LoadQueue::measure_share(std::size_t queued) const noexcept {
     const std::size_t idle = m_limits.loaders - m_busy;
     return std::clamp<std::size_t>((queued + idle - 1) / idle, 1, m_limits.batch);
 }
@@ -95,7 +95,7 @@ std::size_t LoadQueue::expected_bytes(const MemoryUse& memory, std::size_t more)
 // The first box is taken even without room for it, or none would ever be loaded; others only where
 // everything requested fits.
 void LoadQueue::take_requested(const MemoryUse& memory, std::vector<voxel::BoxKey>& keys) {
-    const std::size_t max = share_of(m_requested.size());
+    const std::size_t max = measure_share(m_requested.size());
     const std::size_t room_bytes = m_limits.memory_bytes / 4;
     while (!m_requested.empty() && keys.size() < max &&
            (keys.empty() ||
@@ -107,7 +107,7 @@ void LoadQueue::take_requested(const MemoryUse& memory, std::vector<voxel::BoxKe
 
 void LoadQueue::take_prefetched(const MemoryUse& memory, const Predicate& is_known,
                                 std::vector<voxel::BoxKey>& keys) {
-    const std::size_t max = share_of(m_prefetched.size());
+    const std::size_t max = measure_share(m_prefetched.size());
     const std::size_t room_bytes = m_limits.memory_bytes / 4 * 3;
     while (!m_prefetched.empty() && keys.size() < max && memory.bytes < room_bytes &&
            (keys.empty() || memory.bytes + expected_bytes(memory, keys.size() + 1) < room_bytes)) {

@@ -87,7 +87,7 @@ public:
     void finish(const Request& request) noexcept;
 
 private:
-    [[nodiscard]] std::size_t share_of(std::size_t queued) const noexcept;
+    [[nodiscard]] std::size_t measure_share(std::size_t queued) const noexcept;
     [[nodiscard]] std::size_t expected_bytes(const MemoryUse& memory,
                                              std::size_t more) const noexcept;
     void take_requested(const MemoryUse& memory, std::vector<voxel::BoxKey>& keys);

@@ -109,7 +109,7 @@ private:
     const std::filesystem::path& m_file;
 };
 
-MaterialAppearance appearance_of(const Fields& fields) {
+MaterialAppearance read_appearance(const Fields& fields) {
     std::vector<std::pair<std::string_view, int>> names;
     for (const Texture& texture : textures())
         names.emplace_back(texture.name, static_cast<int>(names.size()));
@@ -137,7 +137,7 @@ std::function<void(const std::string&)> failing(const std::filesystem::path& fil
 /// The table of a file for the materials that it does not name.
 constexpr std::string_view kDefault = "default";
 
-MaterialFile materials_of(const toml::table& root, const std::filesystem::path& file) {
+MaterialFile to_materials(const toml::table& root, const std::filesystem::path& file) {
     const auto fail = failing(file);
     for (const auto& [name, node] : root) {
         const auto known = voxel::material_from_name(name.str());
@@ -157,7 +157,7 @@ MaterialFile materials_of(const toml::table& root, const std::filesystem::path& 
             table = root[kDefault].as_table();
         if (table != nullptr) {
             const std::string title(is_default ? kDefault : name);
-            out.appearances[i] = appearance_of(Fields(*table, title, file));
+            out.appearances[i] = read_appearance(Fields(*table, title, file));
         } else {
             out.missing.push_back(name);
             if (i == kUnknown)
@@ -203,11 +203,11 @@ std::filesystem::path find_materials(const std::string& name) {
 }
 
 MaterialFile read_materials(const std::filesystem::path& file) {
-    return materials_of(util::read_toml(file, failing(file)), file);
+    return to_materials(util::read_toml(file, failing(file)), file);
 }
 
 MaterialFile parse_materials(const std::string& text, const std::string& name) {
-    return materials_of(util::parse_toml(text, name, failing(name)), name);
+    return to_materials(util::parse_toml(text, name, failing(name)), name);
 }
 
 }  // namespace terravox::material

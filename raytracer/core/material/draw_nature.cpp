@@ -7,7 +7,7 @@
 namespace terravox::material {
 namespace {
 
-std::uint64_t seed_of(int drawing, int variant) noexcept {
+std::uint64_t make_seed(int drawing, int variant) noexcept {
     return static_cast<std::uint64_t>(drawing) * 1000 + static_cast<std::uint64_t>(variant);
 }
 
@@ -20,7 +20,7 @@ voxel::Colour blades(int s, int t, std::uint64_t seed) noexcept {
 // Layers, and stones of two or three texels that are lit from above.
 voxel::Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
     const int layout = variant % kLayouts;
-    const std::uint64_t seed = seed_of(2, variant);
+    const std::uint64_t seed = make_seed(2, variant);
     // No bend at the edges, where the next voxel continues.
     const int bend = s < 2 || s > 13 ? 0 : static_cast<int>(chance(s / 3, 0, seed) * 2);
     const float layer = chance((t + bend) / 3, layout, 77) - 0.5f;
@@ -38,7 +38,7 @@ voxel::Colour earth(int s, int t, int variant, const Stones& stones) noexcept {
 }  // namespace
 
 void draw_grass_top(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(1, variant);
+    const std::uint64_t seed = make_seed(1, variant);
     canvas.each([&](Dot& dot, int s, int t) { dot.ratio = blades(s, t, seed); });
     for (int i = 0; i < 22; ++i) {  // single blades with their shadow
         const int s = static_cast<int>(chance(i, 0, seed) * 16);
@@ -52,7 +52,7 @@ void draw_grass_top(Canvas& canvas, int variant) {
 }
 
 void draw_grass_side(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(1, variant) + 500;
+    const std::uint64_t seed = make_seed(1, variant) + 500;
     const Stones stones(4, seed);
     std::array<int, kTexels> fringe{};
     for (int s = 0; s < kTexels; ++s)
@@ -73,12 +73,12 @@ void draw_grass_side(Canvas& canvas, int variant) {
 }
 
 void draw_soil(Canvas& canvas, int variant) {
-    const Stones stones(4, seed_of(2, variant));
+    const Stones stones(4, make_seed(2, variant));
     canvas.each([&](Dot& dot, int s, int t) { dot.ratio = earth(s, t, variant, stones); });
 }
 
 void draw_gravel(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(3, variant);
+    const std::uint64_t seed = make_seed(3, variant);
     const Stones stones(5, seed);
     canvas.each([&](Dot& dot, int s, int t) {
         const Stones::At stone = stones.at(s, t);
@@ -91,7 +91,7 @@ void draw_gravel(Canvas& canvas, int variant) {
 }
 
 void draw_rock_top(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(4, variant);
+    const std::uint64_t seed = make_seed(4, variant);
     const Stones plates(3, seed);
     canvas.each([&](Dot& dot, int s, int t) {
         const Stones::At plate = plates.at(s, t);
@@ -111,8 +111,8 @@ void draw_rock_top(Canvas& canvas, int variant) {
 
 void draw_rock_side(Canvas& canvas, int variant) {
     const int layout = variant % kLayouts;
-    const std::uint64_t seed = seed_of(5, variant);
-    const std::uint64_t layers = seed_of(5, layout) + 300;
+    const std::uint64_t seed = make_seed(5, variant);
+    const std::uint64_t layers = make_seed(5, layout) + 300;
     // Where the strata of this height begin: the same for all voxels next to each other.
     std::array<int, kTexels> stratum{};
     for (int t = 0, left = 0, number = 0; t < kTexels; ++t, --left) {
@@ -144,7 +144,7 @@ void draw_rock_side(Canvas& canvas, int variant) {
 }
 
 void draw_sand(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(6, variant);
+    const std::uint64_t seed = make_seed(6, variant);
     canvas.each([&](Dot& dot, int s, int t) {
         const float bend = 0.10f * cloud(s, t, 4, 61);
         const float ripple = wave(static_cast<float>(2 * t + s) / 16.0f + bend);
@@ -155,7 +155,7 @@ void draw_sand(Canvas& canvas, int variant) {
 }
 
 void draw_snow(Canvas& canvas, int variant) {
-    const std::uint64_t seed = seed_of(7, variant);
+    const std::uint64_t seed = make_seed(7, variant);
     canvas.each([&](Dot& dot, int s, int t) {
         const float soft = cloud(s, t, 4, seed);
         dot.ratio = tint(1 + 0.025f * soft + 0.012f * grain(s, t, seed + 1) +
@@ -182,7 +182,7 @@ constexpr std::array kGaps = {Stamp{{"##", "##", "", ""}},   Stamp{{" #", "##", 
                               Stamp{{"#", "#", "", ""}},     Stamp{{"##", "", "", ""}}};
 
 template <class Visit>
-void each_of(const Stamp& stamp, int s, int t, const Visit& visit) {
+void visit_each(const Stamp& stamp, int s, int t, const Visit& visit) {
     for (std::size_t row = 0; row < stamp.rows.size(); ++row)
         for (std::size_t i = 0; i < stamp.rows[row].size(); ++i)
             if (stamp.rows[row][i] != ' ')
@@ -190,7 +190,7 @@ void each_of(const Stamp& stamp, int s, int t, const Visit& visit) {
 }
 
 void put(Canvas& canvas, const Stamp& stamp, int s, int t, float brightness, float warm) {
-    each_of(stamp, s, t, [&](char c, int x, int y) {
+    visit_each(stamp, s, t, [&](char c, int x, int y) {
         canvas.at(x, y).ratio = tint(brightness * (c == '+'   ? 1.20f
                                                    : c == '-' ? 0.72f
                                                               : 1.0f),
@@ -229,7 +229,7 @@ void leaves(Canvas& canvas, const std::array<Stamp, N>& stamps, float open, floa
             kGaps[static_cast<std::size_t>(chance(i, 5, seed) * static_cast<float>(kGaps.size()))];
         const int s = static_cast<int>(chance(i, 6, seed) * 16);
         const int t = static_cast<int>(chance(i, 7, seed) * 16);
-        each_of(gap, s, t, [&](char, int x, int y) {
+        visit_each(gap, s, t, [&](char, int x, int y) {
             if (holes(canvas) < max_holes)
                 canvas.at(x, y).opacity = 0;
         });

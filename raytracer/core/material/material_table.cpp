@@ -63,7 +63,7 @@ struct OnFace {
 };
 
 OnFace on_face(const FacePoint& at) noexcept {
-    const int axis = core::axis_of(at.face);
+    const int axis = core::to_axis(at.face);
     const auto u = static_cast<float>(at.u);
     const auto v = static_cast<float>(at.v);
     return {axis == 0 ? at.voxel.z : at.voxel.x, axis == 1 ? at.voxel.z : at.voxel.y,
@@ -179,8 +179,8 @@ MaterialTable::MaterialTable(const material::MaterialAppearances& appearances) {
 }
 
 Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const noexcept {
-    const Entry& entry = m_entries[number_of(material)];
-    const PaintedFace& face = entry.faces[side_of(at.face)];
+    const Entry& entry = m_entries[to_number(material)];
+    const PaintedFace& face = entry.faces[find_side(at.face)];
     Texel out;
     if (face.variants != 0) {
         const OnFace on = on_face(at);
@@ -197,9 +197,9 @@ Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const 
                 through *= through;
             out.opacity = 1 - through;
         }
-        if (entry.windows && core::axis_of(at.face) != 1)
+        if (entry.windows && core::to_axis(at.face) != 1)
             m_windows.draw(
-                {on.voxel_s, on.voxel_t, on.into, on.s, on.t, core::axis_of(at.face) == 2}, at,
+                {on.voxel_s, on.voxel_t, on.into, on.s, on.t, core::to_axis(at.face) == 2}, at,
                 out);
     }
     if (entry.waves && at.face == core::Face::kTop) {

@@ -29,7 +29,7 @@ public:
     /// The look of a material. A number that is no material is treated like `unknown`; air is
     /// black.
     [[nodiscard]] const MaterialAppearance& appearance(voxel::Material material) const noexcept {
-        return m_entries[number_of(material)].appearance;
+        return m_entries[to_number(material)].appearance;
     }
     /// The texture at a point. Texels stay square blocks up close; with distance they fade to their
     /// mean, whose colour is the material's own, so that distance changes no colour. Coarser levels
@@ -41,7 +41,7 @@ public:
     [[nodiscard]] const material::TexturePool& pool() const noexcept { return m_pool; }
     [[nodiscard]] const material::PaintedFace& painted(voxel::Material material,
                                                        core::Face face) const noexcept {
-        return m_entries[number_of(material)].faces[side_of(face)];
+        return m_entries[to_number(material)].faces[find_side(face)];
     }
 
 private:
@@ -53,13 +53,13 @@ private:
         bool waves = false;
     };
     static material::MaterialAppearances checked(const std::filesystem::path& file);
-    [[nodiscard]] static std::size_t number_of(voxel::Material material) noexcept {
+    [[nodiscard]] static std::size_t to_number(voxel::Material material) noexcept {
         const auto number = static_cast<std::size_t>(material);
         return number < voxel::kMaterialCount ? number
                                               : static_cast<std::size_t>(voxel::Material::kUnknown);
     }
-    [[nodiscard]] static std::size_t side_of(core::Face face) noexcept {
-        return core::axis_of(face) != 1 ? 0 : face == core::Face::kTop ? 2 : 1;
+    [[nodiscard]] static std::size_t find_side(core::Face face) noexcept {
+        return core::to_axis(face) != 1 ? 0 : face == core::Face::kTop ? 2 : 1;
     }
 
     material::TexturePool m_pool;

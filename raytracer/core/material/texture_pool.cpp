@@ -149,11 +149,11 @@ void TexturePool::look_up(const PaintedFace& face, const PaintPoint& at,
     const auto place = [&](int mip) {
         const auto size = static_cast<float>(kTexels >> mip);
         const std::uint32_t last = (kTexels >> mip) - 1u;
-        const auto texel_of = [&](float v) {
+        const auto to_texel = [&](float v) {
             return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(v * size)), last);
         };
-        std::uint32_t s = texel_of(at.s);
-        std::uint32_t t = texel_of(at.t);
+        std::uint32_t s = to_texel(at.s);
+        std::uint32_t t = to_texel(at.t);
         const std::uint32_t changed = (s ^ t) & swap;
         s ^= changed ^ (mirror_s & last);
         t ^= changed ^ (mirror_t & last);

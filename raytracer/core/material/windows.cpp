@@ -58,7 +58,7 @@ constexpr std::array<Rows, Windows::kStyles> kDrawn = {
          " ssssssssssssss ", "  dddddddddddd  ", "                ", "                "},
 };
 
-Windows::Pane pane_of(char letter, float shade) noexcept {
+Windows::Pane make_pane(char letter, float shade) noexcept {
     const auto own = [&](float r, float g, float b) {
         return Windows::Pane{voxel::Colour{r, g, b} * shade, 1, 0};
     };
@@ -127,7 +127,7 @@ Windows::Windows() {
                     kDrawn[static_cast<std::size_t>(style)]
                           [static_cast<std::size_t>(kTexels - 1 - t)][static_cast<std::size_t>(s)];
                 m_panes[place(style, 0, s, t)] =
-                    pane_of(letter, 1 + 0.05f * grain(s, t, static_cast<std::uint64_t>(style)));
+                    make_pane(letter, 1 + 0.05f * grain(s, t, static_cast<std::uint64_t>(style)));
             }
         for (int mip = 1, size = 8; mip < kMips; ++mip, size /= 2)
             for (int t = 0; t < size; ++t)
@@ -147,7 +147,7 @@ const Windows::Pane& Windows::pane(int style, int mip, int s, int t) const noexc
     return m_panes[place(style, mip, s, t)];
 }
 
-Windows::Grid Windows::grid_of(double voxel_m) noexcept {
+Windows::Grid Windows::make_grid(double voxel_m) noexcept {
     Grid grid;
     const double per_m = 1 / voxel_m;
     grid.floor = std::max(1, whole(kFloor_m * per_m));
@@ -199,7 +199,7 @@ void Windows::draw(const At& at, const FacePoint& point, Texel& out) const noexc
     out.emission = 0;
     if (!(point.voxel_m <= kLargestVoxel_m))
         return;
-    const Grid grid = grid_of(point.voxel_m);
+    const Grid grid = make_grid(point.voxel_m);
     const float square = static_cast<float>(grid.edge) * grid.fills;
     // Where a pixel covers more than a window the wall's mean takes over.
     const float texels = static_cast<float>(point.footprint) * kTexels / square;

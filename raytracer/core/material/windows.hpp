@@ -45,7 +45,7 @@ private:
         double per_across = 0, per_floor = 0;  ///< reciprocals
         float fills = 1;                       ///< edge of the drawing as a share of the square's
     };
-    [[nodiscard]] static Grid grid_of(double voxel_m) noexcept;
+    [[nodiscard]] static Grid make_grid(double voxel_m) noexcept;
     /// @param lit set when the window is lit at night
     [[nodiscard]] Pane found_at(const At& at, const Grid& grid, float texels,
                                 float& lit) const noexcept;

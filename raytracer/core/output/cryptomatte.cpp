@@ -77,7 +77,7 @@ std::vector<std::pair<std::string, std::string>> Cryptomatte::metadata() const {
             {key + "manifest", m_manifest}};
 }
 
-std::array<float, Cryptomatte::kChannels> Cryptomatte::ranks_of(
+std::array<float, Cryptomatte::kChannels> Cryptomatte::find_ranks(
     const tiles::Matte& matte) const noexcept {
     struct Rank {
         std::uint32_t id;

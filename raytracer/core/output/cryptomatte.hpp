@@ -36,7 +36,7 @@ public:
     /// The metadata of the set: cryptomatte/<7 digits>/name, hash, conversion, manifest.
     [[nodiscard]] std::vector<std::pair<std::string, std::string>> metadata() const;
     /// The channels of one pixel; ranks of equal share are ordered by id.
-    [[nodiscard]] std::array<float, kChannels> ranks_of(const tiles::Matte& matte) const noexcept;
+    [[nodiscard]] std::array<float, kChannels> find_ranks(const tiles::Matte& matte) const noexcept;
 
 private:
     std::string m_type;

@@ -32,7 +32,7 @@ std::vector<fs::path> files_in(const fs::path& folder, const char* name) {
     return out;
 }
 
-std::vector<fs::path> candidates_of(const fs::path& given) {
+std::vector<fs::path> list_candidates(const fs::path& given) {
     std::error_code error;
     if (!fs::is_directory(given, error))
         return {given};
@@ -59,7 +59,7 @@ void* open_file(const fs::path& file) {
 void* open_library(std::string& found) {
     if (const char* given = std::getenv("TERRAVOX_OIDN"); given != nullptr && *given != '\0') {
         std::string why = "no " + std::string(kName) + " there";
-        for (const fs::path& file : candidates_of(given)) {
+        for (const fs::path& file : list_candidates(given)) {
             found = file.string();
             if (void* library = open_file(file))
                 return library;

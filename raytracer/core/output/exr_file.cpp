@@ -144,7 +144,7 @@ void ExrChannels::put(const tiles::PixelSample& p, const tiles::LayerSample* lay
     to.halves({l.normal[0], l.normal[1], l.normal[2]});
     to.floats({l.position[0], l.position[1], l.position[2]});
     to.halves({static_cast<float>(l.material), l.sun, l.water});
-    for (const auto& ranks : {m_materials.ranks_of(l.materials), m_squares.ranks_of(l.squares)})
+    for (const auto& ranks : {m_materials.find_ranks(l.materials), m_squares.find_ranks(l.squares)})
         to.rest(ranks.data(), sizeof ranks);
 }
 
@@ -208,7 +208,7 @@ private:
     int m_reason = 0;  ///< errno of the first failure
 };
 
-Imf::Header header_of(const ExrShape& shape, const ExrChannels& channels) {
+Imf::Header make_header(const ExrShape& shape, const ExrChannels& channels) {
     Imf::Header out(shape.width_px, shape.height_px);
     channels.describe(out);
     out.compression() = Imf::ZIP_COMPRESSION;
@@ -294,7 +294,7 @@ public:
           m_stream(m_target.temporary_path(), m_attempt) {
         with_reasons([&] {
             start_threads();
-            const Imf::Header header = header_of(shape, channels);
+            const Imf::Header header = make_header(shape, channels);
             if (shape.tile_px > 0)
                 m_tiles.emplace(m_stream, header);
             else

@@ -47,7 +47,7 @@ private:
     std::string m_name;
 };
 
-const char* tag_of(const std::string& name) noexcept {
+const char* find_tag(const std::string& name) noexcept {
     return name == "Software"           ? "TIFFTAG_SOFTWARE"
            : name == "Copyright"        ? "TIFFTAG_COPYRIGHT"
            : name == "ImageDescription" ? "TIFFTAG_IMAGEDESCRIPTION"
@@ -61,7 +61,7 @@ int CPL_STDCALL go_on(double, const char*, void* is_stopped) noexcept {
     return asked && asked() ? FALSE : TRUE;
 }
 
-geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
+geo::Crs parse_crs(const std::string& wkt, const GdalWatch& watch) {
     try {
         return geo::Crs::from_wkt(wkt);
     } catch (const util::Error& e) {
@@ -161,7 +161,7 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
         std::array<double, 6> transform = info.geo->transform;
         watch.check(GDALSetGeoTransform(dataset, transform.data()) == CE_None);
         if (!info.geo->crs_wkt.empty()) {
-            const geo::Crs crs = crs_of(info.geo->crs_wkt, watch);
+            const geo::Crs crs = parse_crs(info.geo->crs_wkt, watch);
             watch.check(GDALSetSpatialRef(
                             dataset, OGRSpatialReference::ToHandle(
                                          const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
@@ -169,7 +169,7 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
         GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);
     }
     for (const auto& [name, value] : info.metadata) {
-        const char* tag = tag_of(name);
+        const char* tag = find_tag(name);
         GDALSetMetadataItem(dataset, tag != nullptr ? tag : gdal_name(name).c_str(), value.c_str(),
                             nullptr);
     }

@@ -66,7 +66,7 @@ namespace {
 constexpr int kWithAlpha = 4;
 
 /// Where the samples of a film lie. Red, green, blue and alpha are the first four floats of each.
-PixelsInMemory floats_of(const Film& film) {
+PixelsInMemory to_floats(const Film& film) {
     static_assert(offsetof(tiles::PixelSample, alpha) == 3 * sizeof(float));
     return {film.samples().data(),     GDT_Float32, film.width_px(),
             film.height_px(),          kWithAlpha,  sizeof(float),
@@ -95,7 +95,7 @@ void write_tiff(const Film& film, const std::filesystem::path& file, const Pictu
     std::vector<std::uint8_t> bytes;  // must outlive the dataset that refers to it
     PixelsInMemory pixels;
     if (has_floats) {
-        pixels = floats_of(film);
+        pixels = to_floats(film);
     } else {
         const int channels = info.geo ? kWithAlpha : kWithAlpha - 1;
         bytes = developed_bytes(film, info, channels);

@@ -235,7 +235,7 @@ Glyph trimmed(std::array<std::uint8_t, Glyph::kRows> rows) noexcept {
 
 }  // namespace
 
-Glyph glyph_of(char32_t letter) noexcept {
+Glyph find_glyph(char32_t letter) noexcept {
     if (letter == 0xa0)
         letter = U' ';
     for (const Marked& m : kMarked) {
@@ -251,7 +251,7 @@ Glyph glyph_of(char32_t letter) noexcept {
     return trimmed(plain_rows(letter));
 }
 
-std::u32string letters_of(std::string_view utf8) {
+std::u32string to_letters(std::string_view utf8) {
     constexpr char32_t kBad = 0xfffd;
     constexpr std::array<char32_t, 5> kMin = {0, 0, 0x80, 0x800, 0x10000};
     std::u32string out;
@@ -281,10 +281,10 @@ constexpr int kGap = 1;
 constexpr int kRowsInPicture = 60 * kLineRows;
 constexpr int kMaxScale = 12;
 
-int width_of(std::u32string_view line) noexcept {
+int measure_width(std::u32string_view line) noexcept {
     int width = 0;
     for (const char32_t c : line)
-        width += glyph_of(c).width + kGap;
+        width += find_glyph(c).width + kGap;
     return std::max(width - kGap, 0);
 }
 
@@ -299,7 +299,7 @@ std::vector<std::u32string> broken(const std::u32string& text, int max_width) {
         line.push_back(c);
         if (c == U' ')
             last_space = line.size() - 1;
-        if (width_of(line) <= max_width || line.size() == 1)
+        if (measure_width(line) <= max_width || line.size() == 1)
             continue;
         const std::size_t cut = last_space == std::u32string::npos ? line.size() - 1 : last_space;
         std::u32string rest = line.substr(line[cut] == U' ' ? cut + 1 : cut);
@@ -335,14 +335,14 @@ void blur(std::vector<float>& values, std::size_t lines, std::size_t line_stride
 }  // namespace
 
 CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
-    std::u32string letters = letters_of(text);
+    std::u32string letters = to_letters(text);
     std::replace_if(letters.begin(), letters.end(), [](char32_t c) { return c < U' '; }, U' ');
     if (letters.find_first_not_of(U' ') == std::u32string::npos)
         return;
     int scale = std::clamp((height_px + kRowsInPicture / 2) / kRowsInPicture, 1, kMaxScale);
     // Room for the edge around the letters, and the same again to the picture's border.
     constexpr int kEdge = 3;
-    while (scale > 1 && (width_of(letters) + 4 * kEdge) * scale > width_px)
+    while (scale > 1 && (measure_width(letters) + 4 * kEdge) * scale > width_px)
         --scale;
     const int max_width = width_px / scale - 4 * kEdge;
     if (max_width < 8)
@@ -356,7 +356,7 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
 
     int widest = 0;
     for (const auto& line : lines)
-        widest = std::max(widest, width_of(line));
+        widest = std::max(widest, measure_width(line));
     m_width = (widest + 2 * kEdge) * scale;
     m_height = (static_cast<int>(lines.size()) * kLineRows + 2 * kEdge) * scale;
     m_x0 = width_px - m_width - kEdge * scale;
@@ -365,9 +365,9 @@ CreditLine::CreditLine(std::string_view text, int width_px, int height_px) {
     std::vector<float> edge(m_inks.size());
     int top = m_y0 + kEdge * scale;
     for (const auto& line : lines) {
-        int left = m_x0 + m_width - (kEdge + width_of(line)) * scale;
+        int left = m_x0 + m_width - (kEdge + measure_width(line)) * scale;
         for (const char32_t c : line) {
-            const Glyph glyph = glyph_of(c);
+            const Glyph glyph = find_glyph(c);
             for (int y = 0; y < kLineRows * scale; ++y)
                 for (int x = 0; x < glyph.width * scale; ++x)
                     if (glyph.rows[static_cast<std::size_t>(y / scale)] >>

@@ -21,10 +21,10 @@ struct Glyph {
 /// Covers ASCII, the letters of Latin-1 and of the languages of Latin Extended-A, and the other
 /// characters of attributions (the copyright sign, dashes, quotes). Anything else is a question
 /// mark.
-[[nodiscard]] Glyph glyph_of(char32_t letter) noexcept;
+[[nodiscard]] Glyph find_glyph(char32_t letter) noexcept;
 
 /// Decodes UTF-8; each invalid byte becomes U+FFFD.
-[[nodiscard]] std::u32string letters_of(std::string_view utf8);
+[[nodiscard]] std::u32string to_letters(std::string_view utf8);
 
 /// A line of text at the lower right of a picture, light with a soft dark edge, so that it is
 /// legible on any background. Its height is about a sixtieth of the picture's; a text that is wider

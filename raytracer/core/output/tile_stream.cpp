@@ -129,14 +129,14 @@ constexpr const char* kHoles = "terravox:holes";
 constexpr std::size_t kHolesDigits = 12;
 
 /// With leading zeros: a text whose length does not depend on the number.
-std::string digits_of(std::uint64_t n) {
+std::string to_digits(std::uint64_t n) {
     const std::string text = std::to_string(n);
     return std::string(kHolesDigits - std::min(kHolesDigits, text.size()), '0') + text;
 }
 
 PictureInfo with_room_for_holes(PictureInfo info) {
     std::erase_if(info.metadata, [](const auto& item) { return item.first == kHoles; });
-    info.metadata.emplace_back(kHoles, digits_of(0));
+    info.metadata.emplace_back(kHoles, to_digits(0));
     return info;
 }
 
@@ -168,7 +168,7 @@ public:
         }
     }
 
-    void finish(std::uint64_t holes) override { m_file.finish({{kHoles, digits_of(holes)}}); }
+    void finish(std::uint64_t holes) override { m_file.finish({{kHoles, to_digits(holes)}}); }
 
 private:
     PictureInfo m_info;

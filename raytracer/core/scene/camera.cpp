@@ -8,7 +8,7 @@ namespace terravox::scene {
 
 constexpr double kPi = std::numbers::pi;
 
-Axes axes_of(core::Vec3 forward) noexcept {
+Axes make_axes(core::Vec3 forward) noexcept {
     // Straight down or up: north is up in the picture.
     const core::Vec3 pole =
         std::abs(forward.y) > 0.99999 ? core::Vec3{0, 0, -1} : core::Vec3{0, 1, 0};
@@ -32,7 +32,7 @@ double half_of_fov(double fov_deg) noexcept {
 
 Camera::Camera(core::Vec3 position, core::Vec3 target, double fov_deg, int width_px, int height_px)
     : Camera([&] {
-          const Axes axes = axes_of(core::normalized(target - position));
+          const Axes axes = make_axes(core::normalized(target - position));
           CameraShape shape;
           shape.position = position;
           shape.forward = axes.forward;

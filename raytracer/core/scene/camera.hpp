@@ -39,7 +39,7 @@ struct Axes {
 /// The axes of a camera that is held upright; if it looks straight down or up, north is up in the
 /// picture.
 /// @param forward of unit length
-[[nodiscard]] Axes axes_of(core::Vec3 forward) noexcept;
+[[nodiscard]] Axes make_axes(core::Vec3 forward) noexcept;
 
 /// The axes turned about the line of sight, clockwise as seen from behind the camera; a turn of 0
 /// changes no bit.

@@ -17,7 +17,7 @@ constexpr double kMaxFov_deg = 170;
 
 // The shortest digits that represent the same number; without an exponent as long as that is
 // readable.
-std::string text_of(double v) {
+std::string to_text(double v) {
     constexpr double kMaxPlain = 1e15;
     std::array<char, 64> text{};
     const auto format =
@@ -32,8 +32,8 @@ std::string text_of(double v) {
 
 void check_range(const char* field, double value, double min, double max, const std::string& of) {
     if (!(value >= min && value <= max))
-        refuse(std::string("camera.") + field + " = " + text_of(value) + "; allowed" + of + ": " +
-               text_of(min) + " to " + text_of(max));
+        refuse(std::string("camera.") + field + " = " + to_text(value) + "; allowed" + of + ": " +
+               to_text(min) + " to " + to_text(max));
 }
 
 /// A block between two corners, level-0 voxels.
@@ -84,13 +84,13 @@ core::Vec3 frame_position(const Block& block, const Axes& axes, double tan_x, do
 }
 
 /// The camera stands at the azimuth, so it looks the other way. North is -z.
-core::Vec3 forward_of(double azimuth_deg, double sin_down, double cos_down) {
+core::Vec3 to_forward(double azimuth_deg, double sin_down, double cos_down) {
     const double azimuth = azimuth_deg * trig::kRadPerDeg;
     return {-std::sin(azimuth) * cos_down, -sin_down, std::cos(azimuth) * cos_down};
 }
 
 /// One camera on its way from the fields of a scene to a shape.
-Projection shape_of(core::CameraProjection projection) noexcept {
+Projection make_shape(core::CameraProjection projection) noexcept {
     switch (projection) {
         case core::CameraProjection::kPerspective: return Projection::kPerspective;
         case core::CameraProjection::kOrthographic:
@@ -110,7 +110,7 @@ public:
           m_width(scene.output.size_px[0]),
           m_height(scene.output.size_px[1]) {
         m_isometric = m_camera.projection == core::CameraProjection::kIsometric;
-        m_shape.projection = shape_of(m_camera.projection);
+        m_shape.projection = make_shape(m_camera.projection);
         m_shape.width_px = m_width;
         m_shape.height_px = m_height;
         m_shape.voxel_m = world.voxel_m;
@@ -159,17 +159,17 @@ private:
             check_range("focus_m", *c.focus_m, 0.001, 1e7, "");
         check_range("aperture_m", c.aperture_m, 0, 10000, "");
         if (c.aperture_m > 0 && !perspective && !parallel)
-            refuse("camera.aperture_m = " + text_of(c.aperture_m) + "; allowed for a " +
-                   std::string(core::word_of(c.projection)) + ": 0, it has no lens");
+            refuse("camera.aperture_m = " + to_text(c.aperture_m) + "; allowed for a " +
+                   std::string(core::to_word(c.projection)) + ": 0, it has no lens");
         if (c.roll_deg != 0 && m_shape.projection == Projection::kPanorama)
-            refuse("camera.roll_deg = " + text_of(c.roll_deg) +
+            refuse("camera.roll_deg = " + to_text(c.roll_deg) +
                    "; allowed for a panorama: 0, it stands upright");
     }
 
     [[nodiscard]] core::Vec3 placed(const char* field, const std::array<double, 3>& point) const {
         const auto numbers = [&](double a, double b, double c) {
-            return std::string("camera.") + field + " = (" + text_of(a) + ", " + text_of(b) + ", " +
-                   text_of(c) + ")";
+            return std::string("camera.") + field + " = (" + to_text(a) + ", " + to_text(b) + ", " +
+                   to_text(c) + ")";
         };
         if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
             refuse(numbers(point[0], point[1], point[2]) + "; allowed: finite numbers");
@@ -187,15 +187,15 @@ private:
             if (!(std::abs(c) < kFarthest))
                 refuse(numbers(point[0], point[1], point[2]) +
                        " lies beyond 10^9 voxels; allowed: nearer to the middle of its " +
-                       std::string(core::word_of(m_camera.space)) + " space");
+                       std::string(core::to_word(m_camera.space)) + " space");
         return v;
     }
 
     [[nodiscard]] core::Vec3 framing_forward() const {
         if (m_isometric)
-            return forward_of(m_camera.azimuth_deg, std::sqrt(1.0 / 3), std::sqrt(2.0 / 3));
+            return to_forward(m_camera.azimuth_deg, std::sqrt(1.0 / 3), std::sqrt(2.0 / 3));
         const double down = m_camera.down_deg * trig::kRadPerDeg;
-        return forward_of(m_camera.azimuth_deg, std::sin(down), std::cos(down));
+        return to_forward(m_camera.azimuth_deg, std::sin(down), std::cos(down));
     }
 
     void look_along(const Axes& axes) {
@@ -217,7 +217,7 @@ private:
             const core::Vec3 forward = framing_forward();
             const double tan_y = half * (1 - 2 * m_camera.margin);
             core::Vec3 position =
-                frame_position(m_block, rolled(axes_of(forward), m_camera.roll_deg),
+                frame_position(m_block, rolled(make_axes(forward), m_camera.roll_deg),
                                tan_y * m_width / m_height, tan_y);
             position = position + forward * (core::dot(m_block.middle - position, forward) *
                                              (1 - 1 / m_camera.zoom));
@@ -228,7 +228,7 @@ private:
             set_lens(core::length(*m_target - *m_position));
         m_shape.position = *m_position;
         m_shape.half = half;
-        look_along(rolled(axes_of(core::normalized(*m_target - *m_position)), m_camera.roll_deg));
+        look_along(rolled(make_axes(core::normalized(*m_target - *m_position)), m_camera.roll_deg));
         return Camera(m_shape);
     }
 
@@ -238,7 +238,7 @@ private:
         // Straight down exactly, as on a map.
         if (std::abs(forward.x) + std::abs(forward.z) < 1e-9)
             forward = {0, forward.y < 0 ? -1.0 : 1.0, 0};
-        const Axes axes = rolled(axes_of(forward), m_camera.roll_deg);
+        const Axes axes = rolled(make_axes(forward), m_camera.roll_deg);
         look_along(axes);
         const core::Vec3 about = m_target ? *m_target : m_block.middle;
         double half_x = 0;
@@ -294,7 +294,7 @@ private:
         m_shape.half = m_camera.fov_deg / 2 * trig::kRadPerDeg;
         const core::Vec3 forward =
             m_position ? core::normalized(*m_target - *m_position) : framing_forward();
-        look_along(rolled(axes_of(forward), m_camera.roll_deg));
+        look_along(rolled(make_axes(forward), m_camera.roll_deg));
         const double angle =
             std::min(m_camera.fov_deg / 2 * (1 - 2 * m_camera.margin), kMaxFraming_deg) *
             trig::kRadPerDeg;
@@ -324,16 +324,16 @@ core::Vec3 to_voxels(const std::array<double, 3>& p, core::CoordinateSpace space
         return {p[0], p[1], p[2]};
     if (world.crs.empty())
         throw util::UsageError("place the camera: camera.space = '" +
-                               std::string(core::word_of(space)) +
+                               std::string(core::to_word(space)) +
                                "', but this world is not georeferenced; allowed: voxel");
     double easting = p[0];
     double northing = p[1];
     if (space == core::CoordinateSpace::kLatLon) {
         if (!(std::abs(p[0]) <= 90))
-            refuse("latitude = " + text_of(p[0]) +
+            refuse("latitude = " + to_text(p[0]) +
                    "; allowed: -90 to 90, and the longitude after it");
         if (!(std::abs(p[1]) <= 360))
-            refuse("longitude = " + text_of(p[1]) + "; allowed: -360 to 360");
+            refuse("longitude = " + to_text(p[1]) + "; allowed: -360 to 360");
         easting = p[1];
         northing = p[0];
         geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_wkt(world.crs_wkt))

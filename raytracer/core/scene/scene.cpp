@@ -105,11 +105,11 @@ int TileSize::in_picture(int width_px) const noexcept {
 void check_is_picture(const Scene& scene) {
     if (scene.analysis.kind != core::AnalysisKind::kNone)
         throw util::UsageError(
-            "render: analysis.kind = " + std::string(core::word_of(scene.analysis.kind)) +
+            "render: analysis.kind = " + std::string(core::to_word(scene.analysis.kind)) +
             "; allowed for pictures: none; terravox analyse makes rasters");
 }
 
-worlds::WorldOptions world_options_of(const Scene& scene) {
+worlds::WorldOptions to_world_options(const Scene& scene) {
     worlds::WorldOptions out;
     out.crs = scene.world.crs;
     out.classes = scene.world.classes;

@@ -176,8 +176,8 @@ struct Scene {
         double step_min = 10;
         /// First and last day of a period, YYYY-MM-DD; both empty: sun.date alone.
         std::string from, to;
-        /// Offsets of the place's clock instead of the sun's zone (solar/place_and_clock.hpp): workers get
-        /// them, so that they need no table of time zones.
+        /// Offsets of the place's clock instead of the sun's zone (solar/place_and_clock.hpp):
+        /// workers get them, so that they need no table of time zones.
         std::string clock;
         /// Latitude, longitude and convergence of the map where the sun is looked up, degrees;
         /// default: the middle of the world. The command sets it in wide worlds.
@@ -239,6 +239,6 @@ void check_is_picture(const Scene& scene);
 
 /// The options of a world that are part of a scene: its sections `world`, `generated` and
 /// `processing`. Inputs, orthophotos and the cache folder are not part of a scene and stay empty.
-[[nodiscard]] worlds::WorldOptions world_options_of(const Scene& scene);
+[[nodiscard]] worlds::WorldOptions to_world_options(const Scene& scene);
 
 }  // namespace terravox::scene

@@ -22,9 +22,9 @@ struct FieldRule {
 
 /// The rule of a field that holds a value of an enumeration.
 template <core::WordEnum Enum>
-[[nodiscard]] std::vector<std::string_view> texts_of() {
+[[nodiscard]] std::vector<std::string_view> list_texts() {
     std::vector<std::string_view> out;
-    for (const core::Word<Enum>& word : core::words_of(Enum{}))
+    for (const core::Word<Enum>& word : core::list_words(Enum{}))
         out.push_back(word.text);
     return out;
 }
@@ -37,8 +37,9 @@ template <class SceneType, class Visit>
 void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,
           FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
-    visit("camera.projection", s.camera.projection,
-          FieldRule{"camera projection", 0, 0, texts_of<core::CameraProjection>(), "--projection"});
+    visit(
+        "camera.projection", s.camera.projection,
+        FieldRule{"camera projection", 0, 0, list_texts<core::CameraProjection>(), "--projection"});
     visit("camera.fov_deg", s.camera.fov_deg,
           FieldRule{
               "vertical field of view, degrees; of a fisheye up to 360, across the shorter side",
@@ -72,7 +73,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
         "camera.space", s.camera.space,
         FieldRule{
             "of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z",
-            0, 0, texts_of<core::CoordinateSpace>()});
+            0, 0, list_texts<core::CoordinateSpace>()});
     visit("camera.inside_rock", s.camera.inside_rock,
           FieldRule{"allow a camera inside a solid voxel"});
     visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD", 0, 0, {}, "--date"});
@@ -96,7 +97,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
               "r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0,
               1e6});
     visit("sky.model", s.sky.model,
-          FieldRule{"model of the sky's light", 0, 0, texts_of<core::SkyModel>()});
+          FieldRule{"model of the sky's light", 0, 0, list_texts<core::SkyModel>()});
     visit("sky.colour", s.sky.colour,
           FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
     visit("sky.turbidity", s.sky.turbidity,
@@ -123,21 +124,21 @@ void visit_fields(SceneType& s, Visit&& visit) {
             "how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day",
             0, 1});
     visit("output.tone", s.output.tone,
-          FieldRule{"tone curve of 8-bit pictures", 0, 0, texts_of<core::ToneCurve>(), "--tone"});
+          FieldRule{"tone curve of 8-bit pictures", 0, 0, list_texts<core::ToneCurve>(), "--tone"});
     visit("output.layers", s.output.layers,
-          FieldRule{"of EXR files", 0, 0, texts_of<core::PictureLayers>(), "--layers"});
+          FieldRule{"of EXR files", 0, 0, list_texts<core::PictureLayers>(), "--layers"});
     visit(
         "output.tiff", s.output.tiff,
         FieldRule{
             "samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats",
-            0, 0, texts_of<core::TiffSamples>()});
+            0, 0, list_texts<core::TiffSamples>()});
     visit("output.denoise", s.output.denoise,
           FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
     visit("output.credit", s.output.credit,
           FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
     visit("quality.integrator", s.quality.integrator,
           FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0,
-                    texts_of<core::Integrator>(), "--integrator"});
+                    list_texts<core::Integrator>(), "--integrator"});
     visit("quality.samples", s.quality.samples,
           FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
     visit("quality.noise", s.quality.noise,
@@ -183,7 +184,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     {},
                     "--tile"});
     visit("quality.tile_order", s.quality.tile_order,
-          FieldRule{"order of the tiles", 0, 0, texts_of<core::TileOrder>()});
+          FieldRule{"order of the tiles", 0, 0, list_texts<core::TileOrder>()});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion,
           FieldRule{"ambient occlusion: darker corners"});
@@ -209,14 +210,14 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.textures", s.quality.textures,
           FieldRule{"what is drawn on the faces of voxels"});
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
-    visit(
-        "quality.colour", s.quality.colour,
-        FieldRule{"of voxels with a true colour", 0, 0, texts_of<core::VoxelColour>(), "--colour"});
+    visit("quality.colour", s.quality.colour,
+          FieldRule{"of voxels with a true colour", 0, 0, list_texts<core::VoxelColour>(),
+                    "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix,
           FieldRule{"share of the true colour for mix", 0, 1});
     visit("analysis.kind", s.analysis.kind,
           FieldRule{"of a raster: what terravox analyse measures; pictures have none", 0, 0,
-                    texts_of<core::AnalysisKind>()});
+                    list_texts<core::AnalysisKind>()});
     visit("analysis.cell_m", s.analysis.cell_m,
           FieldRule{"edge of a raster's cells, metres; 0 = none, a picture", 0, 1e5});
     visit("analysis.relief", s.analysis.relief,
@@ -245,7 +246,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
           FieldRule{
               "where in a cell sky, sun and sight are measured: on the highest voxel, or on the "
               "ground below crowns and decks",
-              0, 0, texts_of<core::AnalysisSurface>(), "--surface"});
+              0, 0, list_texts<core::AnalysisSurface>(), "--surface"});
     visit(
         "analysis.thin_blocks", s.analysis.thin_blocks,
         FieldRule{"on the ground and at facades: low vegetation, trunks and wires block light, as "
@@ -313,7 +314,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     "heights; workers get it"});
     visit("analysis.side", s.analysis.side,
           FieldRule{"of facades: the walls whose outside is on this side", 0, 0,
-                    texts_of<core::WallSide>()});
+                    list_texts<core::WallSide>()});
     visit("analysis.storey", s.analysis.storey,
           FieldRule{"of facades: which storey, from 0 at the foot of the wall", 0, 1000});
     visit("analysis.storey_m", s.analysis.storey_m,

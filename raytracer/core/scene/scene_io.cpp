@@ -211,7 +211,7 @@ void put_node(const Setter& s, const toml::node& node, std::string& f) {
         s.fail(util::toml_value(node), "text in quotes");
     s.put(**node.as_string(), f);
 }
-std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
+std::vector<double> list_numbers(const Setter& s, const toml::node& node) {
     std::vector<double> out;
     if (const auto* array = node.as_array())
         for (const auto& item : *array) {
@@ -223,13 +223,13 @@ std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
     return out;
 }
 void put_node(const Setter& s, const toml::node& node, std::optional<Triple>& f) {
-    s.put(numbers_of(s, node), f);
+    s.put(list_numbers(s, node), f);
 }
 void put_node(const Setter& s, const toml::node& node, Size& f) {
     if (const auto text = node.value<std::string>())
         put_text(s, *text, f);
     else
-        s.put(numbers_of(s, node), f);
+        s.put(list_numbers(s, node), f);
 }
 void put_node(const Setter& s, const toml::node& node, TileSize& f) {
     if (!node.is_string() && !node.is_integer())
@@ -271,7 +271,7 @@ void write(std::ostream& out, const std::string& v) {
 }
 template <core::WordEnum Enum>
 void write(std::ostream& out, Enum v) {
-    write(out, std::string(core::word_of(v)));
+    write(out, std::string(core::to_word(v)));
 }
 void write(std::ostream& out, const Size& v) {
     out << '"' << v[0] << 'x' << v[1] << '"';
@@ -310,7 +310,7 @@ std::string flag_text(const std::string& v) {
 }
 template <core::WordEnum Enum>
 std::string flag_text(Enum v) {
-    return std::string(core::word_of(v));
+    return std::string(core::to_word(v));
 }
 std::string flag_text(const Size& v) {
     return std::to_string(v[0]) + "x" + std::to_string(v[1]);
@@ -490,7 +490,7 @@ std::vector<FieldText> changed_fields(const Scene& scene, const Scene& from) {
     return out;
 }
 
-std::string flag_of(std::string_view path) {
+std::string find_flag(std::string_view path) {
     std::string out = "--" + std::string(path);
     std::replace_if(out.begin() + 2, out.end(), [](char c) { return c == '.' || c == '_'; }, '-');
     return out;
@@ -510,7 +510,7 @@ std::vector<SceneFlag> scene_flags() {
     std::vector<SceneFlag> out;
     Scene scene;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
-        std::string names = flag_of(path);
+        std::string names = find_flag(path);
         if (!rule.alias.empty())
             names += "," + std::string(rule.alias);
         std::string help(rule.doc);
@@ -525,7 +525,7 @@ std::vector<SceneFlag> scene_flags() {
         if (!preset.str().empty() && preset.str() != "''" && preset.str() != "\"\"")
             help += ", default " + preset.str();
         out.push_back({names, std::string(path), help,
-                       rule.former.empty() ? std::string{} : flag_of(rule.former),
+                       rule.former.empty() ? std::string{} : find_flag(rule.former),
                        std::is_same_v<Field, bool>});
     });
     return out;

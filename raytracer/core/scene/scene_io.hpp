@@ -46,7 +46,7 @@ struct FieldText {
 /// The fields whose values differ from those of another scene.
 [[nodiscard]] std::vector<FieldText> changed_fields(const Scene& scene, const Scene& from);
 /// The flag of a field: "--camera-fov-deg".
-[[nodiscard]] std::string flag_of(std::string_view path);
+[[nodiscard]] std::string find_flag(std::string_view path);
 
 /// The scene without the fields that no pixel depends on: this is stored in pictures, which are the
 /// same however they were made.

@@ -86,14 +86,14 @@ bool Shading::slips_through(const walk::TracedRay& ray, const Surface& surface,
                             const SampleSum& sum) const noexcept {
     return surface.leaves && surface.opacity < 1 &&
            shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
-           static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
+           static_cast<double>(surface.opacity) <= sum.numbers.number(to_number(ray, kOpacity));
 }
 
 voxel::Colour Shading::through_water(const walk::TracedRay& ray, voxel::Colour weight,
                                      SampleSum& sum) const {
     constexpr double kBottomless_m = 1000;
     const bool hit = ray.end == walk::WalkEnd::kHit;
-    const Medium medium = medium_of(m_view, ray.medium);
+    const Medium medium = find_medium(m_view, ray.medium);
     const voxel::Colour left =
         decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
     const sky::Sky& sky = m_view.sky;
@@ -190,7 +190,7 @@ walk::TracedRay& Shading::send(const Interaction& m, core::Vec3 direction, walk:
     out.leaves = out.is_occlusion() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
     if (out.medium != voxel::Material::kAir)
-        out.stop = walk::StopAt::end_of(out.medium);
+        out.stop = walk::StopAt::find_end(out.medium);
     return out;
 }
 
@@ -198,7 +198,7 @@ walk::TracedRay& Shading::send(const Interaction& m, core::Vec3 direction, walk:
 voxel::Colour Shading::through_medium(const Interaction& m, core::Vec3 direction) const noexcept {
     if (m.ray.medium == voxel::Material::kAir)
         return kWhole;
-    const Medium medium = medium_of(m_view, m.ray.medium);
+    const Medium medium = find_medium(m_view, m.ray.medium);
     const double depth_m = m.ray.hit.t * std::abs(m.ray.ray.direction.y) * m_view.voxel_m;
     const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index);
     const double cos = std::sqrt(std::max(1e-6, 1 - sin2));
@@ -210,7 +210,7 @@ void Shading::send_sun(const Interaction& m, voxel::Colour weight) const {
     const sky::Sky& sky = m_view.sky;
     if (!sky.sun_up())
         return;
-    const auto at = m.sum.numbers.pair(number_of(m.ray, kSunPoint));
+    const auto at = m.sum.numbers.pair(to_number(m.ray, kSunPoint));
     const core::Vec3 direction = sky.sample_sun(at.u, at.v);
     const double facing = core::dot(m.surface.normal, direction);
     if (!(facing > 0) || !(direction.y > 0))
@@ -238,7 +238,7 @@ bool Shading::needs_lamp(const walk::TracedRay& ray) const noexcept {
 }
 
 double Shading::lamp_number(const walk::TracedRay& ray, const SampleSum& sum) const noexcept {
-    return sum.numbers.number(number_of(ray, kLampChoice));
+    return sum.numbers.number(to_number(ray, kLampChoice));
 }
 
 void Shading::send_lamp(const Interaction& m, voxel::Colour weight) const {
@@ -248,7 +248,7 @@ void Shading::send_lamp(const Interaction& m, voxel::Colour weight) const {
         return;
     const core::Vec3 to = chosen.lamp.middle() - m.surface.point;
     const double edge = chosen.lamp.edge();
-    const auto at = m.sum.numbers.pair(number_of(m.ray, kLampPoint));
+    const auto at = m.sum.numbers.pair(to_number(m.ray, kLampPoint));
     const TowardsCube found = towards_cube(to, edge, m.surface.normal, at);
     if (!(found.share > 0))
         return;
@@ -264,7 +264,7 @@ void Shading::send_mirror(const Interaction& m, voxel::Colour weight) const {
     const Surface& s = m.surface;
     const core::Vec3 facet = s.roughness > 0
                                  ? facet_normal(s.smooth_normal, s.roughness,
-                                                m.sum.numbers.pair(number_of(m.ray, kFacet)))
+                                                m.sum.numbers.pair(to_number(m.ray, kFacet)))
                                  : s.smooth_normal;
     core::Vec3 direction = reflect(s.direction, facet);
     // A tilted facet might reflect into the face; such light leaves the face again.
@@ -279,7 +279,8 @@ void Shading::shade_transparent(const Interaction& m) const {
                                            is_transparent(m_view, m.ray.hit.attr.material)
                                        ? m.ray.hit.attr.material
                                        : voxel::Material::kAir;
-    const double index = medium_of(m_view, beyond).index / medium_of(m_view, m.ray.medium).index;
+    const double index =
+        find_medium(m_view, beyond).index / find_medium(m_view, m.ray.medium).index;
     const Surface& s = m.surface;
     core::Vec3 n = s.smooth_normal;
     if (core::dot(s.direction, n) > -1e-3)
@@ -294,7 +295,7 @@ void Shading::shade_transparent(const Interaction& m) const {
     const bool both = splits(m.ray);
     const bool may_go_on = static_cast<int>(m.ray.depth) < std::max(q.bounces, 1);
     const bool mirror_only =
-        !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(reflectance);
+        !both && m.sum.numbers.number(to_number(m.ray, kChoice)) < static_cast<double>(reflectance);
     if (may_go_on && q.reflections && (both || mirror_only))
         send_mirror(m, both ? m.weight * reflectance : m.weight);
     if (both ? reflectance >= 1 : mirror_only)
@@ -310,7 +311,7 @@ void Shading::shade_transparent(const Interaction& m) const {
     out.medium = beyond;
     out.sun_counted = m.ray.sun_counted;
     out.stop =
-        beyond == voxel::Material::kAir ? walk::StopAt::kSolid : walk::StopAt::end_of(beyond);
+        beyond == voxel::Material::kAir ? walk::StopAt::kSolid : walk::StopAt::find_end(beyond);
 }
 
 void Shading::continue_through(const walk::TracedRay& ray,
@@ -328,7 +329,7 @@ void Shading::enter_medium(const walk::TracedRay& ray, std::vector<walk::TracedR
     walk::TracedRay& out = next.emplace_back(ray);
     out.state = behind(ray);
     out.medium = ray.hit.attr.material;
-    out.stop = walk::StopAt::end_of(out.medium);
+    out.stop = walk::StopAt::find_end(out.medium);
     out.end = walk::WalkEnd::kWaits;
 }
 

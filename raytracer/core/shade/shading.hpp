@@ -125,7 +125,7 @@ protected:
     /// @param direction to the light
     [[nodiscard]] voxel::Colour through_medium(const Interaction& m,
                                                core::Vec3 direction) const noexcept;
-    [[nodiscard]] static std::uint32_t number_of(const walk::TracedRay& ray,
+    [[nodiscard]] static std::uint32_t to_number(const walk::TracedRay& ray,
                                                  std::uint32_t use) noexcept {
         return static_cast<std::uint32_t>(core::hash64(ray.stream, use));
     }

@@ -58,7 +58,7 @@ void DirectShading::send_ambient(const Interaction& m, voxel::Colour light) cons
     for (int i = 0; i < count; ++i) {
         const auto branch = static_cast<std::uint32_t>(kAmbientRays + i);
         const core::Vec3 direction = cosine_direction(
-            m.surface.normal, m.sum.numbers.part(i, count).pair(number_of(m.ray, kAmbientRays)));
+            m.surface.normal, m.sum.numbers.part(i, count).pair(to_number(m.ray, kAmbientRays)));
         walk::TracedRay& out = send(m, direction, walk::RayKind::kAmbient,
                                     light * (strength / static_cast<float>(count)), branch);
         out.direct = m.ray.direct;
@@ -112,7 +112,7 @@ void PathShading::shade_opaque(const Interaction& m) const {
     if (s.polish > 0 && q.reflections) {
         const double mirrored = static_cast<double>(s.polish) *
                                 fresnel(std::min(1.0, -core::dot(s.direction, s.normal)), s.index);
-        if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
+        if (m.sum.numbers.number(to_number(m.ray, kChoice)) < mirrored) {
             if (static_cast<int>(m.ray.depth) < q.bounces)
                 send_mirror(m, m.weight);
             return;
@@ -132,7 +132,7 @@ void PathShading::shade_opaque(const Interaction& m) const {
 // Only one face of a path has the depth 0.
 Sampler::Pair PathShading::direction_numbers(const Interaction& m, std::uint32_t use) noexcept {
     const Sampler& numbers = m.sum.numbers;
-    const std::uint32_t dimension = number_of(m.ray, use);
+    const std::uint32_t dimension = to_number(m.ray, use);
     return m.ray.depth == 0 ? numbers.across_pixel(dimension) : numbers.pair(dimension);
 }
 
@@ -165,7 +165,7 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
         const float brightest = std::max({weight.r, weight.g, weight.b});
         const float goes_on = std::clamp(brightest, 0.05f, 1.0f);
-        if (m.sum.numbers.number(number_of(m.ray, kEnd)) >= static_cast<double>(goes_on))
+        if (m.sum.numbers.number(to_number(m.ray, kEnd)) >= static_cast<double>(goes_on))
             return;
         weight = weight * (1 / goes_on);
     }
@@ -174,7 +174,7 @@ void PathShading::bounce(const Interaction& m, voxel::Colour weight) const {
     walk::TracedRay& out = send(m, direction, walk::RayKind::kBounce, weight, kDirection);
     out.sun_counted = m.ray.medium != voxel::Material::kAir;
     if (m.ray.lamp.looked)
-        out.lamps_reach = static_cast<float>(walk::LampQuery::reach_of(m.ray.hit.level));
+        out.lamps_reach = static_cast<float>(walk::LampQuery::measure_reach(m.ray.hit.level));
     out.density = static_cast<float>(core::dot(direction, m.surface.normal) * kInversePi);
 }
 

@@ -57,7 +57,7 @@ voxel::Colour base_colour(const View& view, const material::MaterialAppearance& 
 }
 
 // A lamp shines in its own colour: its brightest channel is as bright as the material specifies.
-voxel::Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
+voxel::Colour to_hue(const voxel::VoxelAttr& attr) noexcept {
     if (attr.material != voxel::Material::kLamp || !attr.has_colour())
         return {1, 1, 1};
     const voxel::Colour own = voxel::to_linear(attr.colour);
@@ -82,7 +82,7 @@ material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec
     }
     if (appearance.kind == material::Kind::kSolid && appearance.texture == 0)
         return {};
-    const int axis = core::axis_of(hit.face);
+    const int axis = core::to_axis(hit.face);
     const int a = (axis + 1) % 3;
     const int b = (axis + 2) % 3;
     material::FacePoint at;
@@ -100,7 +100,7 @@ material::Texel texel_at(const View& view, const walk::TracedRay& ray, core::Vec
 
 }  // namespace
 
-Medium medium_of(const View& view, voxel::Material material) noexcept {
+Medium find_medium(const View& view, voxel::Material material) noexcept {
     if (material == voxel::Material::kAir)
         return {};
     const material::MaterialAppearance& appearance = view.materials->appearance(material);
@@ -108,7 +108,7 @@ Medium medium_of(const View& view, voxel::Material material) noexcept {
 }
 
 voxel::Colour lamp_light(const View& view, const voxel::VoxelAttr& attr) noexcept {
-    return view.materials->appearance(attr.material).emission * hue_of(attr);
+    return view.materials->appearance(attr.material).emission * to_hue(attr);
 }
 
 bool is_transparent(const View& view, voxel::Material material) noexcept {
@@ -124,7 +124,7 @@ bool has_holes(const View& view, voxel::Material material) noexcept {
 Surface surface_at(const View& view, const walk::TracedRay& ray) {
     Surface out;
     out.point = ray.ray.origin + ray.ray.direction * ray.hit.t;
-    out.normal = out.smooth_normal = core::normal_of(ray.hit.face);
+    out.normal = out.smooth_normal = core::to_normal(ray.hit.face);
     out.direction = ray.ray.direction;
     if (ray.hit.attr.material == voxel::Material::kAir)
         return out;  // out of a medium
@@ -133,7 +133,7 @@ Surface surface_at(const View& view, const walk::TracedRay& ray) {
     const material::Texel texel = texel_at(view, ray, out.point, appearance);
     out.albedo = base_colour(view, appearance, ray.hit) * texel.ratio * (1 - texel.own_share) +
                  texel.own * texel.own_share;
-    out.emission = appearance.emission * texel.emission * hue_of(ray.hit.attr);
+    out.emission = appearance.emission * texel.emission * to_hue(ray.hit.attr);
     out.leaves = appearance.kind == material::Kind::kLeaves && view.scene.quality.cut_outs;
     out.opacity = out.leaves ? texel.opacity : 1;
     out.transparent =
@@ -159,7 +159,7 @@ bool shows_slope(const View& view, const walk::Hit& hit) noexcept {
 float open_share(const walk::Hit& hit, core::Vec3 point, std::uint8_t bits) noexcept {
     if (bits == 0)
         return 1;
-    const int axis = core::axis_of(hit.face);
+    const int axis = core::to_axis(hit.face);
     const int a = (axis + 1) % 3;
     const int b = (axis + 2) % 3;
     const auto solid = [&](int i, int j) {  // 0..2 each, the middle is free

@@ -27,7 +27,7 @@ struct Medium {
     voxel::Colour glow;  ///< share of the light from above that bottomless depth sends back
     double index = 1;    ///< of refraction; 1 for air
 };
-[[nodiscard]] Medium medium_of(const View& view, voxel::Material material) noexcept;
+[[nodiscard]] Medium find_medium(const View& view, voxel::Material material) noexcept;
 
 /// Light that a lamp emits.
 [[nodiscard]] voxel::Colour lamp_light(const View& view, const voxel::VoxelAttr& attr) noexcept;

@@ -72,10 +72,10 @@ double middle_height_m(const voxel::WorldInfo& world) noexcept {
     return (world.bounds.min[1] + world.bounds.max[1]) / 2.0 * world.voxel_m;
 }
 
-/// @param sky_of makes the sky
-template <class SkyOf>
+/// @param find_sky makes the sky
+template <class FindSky>
 View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
-              std::shared_ptr<const material::MaterialTable> materials, const SkyOf& sky_of) {
+              std::shared_ptr<const material::MaterialTable> materials, const FindSky& find_sky) {
     const int level = scene.quality.level;
     if (level >= world.levels)
         throw util::UsageError("choose the level: quality.level = " + std::to_string(level) +
@@ -86,7 +86,8 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     const bool has_end = world.framed.empty();
     const walk::LevelCut cut(has_end ? world.bounds : walk::within_horizon(world.bounds, camera),
                              camera, scene.quality.detail, level, world.levels - 1);
-    const geo::SunPosition sun = sky::sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    const geo::SunPosition sun =
+        sky::compute_sun(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
     // Lamps that emit nothing need not be looked for.
     const auto shine = [](const material::MaterialAppearance& lamp) {
@@ -95,9 +96,9 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
     const auto origin = camera.picture_origin();
     View view{scene,
               camera,
-              sky_of(ViewMaker::SkyParameters{sun, scene.sun, scene.sky,
-                                              world.bounds.min[1] * world.voxel_m,
-                                              camera.position() * world.voxel_m}),
+              find_sky(ViewMaker::SkyParameters{sun, scene.sun, scene.sky,
+                                                world.bounds.min[1] * world.voxel_m,
+                                                camera.position() * world.voxel_m}),
               std::move(materials),
               cut,
               world.voxel_m,
@@ -107,13 +108,13 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
               sun.altitude_deg < kLampsOn_deg};
     view.lamps = view.night && shine(view.materials->appearance(voxel::Material::kLamp));
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    const auto found = solar::place_of(scene, world.centre);
+    const auto found = solar::find_place(scene, world.centre);
     const geo::MapPlace* const place = found ? &*found : nullptr;
     if (core::needs_sun_way(scene.analysis.kind))
-        view.sun_way = solar::sun_way_of(scene, place);
+        view.sun_way = solar::make_sun_way(scene, place);
     if (core::needs_light(scene.analysis.kind))
-        view.energy = solar::energy_of(scene, place, middle_height_m(world));
-    view.horizon = solar::far_horizon_of(scene.analysis.horizon, world.voxel_m);
+        view.energy = solar::make_energy(scene, place, middle_height_m(world));
+    view.horizon = solar::parse_far_horizon(scene.analysis.horizon, world.voxel_m);
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));

@@ -19,7 +19,7 @@ struct Place {
     double u, v;  // [-1, 1]
 };
 
-Place place_of(core::Vec3 d) noexcept {
+Place find_place(core::Vec3 d) noexcept {
     const double ax = std::fabs(d.x);
     const double ay = std::fabs(d.y);
     const double az = std::fabs(d.z);
@@ -30,23 +30,23 @@ Place place_of(core::Vec3 d) noexcept {
     return {d.z > 0 ? 4 : 5, d.x / az, d.y / az};
 }
 
-core::Vec3 direction_of(const Place& p) noexcept {
+core::Vec3 to_direction(const Place& p) noexcept {
     const double s = p.face % 2 == 0 ? 1 : -1;
     return core::normalized(p.face < 2   ? core::Vec3{p.u, s, p.v}
                             : p.face < 4 ? core::Vec3{s, p.u, p.v}
                                          : core::Vec3{p.u, p.v, s});
 }
 
-int cell_of(double u) noexcept {
+int find_cell(double u) noexcept {
     return u > -1 ? std::min(static_cast<int>((std::min(u, 1.0) + 1) / 2 * kCells), kCells - 1) : 0;
 }
 
 }  // namespace
 
 voxel::Colour starlight(core::Vec3 d) noexcept {
-    const Place at = place_of(d);
-    const int i = cell_of(at.u);
-    const int j = cell_of(at.v);
+    const Place at = find_place(d);
+    const int i = find_cell(at.u);
+    const int j = find_cell(at.v);
     std::uint64_t hash =
         core::hash64(kSeed, static_cast<std::uint64_t>((at.face * kCells + i) * kCells + j));
     const auto next = [&] { return core::unit_from(hash = core::hash64(hash)); };
@@ -60,7 +60,7 @@ voxel::Colour starlight(core::Vec3 d) noexcept {
     };
     const double u = inside(i);
     const double v = inside(j);
-    const core::Vec3 apart = d - direction_of({at.face, u, v});
+    const core::Vec3 apart = d - to_direction({at.face, u, v});
     const double r2 = core::dot(apart, apart) / (kRadius * kRadius);
     if (!(r2 < 1))
         return {};

@@ -153,7 +153,7 @@ constexpr double kBackdrop_m = 2500;
 constexpr int kFine = 2;
 constexpr int kLowRows = 32, kLowColumns = 64;  // of the lower half, whose light is smooth
 
-voxel::Colour colour_of(const std::array<double, 3>& c) noexcept {
+voxel::Colour to_colour(const std::array<double, 3>& c) noexcept {
     const auto channel = [](double v) { return static_cast<float>(std::max(0.0, v)); };
     return {channel(c[0]), channel(c[1]), channel(c[2])};
 }
@@ -189,10 +189,10 @@ public:
           dome(sun, dome_settings(sky, place_height_m, eye_m)),
           strength(static_cast<float>(std::max(0.0, sky.strength))) {
         if (sky.model == core::SkyModel::kUniform)
-            uniform = colour_of(sky.colour.value_or(std::array<double, 3>{1, 1, 1})) * strength;
+            uniform = to_colour(sky.colour.value_or(std::array<double, 3>{1, 1, 1})) * strength;
         has_air = sky.visibility_km ? *sky.visibility_km > 0 : !uniform;
         const voxel::Colour natural =
-            sun_settings.light ? colour_of(*sun_settings.light) * static_cast<float>(sun.share_up())
+            sun_settings.light ? to_colour(*sun_settings.light) * static_cast<float>(sun.share_up())
                                : dome.sun_light();
         sun_light = natural * static_cast<float>(std::max(0.0, sun_settings.strength));
         gather();
@@ -256,7 +256,7 @@ private:
             }
         ambient = AmbientTable(light);
         for (std::size_t face = 0; face < face_ambient.size(); ++face) {
-            const core::Vec3 normal = core::normal_of(static_cast<core::Face>(face));
+            const core::Vec3 normal = core::to_normal(static_cast<core::Face>(face));
             face_ambient[face] = uniform ? *uniform : ambient.at(normal);
         }
     }

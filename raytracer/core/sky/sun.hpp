@@ -51,18 +51,19 @@ private:
 /// @param place nullptr for worlds that are not georeferenced: latitude 46, longitude 14 are used
 /// @throws UsageError for an impossible date or time, an unknown zone, or one angle without the
 /// other
-[[nodiscard]] geo::SunPosition sun_of(const scene::Scene::Sun& sun, const geo::MapPlace* place,
-                                      geo::SunPrecision precision = geo::SunPrecision::kPicture);
+[[nodiscard]] geo::SunPosition compute_sun(
+    const scene::Scene::Sun& sun, const geo::MapPlace* place,
+    geo::SunPrecision precision = geo::SunPrecision::kPicture);
 
 /// A date from its text.
 /// @param field that holds it, for the message
 /// @return midnight of the day, with an offset of 0
 /// @throws UsageError unless it is a day of the calendar, as YYYY-MM-DD
-[[nodiscard]] geo::DateTime date_of(const std::string& text, const std::string& field);
+[[nodiscard]] geo::DateTime parse_date(const std::string& text, const std::string& field);
 
-/// The clock time of a scene's sun at a place, as sun_of() takes it; angles that are given are
+/// The clock time of a scene's sun at a place, as compute_sun() takes it; angles that are given are
 /// ignored.
-/// @throws UsageError as sun_of()
-[[nodiscard]] geo::DateTime time_of(const scene::Scene::Sun& sun, const geo::MapPlace* place);
+/// @throws UsageError as compute_sun()
+[[nodiscard]] geo::DateTime to_time(const scene::Scene::Sun& sun, const geo::MapPlace* place);
 
 }  // namespace terravox::sky

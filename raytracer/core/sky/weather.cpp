@@ -56,7 +56,7 @@ Clouds::Clouds(double cover) : m_cover(std::clamp(cover, 0.0, 1.0)) {
                                : found[static_cast<std::size_t>((1 - m_cover) * (kSamples - 1))];
     double sum = 0;
     for (const double n : found)
-        sum += det::exp(-depth_of(n));
+        sum += det::exp(-find_depth(n));
     m_mean_passing = sum / kSamples;
 }
 
@@ -84,13 +84,13 @@ double Clouds::noise(double x_m, double z_m, int octaves) noexcept {
     return sum;
 }
 
-double Clouds::depth_of(double noise) const noexcept {
+double Clouds::find_depth(double noise) const noexcept {
     const double t = std::clamp((noise - m_threshold) / kRise, 0.0, 1.0);
     return kThickest * t * t * (1.5 - 0.5 * t);
 }
 
 double Clouds::depth(double x_m, double z_m) const noexcept {
-    return any() ? depth_of(noise(x_m, z_m, kOctaves)) : 0;
+    return any() ? find_depth(noise(x_m, z_m, kOctaves)) : 0;
 }
 
 namespace {

@@ -21,7 +21,7 @@ public:
     [[nodiscard]] double depth(double x_m, double z_m) const noexcept;
     /// From coarse features only, for the clouds towards the sun. Cheaper.
     [[nodiscard]] double coarse_depth(double x_m, double z_m) const noexcept {
-        return depth_of(noise(x_m, z_m, 4));
+        return find_depth(noise(x_m, z_m, 4));
     }
     /// Share of direct light that passes straight through, averaged over places.
     [[nodiscard]] double mean_passing() const noexcept { return m_mean_passing; }
@@ -30,7 +30,7 @@ public:
 
 private:
     [[nodiscard]] static double noise(double x_m, double z_m, int octaves) noexcept;
-    [[nodiscard]] double depth_of(double noise) const noexcept;
+    [[nodiscard]] double find_depth(double noise) const noexcept;
     double m_cover;
     double m_threshold = 0;
     double m_mean_passing = 1;

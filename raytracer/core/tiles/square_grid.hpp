@@ -14,10 +14,10 @@ public:
     explicit SquareGrid(const voxel::WorldInfo& world);
 
     /// @param x, z level-0 voxels; points beyond the world belong to its outermost squares
-    [[nodiscard]] std::uint32_t index_of(double x, double z) const noexcept;
+    [[nodiscard]] std::uint32_t compute_index(double x, double z) const noexcept;
     [[nodiscard]] std::uint32_t count() const noexcept { return m_columns * m_rows; }
     /// Kilometres east and north of the south-west corner, as in "462_101".
-    [[nodiscard]] std::string name_of(std::uint32_t index) const;
+    [[nodiscard]] std::string to_name(std::uint32_t index) const;
 
 private:
     double m_voxels_per_square;

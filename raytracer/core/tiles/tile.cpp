@@ -6,7 +6,7 @@ namespace terravox::tiles {
 namespace {
 
 // With equal weights for what has none.
-float share_of(float own, float others) noexcept {
+float measure_share(float own, float others) noexcept {
     return own + others > 0 ? others / (own + others) : 0.5f;
 }
 
@@ -41,11 +41,11 @@ void PixelSample::merge(const PixelSample& more) noexcept {
     const auto others = static_cast<float>(more.samples);
     const auto own_hits = own * alpha;
     const auto other_hits = others * more.alpha;
-    const float share = share_of(own, others);
+    const float share = measure_share(own, others);
     mix_into(colour, more.colour, share);
     mix_into(alpha, more.alpha, share);
     if (own_hits > 0 && other_hits > 0)
-        mix_into(depth_m, more.depth_m, share_of(own_hits, other_hits));
+        mix_into(depth_m, more.depth_m, measure_share(own_hits, other_hits));
     else if (other_hits > 0)
         depth_m = more.depth_m;
     error = std::sqrt(own * own * error * error + others * others * more.error * more.error) /
@@ -55,8 +55,8 @@ void PixelSample::merge(const PixelSample& more) noexcept {
 
 void LayerSample::merge(const LayerSample& more, float own, float others, float own_hits,
                         float other_hits) noexcept {
-    const float share = share_of(own, others);
-    const float hit_share = own_hits + other_hits > 0 ? share_of(own_hits, other_hits) : 0;
+    const float share = measure_share(own, others);
+    const float hit_share = own_hits + other_hits > 0 ? measure_share(own_hits, other_hits) : 0;
     mix_into(direct, more.direct, share);
     mix_into(indirect, more.indirect, share);
     mix_into(albedo, more.albedo, hit_share);

@@ -69,7 +69,7 @@ enum class TraceStage : std::uint8_t {
     kPixels,  ///< from samples to pixels
 };
 inline constexpr std::size_t kTraceStages = 7;
-[[nodiscard]] constexpr const char* name_of(TraceStage stage) noexcept {
+[[nodiscard]] constexpr const char* to_name(TraceStage stage) noexcept {
     constexpr const char* names[kTraceStages] = {
         "beams", "primary rays", "sun", "scattered rays", "single rays", "shading", "pixels"};
     return names[static_cast<std::size_t>(stage)];

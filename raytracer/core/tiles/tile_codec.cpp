@@ -70,7 +70,7 @@ std::uint64_t multiples(int from, int to, int step) noexcept {
     return static_cast<std::uint64_t>((to + step - 1) / step - (from + step - 1) / step);
 }
 
-std::uint64_t pixels_of(const RenderTile& t) noexcept {
+std::uint64_t count_pixels(const RenderTile& t) noexcept {
     const auto count = [&t](int step) {
         return multiples(t.x0, t.x1, step) * multiples(t.y0, t.y1, step);
     };
@@ -169,7 +169,7 @@ void visit_counts(Counts& c, const Number& number) {
         number(s);
 }
 
-std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
+std::uint64_t compute_checksum(std::span<const std::byte> bytes) noexcept {
     return XXH3_64bits_withSeed(bytes.data(), bytes.size(), kVersion);
 }
 
@@ -182,7 +182,7 @@ TileHead read_head(Reader& in) {
     if (version != kVersion)
         in.fail("version " + std::to_string(version) + "; allowed: " + std::to_string(kVersion));
     in.get(checksum);
-    if (checksum != checksum_of(in.left()))
+    if (checksum != compute_checksum(in.left()))
         in.fail("damaged: its checksum is another");
     TileHead head;
     in.get(flags);
@@ -200,7 +200,7 @@ TileHead read_head(Reader& in) {
     in.get(head.holes);
     if (const std::string wrong = wrong_with(head.tile); !wrong.empty())
         in.fail(wrong);
-    head.pixels = pixels_of(head.tile);
+    head.pixels = count_pixels(head.tile);
     if (const std::uint64_t bytes = plane_bytes(head.pixels, head.content); bytes > kMaxTile_bytes)
         in.fail(too_much(head.tile, bytes));
     if (head.holes > in.left().size() / kHole_bytes)
@@ -335,7 +335,7 @@ struct ZstdDeleter {
 };
 /// One per thread, since making one takes longer than compressing a small tile.
 template <class Context>
-Context* context_of(Context* (*make)()) {
+Context* make_context(Context* (*make)()) {
     thread_local const std::unique_ptr<Context, ZstdDeleter> context(make());
     if (!context)
         throw std::bad_alloc();
@@ -347,7 +347,7 @@ void compress(std::span<const std::byte> planes, std::vector<std::byte>& out) {
     const std::size_t before = out.size();
     out.resize(before + ZSTD_compressBound(planes.size()));
     const std::size_t size =
-        ZSTD_compressCCtx(context_of(ZSTD_createCCtx), out.data() + before, out.size() - before,
+        ZSTD_compressCCtx(make_context(ZSTD_createCCtx), out.data() + before, out.size() - before,
                           planes.data(), planes.size(), 1);
     if (ZSTD_isError(size) != 0)
         throw util::Error(std::string("compress a tile: ") + ZSTD_getErrorName(size));
@@ -366,7 +366,7 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
     if (ZSTD_findFrameCompressedSize(frame.data(), frame.size()) != frame.size())
         in.fail("its pixels are not one whole zstd frame");
     std::vector<std::byte> raw(bytes);
-    const std::size_t size = ZSTD_decompressDCtx(context_of(ZSTD_createDCtx), raw.data(),
+    const std::size_t size = ZSTD_decompressDCtx(make_context(ZSTD_createDCtx), raw.data(),
                                                  raw.size(), frame.data(), frame.size());
     if (ZSTD_isError(size) != 0)
         in.fail(ZSTD_getErrorName(size));
@@ -379,7 +379,7 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
 }  // namespace
 
 std::uint64_t pixel_bytes(const RenderTile& tile, PixelContent content) noexcept {
-    return plane_bytes(pixels_of(tile), content);
+    return plane_bytes(count_pixels(tile), content);
 }
 
 std::vector<std::byte> encode_tile(const TileResult& result) {
@@ -389,7 +389,7 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
     };
     if (const std::string wrong = wrong_with(t); !wrong.empty())
         fail(wrong);
-    const std::uint64_t pixels = pixels_of(t);
+    const std::uint64_t pixels = count_pixels(t);
     const bool with_layers = !result.layers.empty();
     if (result.samples.size() != pixels || (with_layers && result.layers.size() != pixels))
         fail(std::to_string(result.samples.size()) + " samples and " +
@@ -431,7 +431,7 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
     for (std::size_t b = 0; b < bands; ++b)
         plane([&](std::size_t i) -> const float& { return result.bands[i * bands + b]; });
     compress(raw, out.bytes());
-    const std::uint64_t checksum = checksum_of(std::span(out.bytes()).subspan(kBefore));
+    const std::uint64_t checksum = compute_checksum(std::span(out.bytes()).subspan(kBefore));
     std::memcpy(out.bytes().data() + 1, &checksum, sizeof checksum);
     return std::move(out.bytes());
 }

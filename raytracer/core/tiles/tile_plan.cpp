@@ -17,7 +17,7 @@ struct Grid {
     std::int32_t rows;
 };
 
-std::vector<TileCell> rows_of(const Grid& g) {
+std::vector<TileCell> make_rows(const Grid& g) {
     std::vector<TileCell> cells;
     cells.reserve(static_cast<std::size_t>(g.columns) * static_cast<std::size_t>(g.rows));
     for (std::int32_t r = 0; r < g.rows; ++r)
@@ -27,14 +27,14 @@ std::vector<TileCell> rows_of(const Grid& g) {
 }
 
 /// Sorts by a key that no two cells share, computed once a cell.
-template <class KeyOf>
-std::vector<TileCell> sorted_by(const Grid& g, const KeyOf& key_of) {
-    using Entry = std::pair<decltype(key_of(TileCell{})), TileCell>;
+template <class ToKey>
+std::vector<TileCell> sorted_by(const Grid& g, const ToKey& to_key) {
+    using Entry = std::pair<decltype(to_key(TileCell{})), TileCell>;
     std::vector<Entry> entries;
-    std::vector<TileCell> cells = rows_of(g);
+    std::vector<TileCell> cells = make_rows(g);
     entries.reserve(cells.size());
     for (const TileCell& cell : cells)
-        entries.emplace_back(key_of(cell), cell);
+        entries.emplace_back(to_key(cell), cell);
     std::sort(entries.begin(), entries.end(),
               [](const Entry& a, const Entry& b) { return a.first < b.first; });
     std::transform(entries.begin(), entries.end(), cells.begin(),
@@ -113,7 +113,7 @@ std::vector<TileCell> order_cells(int columns, int rows, core::TileOrder order) 
         case core::TileOrder::kHilbert: return hilbert(grid);
         case core::TileOrder::kRows: break;
     }
-    return rows_of(grid);
+    return make_rows(grid);
 }
 
 namespace {

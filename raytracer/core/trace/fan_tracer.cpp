@@ -67,11 +67,11 @@ void ShadowGroups::walk() {
 namespace {
 
 // Which ray of which fan a ray is that was appended to the wave is kept in its stream.
-constexpr std::uint32_t stream_of(std::uint32_t fan, std::size_t direction) noexcept {
+constexpr std::uint32_t to_stream(std::uint32_t fan, std::size_t direction) noexcept {
     return fan * static_cast<std::uint32_t>(walk::kFanRays) + static_cast<std::uint32_t>(direction);
 }
 
-walk::FanMask bit_of(std::size_t direction) noexcept {
+walk::FanMask to_bit(std::size_t direction) noexcept {
     return static_cast<walk::FanMask>(1U << direction);
 }
 
@@ -148,14 +148,14 @@ void FanTracer::trace_group(TracerTools& tools, std::vector<walk::TracedRay>& ra
         }
         for (const Started& started : m_started) {
             if (started.end == walk::WalkEnd::kHit)
-                m_ends[started.index].blocked |= bit_of(d);
+                m_ends[started.index].blocked |= to_bit(d);
             if (started.end != walk::WalkEnd::kWaits)
                 continue;
             walk::TracedRay& single = rays.emplace_back(rays[started.index]);
             single.fan_mask = 0;
             single.ray.direction = directions.to[d];
             single.state = started.state;
-            single.stream = stream_of(started.index, d);
+            single.stream = to_stream(started.index, d);
         }
     }
 }
@@ -183,7 +183,7 @@ void FanTracer::take_singles(std::vector<walk::TracedRay>& rays, tiles::TraceCou
         if (ray.end != walk::WalkEnd::kHit)
             continue;
         walk::FanEnds& ends = m_ends[ray.stream / walk::kFanRays];
-        const walk::FanMask bit = bit_of(ray.stream % walk::kFanRays);
+        const walk::FanMask bit = to_bit(ray.stream % walk::kFanRays);
         ends.blocked |= bit;
         if (ray.hit.hole) {
             ends.holes |= bit;

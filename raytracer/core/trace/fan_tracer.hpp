@@ -56,8 +56,8 @@ private:
     const ShadowRay* m_lanes[walk::RayPacket::kLanes] = {};
 };
 
-/// Traces the fans of a wave (walk/traced_ray.hpp): fans of one stream direction by direction, in groups
-/// of neighbours. Used by one thread at a time.
+/// Traces the fans of a wave (walk/traced_ray.hpp): fans of one stream direction by direction, in
+/// groups of neighbours. Used by one thread at a time.
 class FanTracer {
 public:
     /// Forgets a wave that is discarded.

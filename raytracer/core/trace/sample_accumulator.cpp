@@ -60,11 +60,11 @@ void add_to(double (&sum)[3], core::Vec3 v) noexcept {
     sum[1] += v.y;
     sum[2] += v.z;
 }
-voxel::Colour colour_of(const double (&sum)[3], double n) noexcept {
+voxel::Colour to_colour(const double (&sum)[3], double n) noexcept {
     return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n),
             static_cast<float>(sum[2] / n)};
 }
-std::array<float, 3> vector_of(const double (&sum)[3], double n) noexcept {
+std::array<float, 3> to_vector(const double (&sum)[3], double n) noexcept {
     return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n),
             static_cast<float>(sum[2] / n)};
 }
@@ -84,7 +84,7 @@ void PixelSum::add(const shade::SampleSum& sample) noexcept {
 
 tiles::PixelSample PixelSum::mean(double voxel_m) const noexcept {
     tiles::PixelSample out;
-    out.colour = colour_of(m_colour, m_count);
+    out.colour = to_colour(m_colour, m_count);
     out.alpha = static_cast<float>(static_cast<double>(m_hits) / m_count);
     out.depth_m = m_hits > 0 ? static_cast<float>(m_t / m_hits * voxel_m)
                              : std::numeric_limits<float>::infinity();
@@ -107,13 +107,13 @@ void LayerSum::add(const shade::SampleSum& sample, const shade::View& view) noex
     m_sun += static_cast<double>(sample.sun);
     m_water += sample.water ? 1 : 0;
     m_materials.add(static_cast<std::uint32_t>(sample.material), 1);
-    m_squares.add(view.squares.index_of(sample.point.x, sample.point.z), 1);
+    m_squares.add(view.squares.compute_index(sample.point.x, sample.point.z), 1);
 }
 
 tiles::LayerSample LayerSum::mean() const noexcept {
     tiles::LayerSample out;
-    out.direct = colour_of(m_direct, m_count);
-    out.indirect = colour_of(m_indirect, m_count);
+    out.direct = to_colour(m_direct, m_count);
+    out.indirect = to_colour(m_indirect, m_count);
     out.material = m_material;
     out.materials = m_materials;
     out.squares = m_squares;
@@ -121,9 +121,9 @@ tiles::LayerSample LayerSum::mean() const noexcept {
     out.squares.scale(1.0f / static_cast<float>(m_count));
     if (m_hits == 0)
         return out;
-    out.albedo = colour_of(m_albedo, m_hits);
-    out.normal = vector_of(m_normal, m_hits);
-    out.position = vector_of(m_position, m_hits);
+    out.albedo = to_colour(m_albedo, m_hits);
+    out.normal = to_vector(m_normal, m_hits);
+    out.position = to_vector(m_position, m_hits);
     out.sun = static_cast<float>(m_sun / m_hits);
     out.water = static_cast<float>(static_cast<double>(m_water) / m_hits);
     return out;

@@ -22,17 +22,18 @@ void each_visible(const voxel::Box& box, const Visit& visit) {
     for (std::int32_t root = 0; root < voxel::Box::kRootCount; ++root)
         for (std::uint64_t top = cells[root].detail; top != 0; top &= top - 1) {
             const int at = std::countr_zero(top);
-            const TreeCell& middle = cells[cells[root].index_of(at)];
+            const TreeCell& middle = cells[cells[root].compute_index(at)];
             const std::int32_t x = (at & 3) * 16;
             const std::int32_t y = root * 64 + (at >> 4) * 16;
             const std::int32_t z = (at >> 2 & 3) * 16;
             for (std::uint64_t bricks = middle.detail; bricks != 0; bricks &= bricks - 1) {
                 const int in = std::countr_zero(bricks);
-                const TreeCell& brick = cells[middle.index_of(in)];
+                const TreeCell& brick = cells[middle.compute_index(in)];
                 for (std::uint64_t left = brick.detail; left != 0; left &= left - 1) {
                     const int bit = std::countr_zero(left);
                     visit(x + (in & 3) * 4 + (bit & 3), y + (in >> 4) * 4 + (bit >> 4),
-                          z + (in >> 2 & 3) * 4 + (bit >> 2 & 3), box.attrs()[brick.index_of(bit)]);
+                          z + (in >> 2 & 3) * 4 + (bit >> 2 & 3),
+                          box.attrs()[brick.compute_index(bit)]);
                 }
             }
         }
@@ -50,15 +51,15 @@ core::Vec3 lower(core::Vec3 one, core::Vec3 other) noexcept {
 /// @return index of the one that the number selects, where each has its weight's share of [0, 1);
 /// the number becomes that within the share; -1: none has a weight
 template <class Weight>
-std::ptrdiff_t select(std::size_t first, std::size_t end, const Weight& weight_of, double& number,
-                      double& probability) {
+std::ptrdiff_t select(std::size_t first, std::size_t end, const Weight& measure_weight,
+                      double& number, double& probability) {
     double sum = 0;
     for (std::size_t i = first; i < end; ++i)
-        sum += weight_of(i);
+        sum += measure_weight(i);
     std::ptrdiff_t out = -1;
     double left = number * sum;
     for (std::size_t i = first; i < end; ++i) {
-        const double weight = weight_of(i);
+        const double weight = measure_weight(i);
         if (!(weight > 0))
             continue;
         // Rounding may leave a rest behind the last one, which is taken then.
@@ -86,7 +87,7 @@ struct LampQuery::Asked {
     double reach;
 };
 
-double LampQuery::reach_of(int level) noexcept {
+double LampQuery::measure_reach(int level) noexcept {
     return static_cast<double>(std::int64_t{kReach} << level);
 }
 
@@ -100,7 +101,7 @@ bool LampQuery::choose(const Hit& hit, core::Vec3 point, double number, LampChoi
     if (near->are_too_many)
         return true;
     out.looked = true;
-    const Asked at{point, core::normal_of(hit.face), reach_of(hit.level)};
+    const Asked at{point, core::to_normal(hit.face), measure_reach(hit.level)};
     double of_group = 0;
     double of_lamp = 0;
     const auto group_weight = [&](std::size_t i) {

@@ -17,9 +17,9 @@ class LampQuery {
 public:
     LampQuery(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
-    /// Chooses among the lamps whose middle is within reach_of() of a point of the face that was
-    /// hit, and that are not wholly behind it. The choice is a function of the world, the cut and
-    /// the arguments.
+    /// Chooses among the lamps whose middle is within measure_reach() of a point of the face that
+    /// was hit, and that are not wholly behind it. The choice is a function of the world, the cut
+    /// and the arguments.
     /// @param point on the face, level-0 voxels
     /// @param number [0, 1), at random
     /// @return false when a box is not in memory: see missing(). The lamps of boxes that have been
@@ -31,7 +31,7 @@ public:
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
     /// Level-0 voxels.
-    [[nodiscard]] static double reach_of(int level) noexcept;
+    [[nodiscard]] static double measure_reach(int level) noexcept;
 
 private:
     /// Lamps of one level and one cube of 16 voxels a side, next to each other in `lamps`.

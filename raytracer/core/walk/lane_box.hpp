@@ -42,14 +42,14 @@ struct LaneTrees {
     }
 };
 
-HWY_INLINE WordLanes word_lanes_of(std::uint32_t bits, int first) {
-    return words(lanes_of(bits, first));
+HWY_INLINE WordLanes to_word_lanes(std::uint32_t bits, int first) {
+    return words(to_lanes(bits, first));
 }
 HWY_INLINE VU bits_at(const double (&field)[RayLanes::kLanes], int first) {
     return hn::BitCast(du, hn::Load(d, field + first));
 }
 
-HWY_INLINE LaneTrees trees_of(const RayLanes& lanes, int first) {
+HWY_INLINE LaneTrees list_trees(const RayLanes& lanes, int first) {
     return {hn::Load(du, lanes.cells + first), hn::Load(du, lanes.flip + first), lanes, first};
 }
 
@@ -70,8 +70,8 @@ HWY_INLINE void load(const RayLanes& lanes, int first, Way& way, Walkers& w) {
     w.brick = hn::Load(du, lanes.brick + first);
     w.solid = hn::Load(du, lanes.solid + first);
     w.size = hn::Load(du, lanes.size + first);
-    w.going = word_lanes_of(lanes.going, first);
-    w.new_node = w.new_brick = word_lanes_of(lanes.fresh, first);
+    w.going = to_word_lanes(lanes.going, first);
+    w.new_node = w.new_brick = to_word_lanes(lanes.fresh, first);
     w.stopped = hn::Ne(word(0), word(0));
 }
 
@@ -92,8 +92,8 @@ void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
     std::uint32_t going_on = 0;
     std::uint32_t stopped = 0;
     for (int first = 0; first < RayLanes::kLanes; first += kWidth * kTogether) {
-        const LaneTrees trees[kTogether] = {trees_of(lanes, first),
-                                            trees_of(lanes, first + kWidth)};
+        const LaneTrees trees[kTogether] = {list_trees(lanes, first),
+                                            list_trees(lanes, first + kWidth)};
         Way way[kTogether];
         Walkers w[kTogether];
         std::size_t started = 0;
@@ -120,8 +120,8 @@ void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
 #pragma GCC unroll 2
         for (int j = 0; j < kTogether; ++j) {
             store(w[j], first + j * kWidth, lanes);
-            stopped |= bits_of(doubles(w[j].stopped), first + j * kWidth);
-            going_on |= bits_of(doubles(w[j].going), first + j * kWidth);
+            stopped |= to_bits(doubles(w[j].stopped), first + j * kWidth);
+            going_on |= to_bits(doubles(w[j].going), first + j * kWidth);
         }
     }
     lanes.going = going_on;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int32_t kAllAir = std::numeric_limits<std::int32_t>::min();
 
-int shift_of(int size) noexcept {
+int to_shift(int size) noexcept {
     return LevelCut::kSideBits + 2 * size;
 }
 
@@ -24,7 +24,7 @@ Skyline::Skyline(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m
 int Skyline::open_above(const core::RayState& ray) {
     int open = 0;
     for (int size = 0; size < kSizes && ray.voxel[1] >= lowest_free(size, ray); ++size)
-        open = shift_of(size);
+        open = to_shift(size);
     return open;
 }
 
@@ -37,8 +37,8 @@ Skyline::Square& Skyline::slot(int size, std::int32_t x, std::int32_t z) noexcep
 // What is unknown is looked up again now and then: boxes arrive while the picture is made.
 std::int32_t Skyline::lowest_free(int size, const core::RayState& ray) {
     constexpr int kLookInterval = 32;
-    const std::int32_t x = ray.voxel[0] >> shift_of(size);
-    const std::int32_t z = ray.voxel[2] >> shift_of(size);
+    const std::int32_t x = ray.voxel[0] >> to_shift(size);
+    const std::int32_t z = ray.voxel[2] >> to_shift(size);
     Square& square = slot(size, x, z);
     if (square.x != x || square.z != z || square.level != ray.level)
         square = {x, z, kUnknown, ray.level, 0};
@@ -63,7 +63,7 @@ std::int32_t Skyline::look_down(const Square& column) {
 // in memory from boxes that are needed.
 std::int32_t Skyline::highest_of_parts(int size, const Square& square) noexcept {
     const voxel::VoxelBounds& bounds = m_cut.bounds(square.level);
-    const int shift = shift_of(size - 1);
+    const int shift = to_shift(size - 1);
     std::int32_t highest = kAllAir;
     for (int part = 0; part < 16; ++part) {
         const std::int32_t x = square.x * 4 + (part & 3);
@@ -91,7 +91,7 @@ constexpr int kTall = 14;
 /// Cells of idle lanes: the steps read the cells of all lanes.
 constexpr TreeCell kNothing;
 
-std::uint64_t address_of(const TreeCell* cell) noexcept {
+std::uint64_t to_address(const TreeCell* cell) noexcept {
     return reinterpret_cast<std::uintptr_t>(cell) / sizeof(std::uint64_t);
 }
 
@@ -162,7 +162,7 @@ void LaneWalk::let_boxes_go() {
     m_reader.release();
     m_reader.hold();
     for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
-        m_lanes.cells[lane] = address_of(&kNothing);
+        m_lanes.cells[lane] = to_address(&kNothing);
         if ((stopped >> lane & 1) != 0 || ((going >> lane & 1) != 0 && !enter(lane)))
             m_rays[static_cast<std::size_t>(lane)] = nullptr;
     }
@@ -179,7 +179,7 @@ void LaneWalk::fill(int lane, std::span<const LaneRay>& rays) {
             ray = nullptr;
     }
     if (ray == nullptr)
-        m_lanes.cells[lane] = address_of(&kNothing);
+        m_lanes.cells[lane] = to_address(&kNothing);
 }
 
 // As RayWalk::walk between boxes. Returns false if the ray has ended, or RayWalk has to continue.
@@ -237,7 +237,7 @@ void LaneWalk::load(int lane, const voxel::Box& box) {
         m_lanes.end[a][lane] = bits_of_whole(end);
         m_lanes.voxel[a][lane] = bits_of_whole(forward ? ray.voxel[a] : -1.0 - ray.voxel[a]);
     }
-    m_lanes.cells[lane] = address_of(box.cells().data());
+    m_lanes.cells[lane] = to_address(box.cells().data());
     m_lanes.flip[lane] = static_cast<std::uint64_t>(
         (ray.forward[0] ? 0 : 3) | (ray.forward[2] ? 0 : 12) | (ray.forward[1] ? 0 : 48));
     for (int i = 0; i < RayLanes::kRoots; ++i) {
@@ -265,7 +265,7 @@ void LaneWalk::update(int lane) noexcept {
     }
     const int axis = static_cast<int>(m_lanes.axis[lane]);
     ray.t = ray.crossing(axis, ray.voxel[axis] + (ray.forward[axis] ? 0.0 : 1.0));
-    ray.face = core::face_of(axis, !ray.forward[axis]);
+    ray.face = core::to_face(axis, !ray.forward[axis]);
 }
 
 // In a solid voxel: the ray has ended, or RayWalk continues.
@@ -280,7 +280,7 @@ void LaneWalk::stop(int lane) {
         const int bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
         if (index == 0 || (brick.detail >> bit & 1) == 0)
             return;
-        const voxel::VoxelAttr& attr = box.attrs()[brick.index_of(bit)];
+        const voxel::VoxelAttr& attr = box.attrs()[brick.compute_index(bit)];
         if (attr.material == voxel::Material::kAir)
             // Only possible with an invalid box of an untrusted server: nothing stops at it.
             return;

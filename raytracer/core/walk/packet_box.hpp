@@ -78,7 +78,7 @@ HWY_INLINE VU root_field(const voxel::TreeCell* cells,
     return hn::Load(du, of);
 }
 
-HWY_INLINE SharedTree tree_of(const voxel::TreeCell* cells, const bool (&forward)[3]) {
+HWY_INLINE SharedTree to_tree(const voxel::TreeCell* cells, const bool (&forward)[3]) {
     SharedTree out;
     out.cells = reinterpret_cast<const std::uint64_t*>(cells);
     out.roots.mask = root_field(cells, [](const voxel::TreeCell& c) { return c.mask; });
@@ -92,7 +92,7 @@ HWY_INLINE SharedTree tree_of(const voxel::TreeCell* cells, const bool (&forward
 
 /// child_bit() of voxel >> shift.
 template <int kShift, class Tree>
-HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
+HWY_INLINE VU find_child(const Walkers& w, const Tree& tree) {
     VU z = w.voxel[2];
     VU y = w.voxel[1];
     if constexpr (kShift == 0) {
@@ -116,7 +116,7 @@ HWY_INLINE WordLanes eight_empty(VU mask, VU bit) {
 }
 
 /// Index of a child of a cell.
-HWY_INLINE VU index_of(VU detail, VU first, VU one) {
+HWY_INLINE VU compute_index(VU detail, VU first, VU one) {
     return hn::Add(first, hn::PopulationCount(hn::And(detail, hn::Sub(one, word(1)))));
 }
 
@@ -125,11 +125,11 @@ constexpr std::uint64_t kAll = ~std::uint64_t{0};
 template <class Tree>
 HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
     const auto [mask, detail, first] = tree.root(tree.root_number(w.voxel[1]));
-    const VU bit = child_of<4>(w, tree);
+    const VU bit = find_child<4>(w, tree);
     const VU one = hn::Shl(word(1), bit);
     const WordLanes there = hn::And(w.new_node, hn::TestBit(mask, one));
     const WordLanes fine = hn::And(there, hn::TestBit(detail, one));
-    const VU index = hn::IfThenElseZero(fine, index_of(detail, first, one));
+    const VU index = hn::IfThenElseZero(fine, compute_index(detail, first, one));
     const VU empty = choose(hn::Eq(mask, hn::Zero(du)), word(63),
                             choose(eight_empty(mask, bit), word(31), word(15)));
     // Hidden rock is treated as if all its bricks were set.
@@ -144,11 +144,11 @@ HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
 
 template <class Tree>
 HWY_INLINE void find_brick(Walkers& w, const Tree& tree) {
-    const VU bit = child_of<2>(w, tree);
+    const VU bit = find_child<2>(w, tree);
     const VU one = hn::Shl(word(1), bit);
     const WordLanes there = hn::And(w.going, hn::TestBit(w.node, one));
     const WordLanes fine = hn::And(there, hn::TestBit(w.node_detail, one));
-    const VU index = hn::IfThenElseZero(fine, index_of(w.node_detail, w.node_first, one));
+    const VU index = hn::IfThenElseZero(fine, compute_index(w.node_detail, w.node_first, one));
     w.brick = choose(w.going, index, w.brick);
     w.solid = choose(fine, tree.field(index, 0), hn::IfThenElseZero(there, word(kAll)));
     w.size = hn::Or(choose(eight_empty(w.node, bit), word(7), word(3)), w.node_size);
@@ -161,7 +161,7 @@ HWY_INLINE void look(Walkers& w, const Tree& tree) {
         find_node(w, tree);
     if (!hn::AllFalse(du, w.new_brick))
         find_brick(w, tree);
-    const VU bit = child_of<0>(w, tree);
+    const VU bit = find_child<0>(w, tree);
     const WordLanes here = hn::And(w.going, hn::TestBit(w.solid, hn::Shl(word(1), bit)));
     w.stopped = hn::Or(w.stopped, here);
     w.going = hn::AndNot(here, w.going);
@@ -215,7 +215,7 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
 
 HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const PacketCell& block,
                       Way& way, Walkers& w) {
-    Lanes in = lanes_of(lanes, first);
+    Lanes in = to_lanes(lanes, first);
     for (int a = 0; a < 3; ++a) {
         const VD sign = hn::Set(d, p.forward[a] ? 1.0 : -1.0);
         const VD shift = hn::Set(d, p.forward[a] ? 0.0 : -1.0);
@@ -260,7 +260,7 @@ constexpr int kTogether = 2;
 
 std::uint32_t box(RayPacket& p, const voxel::TreeCell* cells, const PacketCell& block,
                   std::uint32_t lanes, std::uint64_t& steps) noexcept {
-    const SharedTree tree = tree_of(cells, p.forward);
+    const SharedTree tree = to_tree(cells, p.forward);
     std::uint32_t stopped = 0;
     for (int first = 0; first < p.count; first += kWidth * kTogether) {
         Way way[kTogether];
@@ -283,7 +283,7 @@ std::uint32_t box(RayPacket& p, const voxel::TreeCell* cells, const PacketCell& 
 #pragma GCC unroll 2
         for (int j = 0; j < kTogether; ++j) {
             finish(p, first + j * kWidth, way[j], w[j]);
-            stopped |= bits_of(doubles(w[j].stopped), first + j * kWidth);
+            stopped |= to_bits(doubles(w[j].stopped), first + j * kWidth);
         }
     }
     return stopped;

@@ -27,12 +27,12 @@ constexpr Words du;
 constexpr int kWidth = static_cast<int>(hn::MaxLanes(d));
 static_assert(RayPacket::kLanes % kWidth == 0);
 
-HWY_INLINE Lanes lanes_of(std::uint32_t bits, int first) {
+HWY_INLINE Lanes to_lanes(std::uint32_t bits, int first) {
     const std::uint8_t byte = static_cast<std::uint8_t>(bits >> first);
     alignas(8) const std::uint8_t loaded[8] = {byte};
     return hn::LoadMaskBits(d, loaded);
 }
-HWY_INLINE std::uint32_t bits_of(Lanes lanes, int first) {
+HWY_INLINE std::uint32_t to_bits(Lanes lanes, int first) {
     alignas(8) std::uint8_t stored[8] = {};
     hn::StoreMaskBits(d, lanes, stored);
     return static_cast<std::uint32_t>(stored[0]) << first;

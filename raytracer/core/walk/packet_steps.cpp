@@ -26,13 +26,13 @@ namespace terravox::walk::HWY_NAMESPACE {
 std::uint32_t inside(const RayPacket& p, const PacketCell& cell, std::uint32_t active) noexcept {
     std::uint32_t out = 0;
     for (int first = 0; first < p.count; first += kWidth) {
-        Lanes in = lanes_of(active, first);
+        Lanes in = to_lanes(active, first);
         for (int a = 0; a < 3; ++a) {
             const VD v = hn::Load(d, p.voxel[a] + first);
             in = hn::And(in, hn::And(hn::Ge(v, hn::Set(d, cell.low[a])),
                                      hn::Le(v, hn::Set(d, cell.high[a]))));
         }
-        out |= bits_of(in, first);
+        out |= to_bits(in, first);
     }
     return out;
 }
@@ -119,7 +119,7 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
         fit = hn::And(fit, hn::Gt(at, hn::Zero(d)));
         hn::Store(at, d, p.t + first);
         hn::Store(hn::Set(d, wanted.axis), d, p.axis + first);
-        out |= bits_of(fit, first);
+        out |= to_bits(fit, first);
     }
     return out;
 }
@@ -129,7 +129,7 @@ void leap(RayPacket& p, const PacketCell& cell, std::uint32_t lanes) noexcept {
     for (int first = 0; first < p.count; first += kWidth) {
         if ((lanes >> first & ((1u << kWidth) - 1)) == 0)
             continue;
-        const Lanes on = lanes_of(lanes, first);
+        const Lanes on = to_lanes(lanes, first);
         VD origin[3], direction[3], inverse[3], voxel[3], out[3];
         for (int a = 0; a < 3; ++a) {
             origin[a] = hn::Load(d, p.origin[a] + first);

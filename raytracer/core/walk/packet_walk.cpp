@@ -17,7 +17,7 @@ bool is_in_thin(const RayPacket& p, int lane, const voxel::Box& box) noexcept {
                               static_cast<std::int32_t>(p.voxel[1][lane]),
                               static_cast<std::int32_t>(p.voxel[2][lane]));
     return p.brick[lane] != 0 && (brick.detail >> bit & 1) != 0 &&
-           core::is_thin(box.attrs()[brick.index_of(bit)].material);
+           core::is_thin(box.attrs()[brick.compute_index(bit)].material);
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 const TreeCell& brick = cells[p.brick[i]];
                 if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0)
                     continue;
-                const voxel::VoxelAttr& attr = block->box->attrs()[brick.index_of(bit)];
+                const voxel::VoxelAttr& attr = block->box->attrs()[brick.compute_index(bit)];
                 if (attr.material == voxel::Material::kAir)
                     // Only possible with an invalid box of an untrusted server: nothing stops at
                     // it.
@@ -108,7 +108,7 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 const int axis = static_cast<int>(p.axis[i]);
                 hits[i] = {p.t[i],
                            at,
-                           axis < 0 ? core::Face::kNone : core::face_of(axis, !p.forward[axis]),
+                           axis < 0 ? core::Face::kNone : core::to_face(axis, !p.forward[axis]),
                            static_cast<std::int8_t>(p.level),
                            false,
                            attr};

@@ -48,7 +48,7 @@ struct alignas(64) RayPacket {
             voxel[a][count] = ray.voxel[a];
         }
         t[count] = ray.t;
-        axis[count] = ray.face == core::Face::kNone ? -1 : core::axis_of(ray.face);
+        axis[count] = ray.face == core::Face::kNone ? -1 : core::to_axis(ray.face);
         ++count;
     }
     /// Switches the packet to a coarser level, as RayState::change_level does, for these lanes. The
@@ -86,7 +86,7 @@ struct alignas(64) RayPacket {
             ray.voxel[a] = static_cast<std::int32_t>(voxel[a][i]);
         ray.t = t[i];
         const int through = static_cast<int>(axis[i]);
-        ray.face = through < 0 ? core::Face::kNone : core::face_of(through, !forward[through]);
+        ray.face = through < 0 ? core::Face::kNone : core::to_face(through, !forward[through]);
     }
 
     // Lanes without a ray hold values that are never used.

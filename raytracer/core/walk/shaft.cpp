@@ -43,7 +43,7 @@ void Shaft::add(const core::Vec3& origin, const core::RayState& ray) noexcept {
 // The plane from which on all lines of a shaft have left the bounds, through whichever side: the
 // end of the world on the shaft's own axis may be a thousand times as far. A whole number of the
 // coarsest boxes, so that thick slabs begin there.
-std::int32_t ShaftMarch::end_of(const Shaft& shaft) const noexcept {
+std::int32_t ShaftMarch::find_end(const Shaft& shaft) const noexcept {
     const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
     const auto i = static_cast<std::size_t>(shaft.m_axis);
     const int sign = shaft.m_forward ? 1 : -1;
@@ -74,7 +74,7 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
     const int u = (axis + 1) % 3;
     const int w = (axis + 2) % 3;
     const int back = shaft.m_forward ? -1 : 1;
-    std::int32_t plane = known ? *known : end_of(shaft);
+    std::int32_t plane = known ? *known : find_end(shaft);
     const auto free_between = [&](std::int32_t from, std::int32_t to, int shift) {
         // What lies behind all origins blocks no ray.
         const std::int32_t last =

@@ -48,7 +48,7 @@ public:
     [[nodiscard]] std::uint64_t slabs() const noexcept { return m_slabs; }
 
 private:
-    [[nodiscard]] std::int32_t end_of(const Shaft& shaft) const noexcept;
+    [[nodiscard]] std::int32_t find_end(const Shaft& shaft) const noexcept;
     SolidQuery m_query;
     const LevelCut& m_cut;
     std::uint64_t m_slabs = 0;

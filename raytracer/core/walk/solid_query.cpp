@@ -116,7 +116,7 @@ bool SolidQuery::box(const voxel::Box& box, const VoxelRange& local, int grain_s
             const int bit = std::countr_zero(top);
             if ((root.detail >> bit & 1) == 0)
                 return true;
-            const TreeCell& middle = cells[root.index_of(bit)];
+            const TreeCell& middle = cells[root.compute_index(bit)];
             const std::int32_t low[3] = {base[0] + (bit & 3) * 16, base[1] + (bit >> 4) * 16,
                                          base[2] + (bit >> 2 & 3) * 16};
             std::uint64_t bricks = middle.mask & touched(local, low, kMiddleShift);
@@ -128,7 +128,7 @@ bool SolidQuery::box(const voxel::Box& box, const VoxelRange& local, int grain_s
                     return true;
                 const std::int32_t brick[3] = {low[0] + (at & 3) * 4, low[1] + (at >> 4) * 4,
                                                low[2] + (at >> 2 & 3) * 4};
-                if ((cells[middle.index_of(at)].mask & touched(local, brick, 0)) != 0)
+                if ((cells[middle.compute_index(at)].mask & touched(local, brick, 0)) != 0)
                     return true;
             }
         }

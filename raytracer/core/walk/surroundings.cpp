@@ -31,7 +31,7 @@ private:
                 return 0;
             if ((cell->detail >> bit & 1) == 0)
                 return ~std::uint64_t{0};
-            cell = &m_cells[cell->index_of(bit)];
+            cell = &m_cells[cell->compute_index(bit)];
         }
         return cell->mask;
     }
@@ -65,7 +65,7 @@ bool Surroundings::look(core::VoxelCoord v, int level, bool& solid) {
     return true;
 }
 
-Surroundings::Known& Surroundings::place_of(const Hit& hit) noexcept {
+Surroundings::Known& Surroundings::find_place(const Hit& hit) noexcept {
     const auto word = [](std::int32_t v) { return static_cast<std::uint32_t>(v); };
     // Neighbouring faces of each direction get places of their own.
     const std::uint32_t place = word(hit.voxel.x) + word(hit.voxel.z) * 67 +
@@ -75,7 +75,7 @@ Surroundings::Known& Surroundings::place_of(const Hit& hit) noexcept {
 }
 
 bool Surroundings::around(const Hit& hit, Seen& seen) {
-    Known& known = place_of(hit);
+    Known& known = find_place(hit);
     if (known.voxel == hit.voxel && known.level == hit.level && known.face == hit.face) {
         seen = {known.bits, 8};
         return true;
@@ -92,7 +92,7 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
 
 bool Surroundings::look_around(const Hit& hit, Seen& seen) {
     const core::VoxelCoord front = neighbour(hit.voxel, hit.face);
-    const int axis = core::axis_of(hit.face);
+    const int axis = core::to_axis(hit.face);
     const int a = (axis + 1) % 3;
     const int b = (axis + 2) % 3;
     // Usually all eight lie in the box that the ray has just been in.

@@ -9,8 +9,8 @@ namespace terravox::walk {
 
 /// The neighbour of a voxel across one of its faces.
 [[nodiscard]] inline core::VoxelCoord neighbour(core::VoxelCoord v, core::Face face) noexcept {
-    const int s = core::sign_of(face);
-    switch (core::axis_of(face)) {
+    const int s = core::to_sign(face);
+    switch (core::to_axis(face)) {
         case 0: v.x += s; break;
         case 1: v.y += s; break;
         default: v.z += s; break;
@@ -54,7 +54,7 @@ private:
         core::Face face = core::Face::kNone;
         std::uint8_t bits = 0;
     };
-    [[nodiscard]] Known& place_of(const Hit& hit) noexcept;
+    [[nodiscard]] Known& find_place(const Hit& hit) noexcept;
     [[nodiscard]] bool look_around(const Hit& hit, Seen& seen);
 
     BlockReader& m_reader;

@@ -79,7 +79,7 @@ enum class RayKind : std::uint8_t {
     kLamp,       ///< towards a lamp: only whether it is free up to t_max
 };
 inline constexpr std::size_t kRayKinds = 8;
-[[nodiscard]] constexpr const char* name_of(RayKind kind) noexcept {
+[[nodiscard]] constexpr const char* to_name(RayKind kind) noexcept {
     constexpr const char* names[kRayKinds] = {"primary",   "shadow",  "sky",    "mirror",
                                               "refracted", "ambient", "bounce", "lamp"};
     return names[static_cast<std::size_t>(kind)];

@@ -87,7 +87,7 @@ public:
         m_bit = bit;
         if (axis >= 0) {
             ray.t = t;
-            ray.face = core::face_of(axis, !ray.forward[axis]);
+            ray.face = core::to_face(axis, !ray.forward[axis]);
         }
         return stopped;
     }
@@ -196,7 +196,7 @@ bool RayWalk::walk_box(core::RayState& ray, const blocks::Block& block, StopAt s
         }
         if ((cell->detail >> bit & 1) == 0)
             return hidden();
-        cell = &cells[cell->index_of(bit)];
+        cell = &cells[cell->compute_index(bit)];
         bit = child_bit(x >> 2, y >> 2, z >> 2);
         if ((cell->mask >> bit & 1) == 0) {
             if (in_air(voxel_leap_shift(cell->mask, bit, 2)))
@@ -205,7 +205,7 @@ bool RayWalk::walk_box(core::RayState& ray, const blocks::Block& block, StopAt s
         }
         if ((cell->detail >> bit & 1) == 0)
             return hidden();
-        cell = &cells[cell->index_of(bit)];
+        cell = &cells[cell->compute_index(bit)];
         if constexpr (!kAny)
             // A brick that is full of what the ray passes is left in one step.
             if (cell->first < block.shared_attrs &&
@@ -224,7 +224,7 @@ bool RayWalk::walk_box(core::RayState& ray, const blocks::Block& block, StopAt s
                 }
                 const std::uint64_t own = std::uint64_t{1} << bit;
                 if ((cell->detail & own) == 0 ||
-                    !core::is_thin(box.attrs()[cell->index_of(bit)].material)) {
+                    !core::is_thin(box.attrs()[cell->compute_index(bit)].material)) {
                     // Of the others in the brick it is not known whether they are thin.
                     *occluder = {own, {x & ~3, y & ~3, z & ~3}, ray.level};
                     return true;
@@ -237,7 +237,7 @@ bool RayWalk::walk_box(core::RayState& ray, const blocks::Block& block, StopAt s
                 }
                 if ((cell->detail >> bit & 1) == 0)
                     return hidden();
-                const voxel::VoxelAttr& attr = box.attrs()[cell->index_of(bit)];
+                const voxel::VoxelAttr& attr = box.attrs()[cell->compute_index(bit)];
                 if (attr.material != stop.passed) {
                     report(attr);
                     return true;

@@ -32,7 +32,7 @@ struct StopAt {
     static const StopAt kSolid;     ///< anything but air
     static const StopAt kNotWater;  ///< anything but air and water: how light reaches a lake's bed
     /// Where a medium ends, even if at air. Air is reported as a hit with the material air.
-    [[nodiscard]] static constexpr StopAt end_of(voxel::Material medium) noexcept {
+    [[nodiscard]] static constexpr StopAt find_end(voxel::Material medium) noexcept {
         return {medium, true};
     }
 };

@@ -22,7 +22,7 @@ namespace {
 /// Number of parts by which a row is shifted against the one above. It is close to the golden
 /// section of their number, so that no direction in the picture favours a part, and coprime to it,
 /// so that all shifts occur.
-std::uint32_t shift_of(std::uint32_t count) noexcept {
+std::uint32_t to_shift(std::uint32_t count) noexcept {
     auto shift = static_cast<std::uint32_t>(static_cast<double>(count) * 0.6180339887498949);
     while (shift > 1 && std::gcd(shift, count) != 1)
         --shift;
@@ -46,7 +46,7 @@ std::optional<Part> Part::parse(const std::string& text) {
 }
 
 bool Part::has(std::uint32_t column, std::uint32_t row) const noexcept {
-    return (column + std::uint64_t{row} * shift_of(count)) % count == index - 1;
+    return (column + std::uint64_t{row} * to_shift(count)) % count == index - 1;
 }
 
 namespace {
@@ -200,12 +200,12 @@ void Checkpoint::each(const std::function<void(tiles::TileResult&&)>& take) {
 }
 
 bool Checkpoint::has(const tiles::RenderTile& tile) const {
-    const std::uint32_t cell = cell_of(tile);
+    const std::uint32_t cell = find_cell(tile);
     return m_journal->at(cell).is_there() && !m_again[cell];
 }
 
-std::uint32_t Checkpoint::cell_of(const tiles::RenderTile& tile) const {
-    const auto cell = m_journal->key().grid.cell_of(tile);
+std::uint32_t Checkpoint::find_cell(const tiles::RenderTile& tile) const {
+    const auto cell = m_journal->key().grid.find_cell(tile);
     if (!cell)
         throw util::Error(kAttempt + " " + m_path.string() + ": the tile at (" +
                           std::to_string(tile.x0) + ", " + std::to_string(tile.y0) +
@@ -220,7 +220,7 @@ void Checkpoint::add(const tiles::TileResult& result) {
 
 void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
     const tiles::TileHead head = tiles::read_tile_head(bytes, "for " + m_path.string());
-    const std::uint32_t cell = cell_of(head.tile);
+    const std::uint32_t cell = find_cell(head.tile);
     if (head.content.layers != m_journal->key().with_layers)
         fail(m_path, std::string("the tile ") + std::to_string(cell) +
                          (head.content.layers ? " has layers; the picture has none"
@@ -234,7 +234,7 @@ void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
 }
 
 void Checkpoint::forget(const tiles::RenderTile& tile) {
-    const std::uint32_t cell = cell_of(tile);
+    const std::uint32_t cell = find_cell(tile);
     if (!m_journal->at(cell).is_there())
         return;
     m_journal->note(append(RecordKind::kForgotten, cell, {}), 0);

@@ -107,7 +107,7 @@ public:
 
 private:
     Record append(RecordKind kind, std::uint32_t cell, std::span<const std::byte> payload);
-    [[nodiscard]] std::uint32_t cell_of(const tiles::RenderTile& tile) const;
+    [[nodiscard]] std::uint32_t find_cell(const tiles::RenderTile& tile) const;
     void flush();
     const std::filesystem::path m_path;
     std::optional<TileJournal> m_journal;

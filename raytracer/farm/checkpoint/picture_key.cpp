@@ -139,7 +139,7 @@ PictureKey PictureKey::from_json(const std::string& text, const std::string& ori
     return out;
 }
 
-PictureKey key_of(const scene::Scene& scene, const voxel::WorldInfo& world,
+PictureKey to_key(const scene::Scene& scene, const voxel::WorldInfo& world,
                   std::vector<std::string> inputs) {
     PictureKey out;
     out.software = std::string("terravox ") + kVersion;
@@ -261,7 +261,7 @@ void add_all(Contents& contents, const fs::path& path, const IsOutput& is_output
         contents.add(file, file.lexically_relative(path).string());
 }
 
-std::string name_of(const fs::path& path, const IsOutput& is_output) {
+std::string to_name(const fs::path& path, const IsOutput& is_output) {
     Contents contents;
     add_all(contents, path, is_output);
     const fs::path bare = path.has_filename() ? path : path.parent_path();
@@ -276,10 +276,10 @@ std::vector<std::string> name_inputs(const std::vector<std::string>& inputs,
     std::vector<std::string> out;
     std::error_code ignored;
     for (const std::string& input : inputs)
-        out.push_back(fs::exists(input, ignored) ? name_of(input, is_output) : input);
+        out.push_back(fs::exists(input, ignored) ? to_name(input, is_output) : input);
     for (const fs::path& photo : orthophotos)
         out.push_back("orthophoto " +
-                      (fs::exists(photo, ignored) ? name_of(photo, is_output) : photo.string()));
+                      (fs::exists(photo, ignored) ? to_name(photo, is_output) : photo.string()));
     Contents shaping;
     add_all(shaping, material::find_materials(scene.quality.materials));
     for (const char* data : {"blocks", "classes", "palettes", "voxelize.toml"})

@@ -28,7 +28,8 @@ struct TileGrid {
     [[nodiscard]] std::uint32_t cells() const noexcept { return columns() * rows(); }
 
     /// @return nullopt for anything but a whole tile of a single pass with a pixel's first samples
-    [[nodiscard]] std::optional<std::uint32_t> cell_of(const tiles::RenderTile& t) const noexcept {
+    [[nodiscard]] std::optional<std::uint32_t> find_cell(
+        const tiles::RenderTile& t) const noexcept {
         const bool whole = t.step == 1 && !t.refines && t.first_sample == 0 && t.x0 >= 0 &&
                            t.y0 >= 0 && t.x0 < width_px && t.y0 < height_px &&
                            t.x0 % tile_px == 0 && t.y0 % tile_px == 0 &&
@@ -67,7 +68,7 @@ struct PictureKey {
 /// The key of a picture in this build.
 /// @param scene as it is rendered: with the actual tiles and layers
 /// @param inputs of name_inputs
-[[nodiscard]] PictureKey key_of(const scene::Scene& scene, const voxel::WorldInfo& world,
+[[nodiscard]] PictureKey to_key(const scene::Scene& scene, const voxel::WorldInfo& world,
                                 std::vector<std::string> inputs);
 
 /// A description of the difference between two keys: "camera.fov_deg = 40.0 there, 50.0 here".

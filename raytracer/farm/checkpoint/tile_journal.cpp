@@ -49,7 +49,7 @@ bool TileJournal::take(const Record& record, std::span<const std::byte> payload)
         return false;
     try {
         const tiles::TileHead head = tiles::read_tile_head(payload, m_file.path().string());
-        if (m_key.grid.cell_of(head.tile) != record.cell ||
+        if (m_key.grid.find_cell(head.tile) != record.cell ||
             head.content.layers != m_key.with_layers)
             return false;
         note(record, head.holes);

@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-int status_of(int raw) noexcept {
+int find_status(int raw) noexcept {
     return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
 }
 
@@ -67,7 +67,7 @@ private:
     posix_spawn_file_actions_t m_actions{};
 };
 
-std::vector<char*> arguments_of(const Command& command) {
+std::vector<char*> list_arguments(const Command& command) {
     std::vector<char*> argv;
     for (const std::string& word : command)
         // For the C interface; nothing is written there.
@@ -77,7 +77,7 @@ std::vector<char*> arguments_of(const Command& command) {
 }
 
 pid_t start(const Command& command, FileActions& actions) {
-    const std::vector<char*> argv = arguments_of(command);
+    const std::vector<char*> argv = list_arguments(command);
     pid_t child = 0;
     if (const int failed =
             ::posix_spawnp(&child, argv[0], actions.get(), nullptr, argv.data(), environ);
@@ -114,7 +114,7 @@ Child::Child(const Command& command, const std::filesystem::path& log) : m_name(
     const std::string program = animate::find_program(command.front()).string();
     if (program.empty())
         throw util::Error("start " + m_name + ": there is no such program");
-    const std::vector<char*> argv = arguments_of(command);
+    const std::vector<char*> argv = list_arguments(command);
     const OpenFile output(open_log(log));
     std::array<int, 2> wrong{};  // closed when the program has started, or carries the error
     if (::pipe2(wrong.data(), O_CLOEXEC) != 0)
@@ -153,7 +153,7 @@ std::optional<int> Child::wait(std::chrono::milliseconds timeout) {
         int raw = 0;
         const pid_t got = ::waitpid(m_pid, &raw, WNOHANG);
         if (got == m_pid)
-            m_status = status_of(raw);
+            m_status = find_status(raw);
         else if (got < 0 && errno != EINTR)
             throw util::Error("wait for " + m_name + ": " + std::strerror(errno));
         else {
@@ -182,7 +182,7 @@ int Child::stop(std::chrono::milliseconds timeout) noexcept {
             ::kill(m_pid, SIGKILL);
         ::poll(nullptr, 0, 20);
     }
-    m_status = status_of(raw);
+    m_status = find_status(raw);
     return *m_status;
 }
 
@@ -205,7 +205,7 @@ Finished run_to_end(const Command& command, const std::filesystem::path& folder)
     while (::waitpid(child, &raw, 0) < 0)
         if (errno != EINTR)
             throw util::Error("wait for " + command.front() + ": " + std::strerror(errno));
-    return {status_of(raw), out.text(), err.text()};
+    return {find_status(raw), out.text(), err.text()};
 }
 
 }  // namespace terravox::cluster

@@ -142,7 +142,7 @@ void give_token(Json& pod_template, const std::string& name) {
          {"valueFrom", {{"secretKeyRef", {{"name", name + "-token"}, {"key", "token"}}}}}});
 }
 
-std::string list_of(const Json& items) {
+std::string to_list(const Json& items) {
     try {
         return Json{{"apiVersion", "v1"}, {"kind", "List"}, {"items", items}}.dump(2) + "\n";
     } catch (const Json::type_error&) {
@@ -202,7 +202,7 @@ std::string kubernetes_array(const ArrayJob& job, const PodPlace& place) {
     join["spec"]["template"] = pod(job.name, job.join_name, bash(job.waiting_join_body),
                                    job.join_cpus, job.join_memory_mib, place);
     join["spec"]["template"]["spec"]["restartPolicy"] = "Never";
-    return list_of(Json::array({tasks, join}));
+    return to_list(Json::array({tasks, join}));
 }
 
 std::string kubernetes_pool(const std::string& name, const Command& render, int cpus,
@@ -243,7 +243,7 @@ std::string kubernetes_pool(const std::string& name, const Command& render, int 
     workers["spec"]["template"] = pod(name, "worker", arguments(worker), cpus, memory_mib, place);
     workers["spec"]["template"]["spec"]["restartPolicy"] = "Never";
     give_token(workers["spec"]["template"], name);
-    return list_of(Json::array({service, job, workers}));
+    return to_list(Json::array({service, job, workers}));
 }
 
 }  // namespace terravox::cluster

@@ -14,7 +14,7 @@ struct TaskPlan {
     util::IntRange frames;
     int per_task = 1;
     [[nodiscard]] int tasks() const noexcept { return (frames.count() + per_task - 1) / per_task; }
-    [[nodiscard]] int task_of(int frame) const noexcept {
+    [[nodiscard]] int find_task(int frame) const noexcept {
         return (frame - frames.first) / per_task;
     }
 };

@@ -24,9 +24,9 @@ BanList::Worker for_bans(const WorkerLink& worker, const std::string& dialled) {
 /// An identity that a worker cannot have many of; the name in its hello can be chosen freely.
 /// Machines that share a certificate count as one, which only makes the pool tolerate
 /// more failures.
-std::string identity_of(const WorkerLink& worker) {
+std::string make_identity(const WorkerLink& worker) {
     const std::string& name = worker.certified_name();
-    return name.empty() ? "host " + sockets::neighbourhood_of(worker.peer())
+    return name.empty() ? "host " + sockets::to_neighbourhood(worker.peer())
                         : "certificate " + name;
 }
 
@@ -135,7 +135,7 @@ void Farm::attach(ConnectedWorker& entry) {
                                              entry.link->begin(*m_picture.call),
                                              [link = entry.link] { return link->latency_s(); }};
     member.paused = entry.takes_nothing();
-    member.identity = identity_of(*entry.link);
+    member.identity = make_identity(*entry.link);
     const auto processor = member.processor;
     try {
         entry.member = m_picture.pool->add(std::move(member));
@@ -231,7 +231,7 @@ std::optional<farm::Hello> Farm::greet(net::Link& link, const std::string& diall
     return hello;
 }
 
-WorkerLink::Reported Farm::notifications_of(std::uint64_t id) {
+WorkerLink::Reported Farm::make_notifications(std::uint64_t id) {
     // Calls `act` with the lock held, if the worker is assigned to a pool.
     const auto with_entry = [this, id](const auto& act) {
         const std::lock_guard lock(m_mutex);
@@ -297,7 +297,7 @@ LinkOutcome Farm::serve(std::unique_ptr<net::Link> link, const std::string& dial
     // A worker that dialled in is known by its address alone, and may come again at once.
     if (dialled.empty() && !out.why.empty()) {
         const std::lock_guard lock(m_mutex);
-        m_refusals.refused(sockets::neighbourhood_of(peer), peer, out.why);
+        m_refusals.refused(sockets::to_neighbourhood(peer), peer, out.why);
     }
     return out;
 }
@@ -314,7 +314,7 @@ LinkOutcome Farm::serve_worker(std::unique_ptr<net::Link> link, const std::strin
         if (m_stop || (!dialled.empty() && !m_dialled.has(dialled)))
             return {};  // it was sent away before it was registered
         id = m_connected.next_id++;
-        WorkerLink::Reported reported = notifications_of(id);
+        WorkerLink::Reported reported = make_notifications(id);
         worker = std::make_shared<WorkerLink>(std::move(link), *std::move(hello), m_supplier,
                                               std::move(reported));
         m_connected.workers.emplace(id, ConnectedWorker{worker, dialled});

@@ -129,7 +129,7 @@ private:
     /// @return the hello of a worker; nullopt: an observer, or a worker that is banned
     /// @throws HelloError, Error
     [[nodiscard]] std::optional<farm::Hello> greet(net::Link& link, const std::string& dialled);
-    [[nodiscard]] WorkerLink::Reported notifications_of(std::uint64_t id);
+    [[nodiscard]] WorkerLink::Reported make_notifications(std::uint64_t id);
     /// Removes a worker whose link has ended, and logs the reason if it had a part in the picture.
     void remove(std::uint64_t id, const WorkerLink& worker, const std::string& dialled,
                 const std::string& why);

@@ -3,7 +3,7 @@
 namespace terravox::farm {
 namespace {
 
-std::string host_of(const std::string& peer) {
+std::string find_host(const std::string& peer) {
     return peer.substr(0, peer.rfind(':'));
 }
 
@@ -18,7 +18,7 @@ void BanList::ban(const Worker& worker) {
         m_banned.insert(worker.dialled);
         return;
     }
-    const std::string host = host_of(worker.peer);
+    const std::string host = find_host(worker.peer);
     if (m_banned.insert(name_at(worker.name, host)).second)
         ++m_number_of_host[host];
 }
@@ -26,7 +26,7 @@ void BanList::ban(const Worker& worker) {
 bool BanList::has(const Worker& worker) const {
     if (!worker.dialled.empty())
         return m_banned.contains(worker.dialled);
-    const auto host = m_number_of_host.find(host_of(worker.peer));
+    const auto host = m_number_of_host.find(find_host(worker.peer));
     return host != m_number_of_host.end() &&
            (host->second >= kMaxOfHost || m_banned.contains(name_at(worker.name, host->first)));
 }

@@ -191,7 +191,7 @@ void SocketProcessor::failed(const farm::Failed& failed) {
     fail(std::make_exception_ptr(processors::FailingProcessor(why, tile.value_or(none))));
 }
 
-std::vector<tiles::RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_t>& ids) {
+std::vector<tiles::RenderTile> SocketProcessor::list_tiles(const std::vector<std::uint64_t>& ids) {
     std::vector<tiles::RenderTile> out;
     const std::lock_guard lock(m_mutex);
     for (const std::uint64_t id : ids)

@@ -45,7 +45,7 @@ public:
     void lost(const std::string& why);
     void misbehaved(const std::string& what);
     /// The tiles of these leases; unknown leases are skipped.
-    [[nodiscard]] std::vector<tiles::RenderTile> tiles_of(const std::vector<std::uint64_t>& ids);
+    [[nodiscard]] std::vector<tiles::RenderTile> list_tiles(const std::vector<std::uint64_t>& ids);
 
 private:
     [[nodiscard]] bool has_answer() const noexcept {

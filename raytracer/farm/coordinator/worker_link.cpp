@@ -108,7 +108,7 @@ std::string WorkerLink::send_state(const std::string& hash) {
     return {};
 }
 
-std::shared_ptr<SocketProcessor> WorkerLink::processor_of(std::uint64_t picture) {
+std::shared_ptr<SocketProcessor> WorkerLink::find_processor(std::uint64_t picture) {
     const std::lock_guard lock(m_mutex);
     if (m_processor && m_processor->picture() == picture)
         return m_processor;
@@ -158,7 +158,7 @@ void WorkerLink::take_drain(const farm::Drain& drain) {
         processor = m_processor;
     }
     m_reported.drains(
-        processor ? processor->tiles_of({drain.given_back().begin(), drain.given_back().end()})
+        processor ? processor->list_tiles({drain.given_back().begin(), drain.given_back().end()})
                   : std::vector<tiles::RenderTile>{});
 }
 
@@ -182,11 +182,11 @@ std::string WorkerLink::take(const farm::Frame& frame) {
         }
         case farm::Frame::kNeedState: return send_state(frame.need_state().hash());
         case farm::Frame::kDone:
-            if (const auto processor = processor_of(frame.done().picture()))
+            if (const auto processor = find_processor(frame.done().picture()))
                 processor->done(frame.done());
             return {};
         case farm::Frame::kFailed:
-            if (const auto processor = processor_of(frame.failed().picture()))
+            if (const auto processor = find_processor(frame.failed().picture()))
                 processor->failed(frame.failed());
             return {};
         case farm::Frame::kNeedBox: return take_box_request(frame.need_box());

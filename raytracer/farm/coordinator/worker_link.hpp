@@ -124,7 +124,7 @@ private:
     void take_heartbeat(const farm::Heartbeat& heartbeat);
     void take_drain(const farm::Drain& drain);
     /// @return the processor of a picture; nullptr: the picture has ended
-    [[nodiscard]] std::shared_ptr<SocketProcessor> processor_of(std::uint64_t picture);
+    [[nodiscard]] std::shared_ptr<SocketProcessor> find_processor(std::uint64_t picture);
     [[nodiscard]] std::string send_state(const std::string& hash);
 
     const std::shared_ptr<net::Link> m_link;

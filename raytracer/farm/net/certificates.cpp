@@ -29,15 +29,15 @@ void free_names(GENERAL_NAMES* names) noexcept {
 
 /// @return false if there is no such list, since nothing is revoked then
 bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
-    const std::filesystem::path path = revocation_list_of(ca);
+    const std::filesystem::path path = find_revocation_list(ca);
     std::error_code unknown;
     if (!std::filesystem::exists(path, unknown) && !unknown)
         return false;
     const auto failed = [&](const std::string& why) {
         return util::Error("read the revoked certificates " + path.string() + ": " + why);
     };
-    const auto authority = certificates_of(text_of_pem(ca, "CA certificate"));
-    const CrlPtr list = crl_of(text_of_pem(path, "list of revoked certificates"));
+    const auto authority = parse_certificates(text_of_pem(ca, "CA certificate"));
+    const CrlPtr list = parse_crl(text_of_pem(path, "list of revoked certificates"));
     if (!list)
         throw failed("it is no PEM of an X.509 CRL");
     if (authority.empty() ||
@@ -49,7 +49,7 @@ bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
     return X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1;
 }
 
-std::string common_name_of(X509* certificate) {
+std::string read_common_name(X509* certificate) {
     std::array<char, 256> text{};
     const int size = X509_NAME_get_text_by_NID(X509_get_subject_name(certificate), NID_commonName,
                                                text.data(), static_cast<int>(text.size()));
@@ -58,7 +58,7 @@ std::string common_name_of(X509* certificate) {
 
 }  // namespace
 
-std::string role_of(X509* certificate) {
+std::string find_role(X509* certificate) {
     const std::unique_ptr<GENERAL_NAMES, FreeBy<free_names>> names(static_cast<GENERAL_NAMES*>(
         X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr)));
     if (!names)
@@ -77,7 +77,7 @@ std::string role_of(X509* certificate) {
     return {};
 }
 
-std::filesystem::path revocation_list_of(const std::filesystem::path& ca) {
+std::filesystem::path find_revocation_list(const std::filesystem::path& ca) {
     return std::filesystem::path(ca).replace_extension(".crl");
 }
 
@@ -85,7 +85,7 @@ Certified certified_peer(const grpc::AuthContext& context, const std::filesystem
     const auto shown = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
     const auto chain = shown.empty()
                            ? std::vector<CertificatePtr>()
-                           : certificates_of({shown.front().data(), shown.front().size()});
+                           : parse_certificates({shown.front().data(), shown.front().size()});
     if (chain.empty())
         throw RefusedError("it showed no certificate");
     X509* certificate = chain.front().get();
@@ -94,8 +94,8 @@ Certified certified_peer(const grpc::AuthContext& context, const std::filesystem
         throw RefusedError("its certificate does not carry the name " + std::string(kFarmName));
     if (is_revoked(certificate, ca))
         throw RefusedError("its certificate is revoked");
-    Certified out{role_of(certificate),
-                  common_name_of(certificate),
+    Certified out{find_role(certificate),
+                  read_common_name(certificate),
                   {shown.front().data(), shown.front().size()}};
     if (out.role.empty())
         throw RefusedError(
@@ -106,9 +106,9 @@ Certified certified_peer(const grpc::AuthContext& context, const std::filesystem
 RevocationWatch::RevocationWatch(std::string certificate, std::filesystem::path ca)
     : m_certificate(std::move(certificate)),
       m_ca(std::move(ca)),
-      m_list(revocation_list_of(m_ca)) {}
+      m_list(find_revocation_list(m_ca)) {}
 
-RevocationWatch::Stamp RevocationWatch::stamp_of(const std::filesystem::path& file) noexcept {
+RevocationWatch::Stamp RevocationWatch::make_stamp(const std::filesystem::path& file) noexcept {
     struct stat found{};
     if (::stat(file.c_str(), &found) != 0)
         return std::nullopt;
@@ -122,11 +122,11 @@ RevocationWatch::Stamp RevocationWatch::stamp_of(const std::filesystem::path& fi
 bool RevocationWatch::is_revoked() {
     const std::lock_guard lock(m_mutex);
     // The stamp is taken first: a change while the list is read is noticed at the next check.
-    const Stamp now = stamp_of(m_list);
+    const Stamp now = make_stamp(m_list);
     if (m_revoked || !now || now == m_read)
         return m_revoked;
     try {
-        const auto chain = certificates_of(m_certificate);
+        const auto chain = parse_certificates(m_certificate);
         m_revoked = !chain.empty() && net::is_revoked(chain.front().get(), m_ca);
         m_read = now;
     } catch (const std::exception& e) {
@@ -200,10 +200,10 @@ std::string pem_text(const Write& write) {
     const long size_bytes = BIO_get_mem_data(out.get(), &text);
     return {text, static_cast<std::size_t>(size_bytes)};
 }
-std::string pem_of(X509* certificate) {
+std::string to_pem(X509* certificate) {
     return pem_text([&](BIO* out) { return PEM_write_bio_X509(out, certificate); });
 }
-std::string pem_of(EVP_PKEY* key) {
+std::string to_pem(EVP_PKEY* key) {
     return pem_text([&](BIO* out) {
         return PEM_write_bio_PKCS8PrivateKey(out, key, nullptr, nullptr, 0, nullptr, nullptr);
     });
@@ -281,9 +281,9 @@ void check_name(const std::string& name) {
 }
 
 Pair read_ca(const fs::path& folder) {
-    auto known = certificates_of(text_of_pem(folder / "ca.pem", "CA certificate"));
+    auto known = parse_certificates(text_of_pem(folder / "ca.pem", "CA certificate"));
     Pair out;
-    out.key = key_of(text_of_pem(folder / "ca.key", "key of the CA"));
+    out.key = parse_key(text_of_pem(folder / "ca.key", "key of the CA"));
     if (known.empty() || !out.key ||
         X509_check_private_key(known.front().get(), out.key.get()) != 1) {
         ERR_clear_error();
@@ -365,8 +365,8 @@ Pair unexpired_ca(const fs::path& folder) {
 
 Pair new_ca(const fs::path& folder, NewFiles& files) {
     Pair ca = make_pair("Terravox farm CA", {}, kMaxCertificate_days, nullptr);
-    files.write(folder / "ca.key", pem_of(ca.key.get()), kPrivate);
-    files.write(folder / "ca.pem", pem_of(ca.certificate.get()), kPublic);
+    files.write(folder / "ca.key", to_pem(ca.key.get()), kPrivate);
+    files.write(folder / "ca.pem", to_pem(ca.certificate.get()), kPublic);
     return ca;
 }
 
@@ -376,10 +376,10 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
     for (const auto& name : names)
         check_name(name);
     const Pair ca = read_ca(folder);
-    const fs::path path = revocation_list_of(folder / "ca.pem");
+    const fs::path path = find_revocation_list(folder / "ca.pem");
     CrlPtr list;
     if (fs::exists(path)) {
-        list = crl_of(text_of_pem(path, "list of revoked certificates"));
+        list = parse_crl(text_of_pem(path, "list of revoked certificates"));
         if (!list || X509_CRL_verify(list.get(), ca.key.get()) != 1) {
             ERR_clear_error();
             throw util::Error("read the revoked certificates " + path.string() +
@@ -394,7 +394,7 @@ void revoke_certs(const fs::path& folder, const std::vector<std::string>& names)
     }
     for (const auto& name : names) {
         const fs::path file = folder / (name + ".pem");
-        const auto chain = certificates_of(text_of_pem(file, "certificate"));
+        const auto chain = parse_certificates(text_of_pem(file, "certificate"));
         if (chain.empty() || X509_verify(chain.front().get(), ca.key.get()) != 1) {
             ERR_clear_error();
             throw util::Error("revoke " + file.string() +
@@ -430,8 +430,8 @@ void make_certs(const fs::path& folder, const std::vector<std::string>& names, i
             !role.empty() ? role
                           : std::string(name == kCoordinatorRole ? kCoordinatorRole : kWorkerRole),
             days, &ca);
-        files.write(folder / (name + ".key"), pem_of(one.key.get()), kPrivate);
-        files.write(folder / (name + ".pem"), pem_of(one.certificate.get()), kPublic);
+        files.write(folder / (name + ".key"), to_pem(one.key.get()), kPrivate);
+        files.write(folder / (name + ".pem"), to_pem(one.certificate.get()), kPublic);
     }
     files.keep();
 }

@@ -21,12 +21,12 @@ inline constexpr std::string_view kCoordinatorRole = "coordinator";
 inline constexpr std::string_view kRoleUri = "urn:terravox:farm:";
 
 /// @return kWorkerRole, kCoordinatorRole, or empty: it names none
-[[nodiscard]] std::string role_of(X509* certificate);
+[[nodiscard]] std::string find_role(X509* certificate);
 
 /// The list of revoked certificates of a CA (X.509 CRL, PEM), which is next to it: ca.crl for
 /// ca.pem. It is read for each connection, and again for existing ones once its file has changed
 /// (RevocationWatch).
-[[nodiscard]] std::filesystem::path revocation_list_of(const std::filesystem::path& ca);
+[[nodiscard]] std::filesystem::path find_revocation_list(const std::filesystem::path& ca);
 
 /// What a certificate states about its owner.
 struct Certified {
@@ -60,7 +60,7 @@ private:
     /// Identifies a version of a file: device, inode, size, and times of content and inode in ns;
     /// nullopt: there is no file.
     using Stamp = std::optional<std::array<std::int64_t, 5>>;
-    [[nodiscard]] static Stamp stamp_of(const std::filesystem::path& file) noexcept;
+    [[nodiscard]] static Stamp make_stamp(const std::filesystem::path& file) noexcept;
 
     const std::string m_certificate;
     const std::filesystem::path m_ca;

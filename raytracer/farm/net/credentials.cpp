@@ -53,7 +53,7 @@ void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<Certif
                         X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
         throw refuse("it does not carry the name " + std::string(kFarmName) +
                      "; terravox farm certs makes certificates that do");
-    if (role_of(chain.front().get()).empty())
+    if (find_role(chain.front().get()).empty())
         throw refuse("it names no role; terravox farm certs makes certificates with a role");
 }
 
@@ -103,9 +103,9 @@ Pem read_pem(const Credentials& credentials) {
         return util::Error("read " + path.string() + ": it holds no " + what + "; allowed: PEM" +
                            (std::string(what) == "key" ? " without a pass phrase" : ""));
     };
-    const auto ca = certificates_of(out.ca);
-    const auto chain = certificates_of(out.certificate);
-    const auto key = key_of(out.key);
+    const auto ca = parse_certificates(out.ca);
+    const auto chain = parse_certificates(out.certificate);
+    const auto key = parse_key(out.key);
     if (ca.empty())
         throw no_pem(credentials.ca, "certificate");
     if (chain.empty())

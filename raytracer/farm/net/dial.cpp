@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::string text_of(const grpc::Status& status) {
+std::string to_text(const grpc::Status& status) {
     if (status.ok())
         return "the other end closed it";
     return status.error_message().empty() ? "gRPC status " + std::to_string(status.error_code())
@@ -83,7 +83,7 @@ private:
     void OnReadDone(bool ok) override { read_done(ok, nullptr); }
     void OnWriteDone(bool ok) override { write_done(ok); }
     void OnDone(const grpc::Status& status) override {
-        ended(text_of(status));
+        ended(to_text(status));
         {
             const std::lock_guard lock(m_taken_mutex);
             if (!m_status)
@@ -145,14 +145,14 @@ std::unique_ptr<Link> dial_with_token(const sockets::Endpoint& endpoint, const s
                                endpoint.text(), {}, deadline);
     if (!link)
         throw util::Error(
-            attempt + (status.ok() ? "no answer in time after the handshake" : text_of(status)));
+            attempt + (status.ok() ? "no answer in time after the handshake" : to_text(status)));
     return std::move(link);
 }
 
 /// The reason that gRPC reports for a failed connection with certificates, and whether another try
 /// is worthwhile. Only gRPC's message text is available.
-std::pair<std::string, bool> refusal_of(const grpc::Status& status, const std::string& endpoint) {
-    std::string why = text_of(status);
+std::pair<std::string, bool> to_refusal(const grpc::Status& status, const std::string& endpoint) {
+    std::string why = to_text(status);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE)
         return {why, true};
     if (const auto at = why.rfind(endpoint + ": "); at != std::string::npos)
@@ -187,7 +187,7 @@ std::unique_ptr<Link> dial_with_certificate(const sockets::Endpoint& endpoint, c
     const std::string attempt = "connect to " + endpoint.text() + ": ";
     if (status.ok())
         throw util::Error(attempt + "no answer in time");
-    const auto [why, for_good] = refusal_of(status, endpoint.text());
+    const auto [why, for_good] = to_refusal(status, endpoint.text());
     if (for_good)
         throw RefusedError(attempt + why);
     throw util::Error(attempt + why);

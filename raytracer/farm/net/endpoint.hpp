@@ -19,8 +19,8 @@ inline constexpr std::uint16_t kWorkerPort = 7878;       ///< worker --listen, r
 inline constexpr std::uint16_t kCoordinatorPort = 7879;  ///< render --listen, worker --join
 
 /// How both ends authenticate: either with a shared token, or with certificates of one CA on both
-/// sides, which carry the DNS name "terravox-farm" (certificates.hpp makes these). With a token nothing is
-/// encrypted: for trusted networks (handshake.hpp).
+/// sides, which carry the DNS name "terravox-farm" (certificates.hpp makes these). With a token
+/// nothing is encrypted: for trusted networks (handshake.hpp).
 struct Credentials {
     std::string token;  ///< as util::check_token() wants it; empty with certificates
     std::filesystem::path ca, certificate, key;  ///< PEM; all three, or none

@@ -16,11 +16,12 @@ namespace {
 constexpr std::string_view kOfDialler = "terravox farm 1: dialler";
 constexpr std::string_view kOfListener = "terravox farm 1: listener";
 
-std::span<const std::byte> bytes_of(std::string_view text) {
+std::span<const std::byte> to_bytes(std::string_view text) {
     return std::as_bytes(std::span(text));
 }
 
-Proof proof_of(const std::string& token, std::initializer_list<std::span<const std::byte>> parts) {
+Proof make_proof(const std::string& token,
+                 std::initializer_list<std::span<const std::byte>> parts) {
     Bytes message;
     for (const auto part : parts)
         message.insert(message.end(), part.begin(), part.end());
@@ -34,9 +35,9 @@ Proof proof_of(const std::string& token, std::initializer_list<std::span<const s
     return out;
 }
 
-Bytes hello_of(const Nonce& nonce) {
+Bytes encode_hello(const Nonce& nonce) {
     Bytes out;
-    const auto magic = bytes_of(kHandshakeMagic);
+    const auto magic = to_bytes(kHandshakeMagic);
     out.insert(out.end(), magic.begin(), magic.end());
     out.push_back(std::byte{kHandshakeVersion});
     out.insert(out.end(), nonce.begin(), nonce.end());
@@ -45,13 +46,13 @@ Bytes hello_of(const Nonce& nonce) {
 
 /// Whether the bytes so far could be the beginning of a hello.
 bool begins_like_hello(std::span<const std::byte> bytes) {
-    const auto magic = bytes_of(kHandshakeMagic);
+    const auto magic = to_bytes(kHandshakeMagic);
     const auto size_bytes = std::min(bytes.size(), magic.size());
     return std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size_bytes),
                       magic.begin());
 }
 
-Nonce nonce_of(std::span<const std::byte> hello) {
+Nonce read_nonce(std::span<const std::byte> hello) {
     Nonce out{};
     std::copy_n(hello.begin() + static_cast<std::ptrdiff_t>(kHello_bytes - kNonce_bytes),
                 kNonce_bytes, out.begin());
@@ -61,7 +62,7 @@ Nonce nonce_of(std::span<const std::byte> hello) {
 Proof listener_proof(const std::string& token, Verdict verdict, const Nonce& dialler,
                      const Nonce& listener) {
     const std::array said{static_cast<std::byte>(verdict)};
-    return proof_of(token, {bytes_of(kOfListener), said, dialler, listener});
+    return make_proof(token, {to_bytes(kOfListener), said, dialler, listener});
 }
 
 }  // namespace
@@ -89,17 +90,17 @@ ListenerHandshake::Step ListenerHandshake::take(std::span<const std::byte> bytes
         if (m_in.size() < kHello_bytes)
             return {};
         m_version_of_peer = std::to_integer<int>(m_in[kHandshakeMagic.size()]);
-        m_theirs = nonce_of(m_in);
+        m_theirs = read_nonce(m_in);
         m_in.clear();
         m_greeted = true;
         return {m_version_of_peer == kHandshakeVersion ? Outcome::kMore : Outcome::kAnotherVersion,
-                hello_of(m_ours)};
+                encode_hello(m_ours)};
     }
     if (m_in.size() < kProof_bytes)
         return {};
     if (m_token.empty())
         return {Outcome::kWrongToken, {}};
-    const Proof expected = proof_of(m_token, {bytes_of(kOfDialler), m_theirs, m_ours});
+    const Proof expected = make_proof(m_token, {to_bytes(kOfDialler), m_theirs, m_ours});
     const bool same = CRYPTO_memcmp(expected.data(), m_in.data(), kProof_bytes) == 0;
     return {same ? Outcome::kProven : Outcome::kWrongToken, {}};
 }
@@ -116,7 +117,7 @@ DiallerHandshake::DiallerHandshake(std::string token)
     : m_token(std::move(token)), m_ours(new_nonce()) {}
 
 Bytes DiallerHandshake::hello() const {
-    return hello_of(m_ours);
+    return encode_hello(m_ours);
 }
 
 Bytes DiallerHandshake::prove(std::span<const std::byte, kHello_bytes> hello) {
@@ -126,8 +127,8 @@ Bytes DiallerHandshake::prove(std::span<const std::byte, kHello_bytes> hello) {
         version != kHandshakeVersion)
         throw RefusedError("it uses handshake version " + std::to_string(version) +
                            "; allowed: " + std::to_string(kHandshakeVersion));
-    m_theirs = nonce_of(hello);
-    const Proof proof = proof_of(m_token, {bytes_of(kOfDialler), m_ours, m_theirs});
+    m_theirs = read_nonce(hello);
+    const Proof proof = make_proof(m_token, {to_bytes(kOfDialler), m_ours, m_theirs});
     return {proof.begin(), proof.end()};
 }
 

@@ -39,7 +39,7 @@ inline std::string openssl_reason() {
 }
 
 /// @return all certificates of a file, in its order
-inline std::vector<CertificatePtr> certificates_of(const std::string& pem) {
+inline std::vector<CertificatePtr> parse_certificates(const std::string& pem) {
     const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
     std::vector<CertificatePtr> out;
     while (in) {
@@ -53,7 +53,7 @@ inline std::vector<CertificatePtr> certificates_of(const std::string& pem) {
 }
 
 /// @return the list of revoked certificates, or null
-inline CrlPtr crl_of(const std::string& pem) {
+inline CrlPtr parse_crl(const std::string& pem) {
     const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
     CrlPtr out(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
     ERR_clear_error();
@@ -61,7 +61,7 @@ inline CrlPtr crl_of(const std::string& pem) {
 }
 
 /// @return the key, or null; keys with a pass phrase are not supported
-inline KeyPtr key_of(const std::string& pem) {
+inline KeyPtr parse_key(const std::string& pem) {
     const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
     const auto no_phrase = [](char*, int, int, void*) { return -1; };
     return KeyPtr(in ? PEM_read_bio_PrivateKey(in.get(), nullptr, no_phrase, nullptr) : nullptr);

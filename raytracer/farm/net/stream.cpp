@@ -21,8 +21,8 @@ grpc::ByteBuffer serialized(const farm::Frame& frame, const std::string& peer) {
     return bytes;
 }
 
-std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t size_bytes,
-                                          const std::string& peer) {
+std::vector<grpc::ByteBuffer> make_messages(const farm::Frame& frame, std::size_t size_bytes,
+                                            const std::string& peer) {
     std::vector<grpc::ByteBuffer> out;
     if (size_bytes <= Stream::kMaxPiece_bytes) {
         out.push_back(serialized(frame, peer));
@@ -51,7 +51,7 @@ bool Stream::send(const farm::Frame& frame) {
     const bool fits = size_bytes <= kMaxFrame_bytes;
     std::vector<grpc::ByteBuffer> messages;
     if (fits)
-        messages = messages_of(frame, size_bytes, m_peer);
+        messages = make_messages(frame, size_bytes, m_peer);
     std::unique_lock lock(m_mutex);
     // A peer that accepts nothing must not block a thread that serves others, too.
     if (!wait_for_room(lock)) {

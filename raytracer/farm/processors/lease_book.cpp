@@ -9,19 +9,19 @@
 namespace terravox::processors {
 namespace {
 
-int rows_of(const tiles::RenderTile& band) noexcept {
+int count_rows(const tiles::RenderTile& band) noexcept {
     return band.y1 - band.y0;
 }
 
 /// The end of a band of about this many pixels: a multiple of the minimum number of rows, so that
 /// blocks of pixels stay whole.
 int end_row(const tiles::RenderTile& band, std::size_t pixels) noexcept {
-    const std::size_t all = LeaseBook::pixels_of(band);
+    const std::size_t all = LeaseBook::count_pixels(band);
     if (pixels >= all)
         return band.y1;
     const int grain = LeaseBook::kMinRows * band.step;
     const auto rows =
-        static_cast<int>(static_cast<double>(rows_of(band)) * static_cast<double>(pixels) /
+        static_cast<int>(static_cast<double>(count_rows(band)) * static_cast<double>(pixels) /
                          static_cast<double>(std::max<std::size_t>(all, 1)));
     const int end = (band.y0 + std::max(rows, 1) + grain - 1) / grain * grain;
     return band.y1 - end < grain ? band.y1 : end;
@@ -29,7 +29,7 @@ int end_row(const tiles::RenderTile& band, std::size_t pixels) noexcept {
 
 }  // namespace
 
-std::size_t LeaseBook::pixels_of(const tiles::RenderTile& band) noexcept {
+std::size_t LeaseBook::count_pixels(const tiles::RenderTile& band) noexcept {
     const auto multiples = [](int begin, int end, int of) {
         return static_cast<std::size_t>(std::max((end + of - 1) / of - (begin + of - 1) / of, 0));
     };
@@ -61,16 +61,16 @@ void LeaseBook::add(const tiles::RenderTile& tile) {
     Slot& slot = m_slots[tile.index];
     slot = {};
     slot.tile = tile;
-    slot.rows_left = rows_of(tile);
+    slot.rows_left = count_rows(tile);
     m_pending.push_back({tile, 0});
-    m_pending_pixels += pixels_of(tile);
+    m_pending_pixels += count_pixels(tile);
     ++m_unfinished;
 }
 
 tiles::RenderTile LeaseBook::begin(Member member, UnitId id, Time now) {
     Unit& unit = m_units.at(id);
     if (unit.copies++ == 0 && !unit.is_check)
-        m_leased_pixels += pixels_of(unit.band);
+        m_leased_pixels += count_pixels(unit.band);
     m_leases[member].push_back({id, now, Time::max()});
     return unit.band;
 }
@@ -109,10 +109,10 @@ std::optional<tiles::RenderTile> LeaseBook::lease(Member member, std::size_t pix
         }
         tiles::RenderTile band = it->band;
         band.y1 = end_row(band, pixels);
-        m_pending_pixels -= pixels_of(it->band);
+        m_pending_pixels -= count_pixels(it->band);
         if (band.y1 < it->band.y1) {
             it->band.y0 = band.y1;
-            m_pending_pixels += pixels_of(it->band);
+            m_pending_pixels += count_pixels(it->band);
         } else {
             m_pending.erase(it);
         }
@@ -146,8 +146,8 @@ void LeaseBook::set_deadline(Member member, const tiles::RenderTile& band, Time 
 
 // Of two leases of the same band, returns the one that is still needed: the other was withdrawn,
 // and may never be answered.
-std::vector<LeaseBook::Lease>::iterator LeaseBook::lease_of(std::vector<Lease>& leases,
-                                                            const tiles::RenderTile& band) {
+std::vector<LeaseBook::Lease>::iterator LeaseBook::find_lease(std::vector<Lease>& leases,
+                                                              const tiles::RenderTile& band) {
     const auto first = std::find_if(leases.begin(), leases.end(), [&](const Lease& l) {
         return m_units.at(l.unit).band == band;
     });
@@ -170,7 +170,7 @@ void LeaseBook::end_lease(Member member, std::size_t place) {
 std::optional<tiles::TileResult> LeaseBook::add_part(Member member, tiles::TileResult&& result) {
     Slot& slot = m_slots.at(result.tile.index);
     const int first = result.tile.y0;
-    slot.rows_left -= rows_of(result.tile);
+    slot.rows_left -= count_rows(result.tile);
     slot.parts[first] = {member, std::move(result)};
     if (slot.rows_left > 0)
         return std::nullopt;
@@ -199,11 +199,11 @@ std::optional<tiles::TileResult> LeaseBook::add_part(Member member, tiles::TileR
 
 LeaseBook::Taken LeaseBook::take(Member member, tiles::TileResult&& result) {
     Taken out;
-    out.pixels = pixels_of(result.tile);
+    out.pixels = count_pixels(result.tile);
     const auto own = m_leases.find(member);
     if (own == m_leases.end())
         return out;
-    const auto lease = lease_of(own->second, result.tile);
+    const auto lease = find_lease(own->second, result.tile);
     if (lease == own->second.end())
         return out;
     const UnitId id = lease->unit;
@@ -276,8 +276,8 @@ void LeaseBook::put_back(UnitId id) {
     if (unit.copies > 0)
         return;  // another member leases it
     if (!unit.done) {
-        m_leased_pixels -= pixels_of(unit.band);
-        m_pending_pixels += pixels_of(unit.band);
+        m_leased_pixels -= count_pixels(unit.band);
+        m_pending_pixels += count_pixels(unit.band);
         // The next lease may cut it; if it is pending already, it is from now on a band like any
         // other.
         std::erase_if(m_pending, [&](const Pending& p) { return p.unit == id; });
@@ -304,7 +304,7 @@ std::size_t LeaseBook::give_back(Member member) {
 
 void LeaseBook::give_back(Member member, const tiles::RenderTile& band) {
     auto& own = m_leases[member];
-    const auto lease = lease_of(own, band);
+    const auto lease = find_lease(own, band);
     if (lease == own.end())
         return;
     const UnitId id = lease->unit;
@@ -339,10 +339,10 @@ std::vector<std::uint32_t> LeaseBook::revoke(Member member) {
     for (auto& [index, slot] : m_slots) {
         const bool whole = slot.rows_left == 0;
         if (whole && std::find(slot.by.begin(), slot.by.end(), member) != slot.by.end()) {
-            slot.rows_left = rows_of(slot.tile);
+            slot.rows_left = count_rows(slot.tile);
             slot.by.clear();
             m_pending.push_front({slot.tile, 0});
-            m_pending_pixels += pixels_of(slot.tile);
+            m_pending_pixels += count_pixels(slot.tile);
             ++m_unfinished;
             whole_ones.push_back(index);
             continue;
@@ -353,9 +353,9 @@ std::vector<std::uint32_t> LeaseBook::revoke(Member member) {
                 continue;
             }
             const tiles::RenderTile band = it->second.result.tile;
-            slot.rows_left += rows_of(band);
+            slot.rows_left += count_rows(band);
             m_pending.push_front({band, 0});
-            m_pending_pixels += pixels_of(band);
+            m_pending_pixels += count_pixels(band);
             it = slot.parts.erase(it);
         }
     }
@@ -384,13 +384,13 @@ std::vector<LeaseBook::Open> LeaseBook::open_leases() const {
         for (const Lease& lease : leases) {
             const Unit& unit = m_units.at(lease.unit);
             if (!unit.done && !unit.is_check)
-                out.push_back({member, unit.band, pixels_of(unit.band), lease.given,
+                out.push_back({member, unit.band, count_pixels(unit.band), lease.given,
                                unit.copies == 1 && !unit.is_pending});
         }
     return out;
 }
 
-LeaseBook::Load LeaseBook::load_of(Member member) const {
+LeaseBook::Load LeaseBook::measure_load(Member member) const {
     Load out;
     const auto own = m_leases.find(member);
     if (own == m_leases.end())
@@ -400,7 +400,7 @@ LeaseBook::Load LeaseBook::load_of(Member member) const {
         if (unit.done)
             continue;
         ++out.leases;
-        out.pixels += pixels_of(unit.band);
+        out.pixels += count_pixels(unit.band);
     }
     return out;
 }

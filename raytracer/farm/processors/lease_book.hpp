@@ -106,7 +106,7 @@ public:
         std::size_t leases = 0;
         std::size_t pixels = 0;
     };
-    [[nodiscard]] Load load_of(Member member) const;
+    [[nodiscard]] Load measure_load(Member member) const;
     [[nodiscard]] bool has(Member member, const tiles::RenderTile& band) const;
     [[nodiscard]] std::size_t pending_pixels() const noexcept { return m_pending_pixels; }
     /// Pixels that are leased and not answered.
@@ -116,7 +116,7 @@ public:
     /// Tiles that are not whole, for the first time or again.
     [[nodiscard]] std::size_t unfinished() const noexcept { return m_unfinished; }
 
-    [[nodiscard]] static std::size_t pixels_of(const tiles::RenderTile& band) noexcept;
+    [[nodiscard]] static std::size_t count_pixels(const tiles::RenderTile& band) noexcept;
     /// Minimum number of rows of traced pixels in a band: two rows of blocks, which beams consist
     /// of.
     static constexpr int kMinRows = 8;
@@ -158,8 +158,8 @@ private:
     void forget_done();
     void put_back(UnitId id);
     [[nodiscard]] tiles::RenderTile begin(Member member, UnitId id, Time now);
-    [[nodiscard]] std::vector<Lease>::iterator lease_of(std::vector<Lease>& leases,
-                                                        const tiles::RenderTile& band);
+    [[nodiscard]] std::vector<Lease>::iterator find_lease(std::vector<Lease>& leases,
+                                                          const tiles::RenderTile& band);
     void end_lease(Member member, std::size_t place);
     void new_pass();
     std::optional<tiles::TileResult> add_part(Member member, tiles::TileResult&& result);

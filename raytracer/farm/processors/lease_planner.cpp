@@ -62,7 +62,7 @@ MemberId LeasePlanner::first_to_be_done() const {
             member.pixels_per_s() <= 0)
             continue;
         const double left_s =
-            static_cast<double>(m_book.load_of(id).pixels) / member.pixels_per_s();
+            static_cast<double>(m_book.measure_load(id).pixels) / member.pixels_per_s();
         if (best == 0 || left_s < best_s) {
             best = id;
             best_s = left_s;
@@ -73,7 +73,7 @@ MemberId LeasePlanner::first_to_be_done() const {
 
 void LeasePlanner::plan_checks(MemberId id, PoolMember& member, Time now, std::vector<Grant>& out) {
     const std::size_t max_leases = member.max_leases();
-    while (m_book.checks_wait() && m_book.load_of(id).leases < max_leases)
+    while (m_book.checks_wait() && m_book.measure_load(id).leases < max_leases)
         if (const auto band = m_book.lease_check(id, now))
             grant(id, member, *band, now, out);
 }
@@ -85,7 +85,7 @@ void LeasePlanner::plan_member(MemberId id, PoolMember& member, Time now, std::v
     // Several bands for each thread, so that none waits for the others at the end.
     const std::size_t size = std::clamp(wanted / (threads * 2), kMinBand, kMaxBand);
     while (true) {
-        const LeaseBook::Load load = m_book.load_of(id);
+        const LeaseBook::Load load = m_book.measure_load(id);
         // One band more than it has threads hides the latency, however small the bands are.
         const bool has_enough = load.pixels >= wanted && load.leases > threads;
         const bool must_answer = member.is_on_probation() && load.leases > 0;
@@ -149,7 +149,7 @@ std::optional<double> LeasePlanner::worthwhile_left_s(const LeaseBook::Open& lea
     const double owner_speed = owner->pixels_per_s();
     double left_s = std::max(1.0, passed_s);
     if (owner_speed > 0) {
-        const auto load = static_cast<double>(m_book.load_of(lease.member).pixels);
+        const auto load = static_cast<double>(m_book.measure_load(lease.member).pixels);
         left_s = load / owner_speed - passed_s * 0.5;
     }
     const double speed = member.pixels_per_s();
@@ -159,10 +159,10 @@ std::optional<double> LeasePlanner::worthwhile_left_s(const LeaseBook::Open& lea
     return left_s;
 }
 
-LeasePlanner::Time LeasePlanner::deadline_of(MemberId id, const PoolMember& member,
-                                             Time now) const {
+LeasePlanner::Time LeasePlanner::find_deadline(MemberId id, const PoolMember& member,
+                                               Time now) const {
     const double speed = member.pixels_per_s();
-    const auto load = static_cast<double>(m_book.load_of(id).pixels);
+    const auto load = static_cast<double>(m_book.measure_load(id).pixels);
     const double expected_s = speed > 0 ? std::min(3 * load / speed, kMaxExpected_s) : 0;
     const auto expected = std::chrono::duration_cast<Time::duration>(Seconds(expected_s));
     return now + std::max<Time::duration>(m_min_deadline, expected);
@@ -172,7 +172,7 @@ void LeasePlanner::grant(MemberId id, PoolMember& member, const tiles::RenderTil
                          std::vector<Grant>& out) {
     member.on_lease(now);
     if (!member.spec().trusted)
-        m_book.set_deadline(id, band, deadline_of(id, member, now));
+        m_book.set_deadline(id, band, find_deadline(id, member, now));
     out.push_back({id, member.spec().processor, band, false});
 }
 

@@ -55,7 +55,7 @@ private:
                                     std::vector<Grant>& out);
     [[nodiscard]] std::optional<double> worthwhile_left_s(const LeaseBook::Open& lease,
                                                           const PoolMember& member, Time now) const;
-    [[nodiscard]] Time deadline_of(MemberId id, const PoolMember& member, Time now) const;
+    [[nodiscard]] Time find_deadline(MemberId id, const PoolMember& member, Time now) const;
     void grant(MemberId id, PoolMember& member, const tiles::RenderTile& band, Time now,
                std::vector<Grant>& out);
 

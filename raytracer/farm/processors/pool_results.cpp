@@ -9,13 +9,13 @@
 namespace terravox::processors {
 
 bool ResultQueue::begins_pass(const tiles::RenderTile& tile) const noexcept {
-    return m_pass != pass_of(tile);
+    return m_pass != to_pass(tile);
 }
 
 void ResultQueue::expect(const tiles::RenderTile& tile) {
     if (begins_pass(tile))
         m_taken.clear();
-    m_pass = pass_of(tile);
+    m_pass = to_pass(tile);
     ++m_first_left;
 }
 

@@ -54,7 +54,7 @@ private:
         std::uint32_t first_sample = 0;
         friend bool operator==(const Pass&, const Pass&) = default;
     };
-    [[nodiscard]] static Pass pass_of(const tiles::RenderTile& tile) noexcept {
+    [[nodiscard]] static Pass to_pass(const tiles::RenderTile& tile) noexcept {
         return {tile.pass, tile.first_sample};
     }
 

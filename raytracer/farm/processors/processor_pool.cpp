@@ -397,7 +397,7 @@ void ProcessorPool::feed() {
 void ProcessorPool::tick(std::unique_lock<std::mutex>& lock) {
     const auto now = Clock::now();
     for (auto& [id, member] : m_members.all())
-        if (m_book.load_of(id).leases == 0)
+        if (m_book.measure_load(id).leases == 0)
             member.on_idle(now);
     const bool has_expired = expire_leases(now);
     watch_for_members(now);
@@ -455,7 +455,7 @@ std::vector<ProcessorPool::Status> ProcessorPool::status() const {
     std::vector<Status> out;
     const auto now = Clock::now();
     for (const auto& [id, member] : m_members.all())
-        out.push_back(member.status(id, m_book.load_of(id).leases, now));
+        out.push_back(member.status(id, m_book.measure_load(id).leases, now));
     return out;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 /// Layers are kept only for EXR files, as in a picture rendered in one go: the other formats list
 /// none in their metadata, and the memory is saved.
-scene::Scene scene_of(const farm::PictureKey& key, const std::vector<std::string>& files) {
+scene::Scene make_scene(const farm::PictureKey& key, const std::vector<std::string>& files) {
     scene::Scene scene;
     scene::parse_scene(key.scene, "of the checkpoint", scene);
     if (std::none_of(files.begin(), files.end(), output::is_exr))
@@ -26,7 +26,7 @@ scene::Scene scene_of(const farm::PictureKey& key, const std::vector<std::string
     return scene;
 }
 
-output::StreamShape shape_of(const farm::PictureKey& key, const scene::Scene& scene) {
+output::StreamShape make_shape(const farm::PictureKey& key, const scene::Scene& scene) {
     return {key.grid.width_px, key.grid.height_px, key.grid.tile_px,
             scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise};
 }
@@ -45,12 +45,12 @@ void count(const tiles::TileResult& tile, RenderStatistics& s) {
 
 void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
                            const PictureOptions& options) {
-    const scene::Scene scene = scene_of(key, files);
+    const scene::Scene scene = make_scene(key, files);
     for (const std::string& file : files)
         output::check_image_target(file, key.grid.width_px, key.grid.height_px);
     if (scene.output.denoise)
         output::check_can_denoise();
-    const output::StreamShape shape = shape_of(key, scene);
+    const output::StreamShape shape = make_shape(key, scene);
     if (!streams(shape, options))
         return;
     if (scene.output.denoise)
@@ -73,8 +73,8 @@ RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
                                        const std::vector<std::string>& files,
                                        const PictureOptions& options) {
     const farm::PictureKey& key = tiles.key();
-    const scene::Scene scene = scene_of(key, files);
-    const output::StreamShape shape = shape_of(key, scene);
+    const scene::Scene scene = make_scene(key, files);
+    const output::StreamShape shape = make_shape(key, scene);
     const voxel::WorldInfo world = voxel::world_from_json(key.world, "the checkpoint");
     // No ray is traced, so the looks of materials are not needed.
     const shade::View view = shade::make_view(scene, world, nullptr);

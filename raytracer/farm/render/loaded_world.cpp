@@ -15,7 +15,7 @@ farm::BoxSource box_source(const worlds::WorldOptions& world, const std::stop_to
     if (!world.additions.empty())
         return out;
     const std::string& input = world.inputs.front();
-    switch (worlds::kind_of(input).farm_access) {
+    switch (worlds::find_kind(input).farm_access) {
         case worlds::FarmAccess::kFromCoordinator: break;
         case worlds::FarmAccess::kBySeed: {
             const bool has_seed = input.find(':') != std::string::npos;

@@ -16,14 +16,14 @@
 namespace terravox::render {
 namespace {
 
-output::StreamShape shape_of(const scene::Scene& scene) {
+output::StreamShape make_shape(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
     return {width, height, scene.quality.tile.in_picture(width),
             scene.output.layers != core::PictureLayers::kBeauty || scene.output.denoise};
 }
 
 bool streams(const scene::Scene& scene) {
-    return output::must_stream(shape_of(scene),
+    return output::must_stream(make_shape(scene),
                                (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2);
 }
 
@@ -32,7 +32,7 @@ bool streams(const scene::Scene& scene) {
 scene::TileSize tiles_that_fit(const scene::Scene& scene) {
     constexpr int kSmallEnough_px = 64;
     constexpr int kTiffTiles = 16;
-    const output::StreamShape shape = shape_of(scene);
+    const output::StreamShape shape = make_shape(scene);
     const auto in_flight = static_cast<std::uint64_t>(processors::ThreadProcessor::tiles_in_flight(
         thread::thread_count(scene.processing.threads.value_or(0))));
     const auto bytes = [&](int edge_px) {
@@ -116,14 +116,14 @@ void PictureRenderer::check(const scene::Scene& asked, const std::vector<std::st
         "render " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels: more than the memory limit holds, so they go straight into the file; ";
     const std::string memory = ", or --memory-mib " +
-                               std::to_string(output::memory_to_keep_mib(shape_of(scene))) +
+                               std::to_string(output::memory_to_keep_mib(make_shape(scene))) +
                                " and more";
     if (scene.output.denoise)
         throw util::UsageError(attempt + "output.denoise = true; allowed: false" + memory);
     if (scene.quality.time_s > 0)
         throw util::UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
     for (const std::string& file : files)
-        output::check_can_stream(file, shape_of(scene));
+        output::check_can_stream(file, make_shape(scene));
 }
 
 RenderStatistics PictureRenderer::render(const scene::Scene& asked,
@@ -213,7 +213,7 @@ void PictureRenderer::open_checkpoint(const scene::Scene& scene,
     if (const std::string edition = m_loaded->world->edition(); !edition.empty())
         inputs.push_back("state of the archive: " + edition);
     m_checkpoint = std::make_unique<farm::Checkpoint>(
-        path, farm::key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
+        path, farm::to_key(scene, m_loaded->world->info(), std::move(inputs)), existing);
     if (m_checkpoint->count() > 0 && !m_quiet)
         util::log_info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
@@ -323,7 +323,8 @@ void PictureRenderer::render_to_files(RenderStatistics& statistics,
         [&](processors::TileProcessor& processor) {
             Streams sinks;
             for (const std::string& file : files)
-                sinks.to(std::make_unique<output::TileStream>(file, shape_of(m_view->scene), info));
+                sinks.to(
+                    std::make_unique<output::TileStream>(file, make_shape(m_view->scene), info));
             statistics.counts = render_stream(job(processor, start), sinks);
             if (statistics.counts.missing > 0)
                 throw util::Error("render: " + std::to_string(statistics.counts.missing) +

@@ -28,7 +28,7 @@ double hit_rate(const blocks::BlockStats& b) noexcept {
            static_cast<double>(std::max<std::uint64_t>(b.hits + b.misses, 1));
 }
 
-nlohmann::json levels_of(const blocks::BlockStats& blocks) {
+nlohmann::json make_levels(const blocks::BlockStats& blocks) {
     nlohmann::json out = nlohmann::json::array();
     for (std::size_t l = 0; l < blocks.levels.size(); ++l) {
         const auto& level = blocks.levels[l];
@@ -43,17 +43,17 @@ nlohmann::json levels_of(const blocks::BlockStats& blocks) {
     return out;
 }
 
-nlohmann::json rays_of(const tiles::TraceCounts& counts) {
+nlohmann::json list_rays(const tiles::TraceCounts& counts) {
     nlohmann::json out;
     for (std::size_t k = 0; k < walk::kRayKinds; ++k)
-        out[walk::name_of(static_cast<walk::RayKind>(k))] = counts.rays[k];
+        out[walk::to_name(static_cast<walk::RayKind>(k))] = counts.rays[k];
     return out;
 }
 
-nlohmann::json seconds_of(const tiles::TraceCounts& counts) {
+nlohmann::json to_seconds(const tiles::TraceCounts& counts) {
     nlohmann::json out;
     for (std::size_t i = 0; i < tiles::kTraceStages; ++i)
-        out[tiles::name_of(static_cast<tiles::TraceStage>(i))] = counts.seconds[i];
+        out[tiles::to_name(static_cast<tiles::TraceStage>(i))] = counts.seconds[i];
     return out;
 }
 
@@ -64,7 +64,7 @@ void print_shares(const tiles::TraceCounts& counts) {
     std::printf("tracing:");
     for (std::size_t i = 0; i < tiles::kTraceStages; ++i)
         std::printf("%s %s %.0f %%", i == 0 ? "" : ",",
-                    tiles::name_of(static_cast<tiles::TraceStage>(i)),
+                    tiles::to_name(static_cast<tiles::TraceStage>(i)),
                     100 * counts.seconds[i] / all);
     std::printf("\n");
 }
@@ -79,7 +79,7 @@ std::uint64_t peak_rss_bytes() noexcept {
 
 namespace {
 
-nlohmann::json render_pool_of(const RenderStatistics& s) {
+nlohmann::json describe_pool(const RenderStatistics& s) {
     nlohmann::json participants = nlohmann::json::array();
     for (const processors::ProcessorPool::Status& h : s.participants)
         participants.push_back({{"name", h.name},
@@ -105,8 +105,8 @@ nlohmann::json render_pool_of(const RenderStatistics& s) {
 
 }  // namespace
 
-nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& times,
-                         const shade::View& view) {
+nlohmann::json make_report(const RenderStatistics& s, const util::StageTimes& times,
+                           const shade::View& view) {
     nlohmann::json stages = nlohmann::json::array();
     for (const auto& stage : times.stages())
         stages.push_back(
@@ -120,8 +120,8 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
                           {"samples", s.counts.samples},
                           {"tiles", s.counts.tiles},
                           {"rays", t.all_rays()},
-                          {"rays_by_kind", rays_of(t)},
-                          {"tracing_seconds", seconds_of(t)},
+                          {"rays_by_kind", list_rays(t)},
+                          {"tracing_seconds", to_seconds(t)},
                           {"steps", t.steps},
                           {"slabs", t.slabs},
                           {"rays_spared", t.spared},
@@ -130,7 +130,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
                           {"holes", s.counts.holes.size()},
                           {"damage", s.damage},
                           {"boxes",
-                           {{"levels", levels_of(s.blocks)},
+                           {{"levels", make_levels(s.blocks)},
                             {"hit_rate", hit_rate(s.blocks)},
                             {"waits", s.blocks.waits},
                             {"limit_bytes", s.limit_bytes},
@@ -139,7 +139,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
     out["tiles_resumed"] = s.counts.resumed;
     out["tiles_missing"] = s.counts.missing;
     if (!s.participants.empty())
-        out["farm"] = render_pool_of(s);
+        out["farm"] = describe_pool(s);
     return out;
 }
 
@@ -153,7 +153,7 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
     const tiles::TraceCounts& t = s.counts.trace;
     std::printf("%.2f million rays (", static_cast<double>(t.all_rays()) / 1e6);
     for (std::size_t k = 0; k < walk::kRayKinds; ++k)
-        std::printf("%s%s %.2f", k == 0 ? "" : ", ", walk::name_of(static_cast<walk::RayKind>(k)),
+        std::printf("%s%s %.2f", k == 0 ? "" : ", ", walk::to_name(static_cast<walk::RayKind>(k)),
                     static_cast<double>(t.rays[k]) / 1e6);
     std::printf("), %.1f steps a ray, %.0f %% spared, %d threads\n", per_ray(t, t.steps),
                 100 * per_ray(t, t.spared), s.threads);
@@ -177,8 +177,8 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
 
 namespace {
 
-output::ImageMetadata metadata_of(const shade::View& view, const voxel::WorldInfo& world,
-                                  const RenderStatistics& s) {
+output::ImageMetadata make_metadata(const shade::View& view, const voxel::WorldInfo& world,
+                                    const RenderStatistics& s) {
     const auto text = [](double v) { return std::to_string(v); };
     const auto texts = [&](core::Vec3 v) { return text(v.x) + " " + text(v.y) + " " + text(v.z); };
     const core::Vec3 to_sun = view.sky.to_sun();
@@ -187,7 +187,7 @@ output::ImageMetadata metadata_of(const shade::View& view, const voxel::WorldInf
         {"ImageDescription", world.title},
         {"terravox:voxel_m", text(world.voxel_m)},
         {"terravox:camera", texts(view.camera.position())},
-        {"terravox:projection", std::string(core::word_of(view.scene.camera.projection))},
+        {"terravox:projection", std::string(core::to_word(view.scene.camera.projection))},
         {"terravox:origin", texts(view.origin)},
         {"terravox:to_sun", texts(to_sun)},
         {"terravox:detail", text(view.scene.quality.detail)},
@@ -200,19 +200,19 @@ output::ImageMetadata metadata_of(const shade::View& view, const voxel::WorldInf
         out.emplace_back("terravox:damage", std::to_string(s.damage.size()));
     if (!world.crs.empty())
         out.emplace_back("terravox:crs", world.crs);
-    if (std::string copyright = copyright_of(world); !copyright.empty())
+    if (std::string copyright = find_copyright(world); !copyright.empty())
         out.emplace_back("Copyright", std::move(copyright));
     return out;
 }
 
-output::ImageMetadata run_of(const RenderStatistics& s) {
+output::ImageMetadata describe_run(const RenderStatistics& s) {
     const tiles::TraceCounts& t = s.counts.trace;
     return {{"terravox:seconds", std::to_string(s.seconds)},
-            {"terravox:rays", rays_of(t).dump()},
+            {"terravox:rays", list_rays(t).dump()},
             {"terravox:steps_per_ray", std::to_string(per_ray(t, t.steps))},
             {"terravox:rays_spared", std::to_string(t.spared)},
             {"terravox:rays_parked", std::to_string(t.parked)},
-            {"terravox:boxes", levels_of(s.blocks).dump()},
+            {"terravox:boxes", make_levels(s.blocks).dump()},
             {"terravox:box_hit_rate", std::to_string(hit_rate(s.blocks))},
             {"terravox:box_waits", std::to_string(s.blocks.waits)},
             {"terravox:peak_memory_bytes", std::to_string(s.peak_rss_bytes)}};
@@ -226,7 +226,7 @@ std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
 
 }  // namespace
 
-std::string copyright_of(const voxel::WorldInfo& world) {
+std::string find_copyright(const voxel::WorldInfo& world) {
     if (world.attribution.find(world.licence) != std::string::npos)
         return world.attribution;
     return world.attribution.empty() ? world.licence : world.attribution + ", " + world.licence;
@@ -240,12 +240,12 @@ output::PictureInfo picture_info(const shade::View& view, const voxel::WorldInfo
     out.tone = output.tone;
     if (output.credit)
         out.credit = world.attribution;
-    out.metadata = metadata_of(view, world, statistics);
+    out.metadata = make_metadata(view, world, statistics);
     out.metadata.emplace_back("terravox:scene", scene::to_toml(scene::what_shows(view.scene)));
     if (!world.crs_wkt.empty())
         out.metadata.emplace_back("terravox:crs_wkt", world.crs_wkt);
     if (with_run)
-        for (auto& entry : run_of(statistics))
+        for (auto& entry : describe_run(statistics))
             out.metadata.push_back(std::move(entry));
     out.world_to_camera = single(view.camera.world_to_camera());
     if (const auto ndc = view.camera.world_to_ndc())
@@ -255,7 +255,7 @@ output::PictureInfo picture_info(const shade::View& view, const voxel::WorldInfo
     constexpr std::uint32_t kMaxNames = 10'000;
     if (out.layers)
         for (std::uint32_t i = 0; i < std::min(view.squares.count(), kMaxNames); ++i)
-            out.square_names.push_back(view.squares.name_of(i));
+            out.square_names.push_back(view.squares.to_name(i));
     if (const auto transform = view.camera.geotransform(world))
         out.geo = output::GeoPlacement{*transform, world.crs_wkt};
     out.tiff_samples = output.tiff;

@@ -32,13 +32,13 @@ struct RenderStatistics {
 /// Peak memory of this process so far, bytes; 0 where the system does not report it.
 [[nodiscard]] std::uint64_t peak_rss_bytes() noexcept;
 
-[[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics,
-                                       const util::StageTimes& times, const shade::View& view);
+[[nodiscard]] nlohmann::json make_report(const RenderStatistics& statistics,
+                                         const util::StageTimes& times, const shade::View& view);
 /// Prints a summary of a few lines.
 void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
 /// What a picture says of its data: their attribution, and the name of their licence where the
 /// attribution does not have it. Empty: nothing is known.
-[[nodiscard]] std::string copyright_of(const voxel::WorldInfo& world);
+[[nodiscard]] std::string find_copyright(const voxel::WorldInfo& world);
 
 /// Everything that is stored in a picture in addition to its light. It is the same for each run
 /// that makes the same picture, except with `with_run`, which adds the cost of this run: for

@@ -91,7 +91,7 @@ private:
     std::thread m_thread;
 };
 
-std::string name_of(farm::Role role) {
+std::string to_name(farm::Role role) {
     switch (role) {
         case farm::COORDINATOR: return "a coordinator";
         case farm::WORKER: return "a worker";
@@ -121,7 +121,7 @@ std::string misfit(const farm::Hello& own, const farm::Hello& other,
     if (other.protocol() != own.protocol())
         return differ("protocol", std::to_string(other.protocol()), std::to_string(own.protocol()));
     if (std::find(wanted.begin(), wanted.end(), other.role()) == wanted.end())
-        return name_of(other.role()) + ", as is this end, or nothing that is of use here";
+        return to_name(other.role()) + ", as is this end, or nothing that is of use here";
     if (other.role() == farm::OBSERVER || own.role() == farm::OBSERVER)
         return {};
     if (other.software() != own.software())
@@ -185,7 +185,7 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
     farm::Hello other = std::move(*frame->mutable_hello());
     std::string why = misfit(own, other, wanted);
     if (why.empty() && !is_certified_as(link.certified_role(), other.role()))
-        why = name_of(other.role()) + " with the certificate of a " + link.certified_role();
+        why = to_name(other.role()) + " with the certificate of a " + link.certified_role();
     if (!why.empty()) {
         refuse(link, "refused by " + own.name() + ": " + why);
         throw HelloError(peer, why, false);

@@ -16,7 +16,7 @@
 namespace terravox::farm {
 namespace {
 
-std::string text_of(const std::filesystem::path& file) {
+std::string to_text(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     if (!in)
@@ -44,8 +44,8 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
     const auto precision = scene.analysis.kind == core::AnalysisKind::kNone
                                ? geo::SunPrecision::kPicture
                                : geo::SunPrecision::kAnalysis;
-    const auto place = solar::place_of(scene, world.centre);
-    const geo::SunPosition sun = sky::sun_of(scene.sun, place ? &*place : nullptr, precision);
+    const auto place = solar::find_place(scene, world.centre);
+    const geo::SunPosition sun = sky::compute_sun(scene.sun, place ? &*place : nullptr, precision);
     out.sun.altitude_deg = sun.altitude_deg;
     out.sun.azimuth_deg = sun.azimuth_deg;
     out.sun.zone.clear();
@@ -58,7 +58,7 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
 
 PictureSpec pack(const scene::Scene& scene, const voxel::WorldInfo& world) {
     return {scene::to_toml(decided(scene, world)),
-            text_of(material::find_materials(scene.quality.materials)), pack_world(world)};
+            to_text(material::find_materials(scene.quality.materials)), pack_world(world)};
 }
 
 std::string pack_world(const voxel::WorldInfo& world) {

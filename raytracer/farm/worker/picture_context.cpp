@@ -34,8 +34,8 @@ std::unique_ptr<voxel::World> open_server(const WorkerWorld& world, const scene:
     return nullptr;
 }
 
-worlds::WorldOptions options_of(const std::string& input, const scene::Scene& scene) {
-    worlds::WorldOptions out = scene::world_options_of(scene);
+worlds::WorldOptions make_options(const std::string& input, const scene::Scene& scene) {
+    worlds::WorldOptions out = scene::to_world_options(scene);
     out.inputs = {input};
     return out;
 }
@@ -57,7 +57,7 @@ std::unique_ptr<voxel::World> open_own(const WorkerWorld& world, const std::stri
             own = open_server(world, scene, times);
         // The coordinator's text is interpreted as a seed, never as a path.
         else if (world.generated.starts_with("generated:"))
-            own = worlds::open_world(options_of(world.generated, scene), times,
+            own = worlds::open_world(make_options(world.generated, scene), times,
                                      world.ending.get_token());
         else
             throw util::Error("open the world: the coordinator names no generated:SEED");
@@ -188,7 +188,7 @@ void PictureContext::run() {
         if (open_world())
             trace();
     } catch (const std::exception&) {
-        m_answers.failed(0, util::message_of(std::current_exception()));
+        m_answers.failed(0, util::to_message(std::current_exception()));
         cancel();
     }
     m_over = true;

@@ -85,7 +85,7 @@ void visit_fields(Config& c, const Visit& visit) {
     visit("log_json", c.log_json, Rule{"log lines as JSON objects, for machines", kLive});
 }
 
-std::string text_of(double value) {
+std::string to_text(double value) {
     std::string out = std::to_string(value);
     out.erase(out.find_last_not_of('0') + 1);
     if (out.ends_with('.'))
@@ -114,7 +114,7 @@ public:
             if (whole != nullptr)
                 set_number(static_cast<double>(**whole), std::to_string(**whole), field);
             else if (number != nullptr)
-                set_number(**number, text_of(**number), field);
+                set_number(**number, to_text(**number), field);
             else
                 refuse(util::toml_value(node), range<Field>());
         } else if constexpr (kIsList<Field>) {
@@ -153,7 +153,7 @@ private:
     template <class Field>
     [[nodiscard]] std::string range() const {
         return std::string(std::is_same_v<Field, int> ? "whole numbers, " : "") +
-               text_of(m_rule.min) + " to " + text_of(m_rule.max);
+               to_text(m_rule.min) + " to " + to_text(m_rule.max);
     }
     [[nodiscard]] std::string text_in(const toml::node& node) const {
         if (!node.is_string())
@@ -265,7 +265,7 @@ void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
             });
 }
 
-remote::HttpAccess http_limits_of(const WorkerConfig& c) {
+remote::HttpAccess make_http_limits(const WorkerConfig& c) {
     return {std::nullopt, remote::HttpAccess::Limits{c.allow_origins, c.allow_private_origins}};
 }
 
@@ -287,7 +287,7 @@ void check_servers(const WorkerConfig& c) {
                  "'; allowed: addresses of single machines");
     if (c.server_origin.has_value() == c.server_token_file.empty())
         fail("only one of server_origin and server_token_file; allowed: both, or neither");
-    if (c.server_origin && http_limits_of(c).ranges(*c.server_origin).empty())
+    if (c.server_origin && make_http_limits(c).ranges(*c.server_origin).empty())
         fail("server_origin = '" + c.server_origin->text() +
              "'; allowed: one of allow_origins or allow_private_origins");
 }
@@ -373,7 +373,7 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments) {
         else {
             auto* option = app.add_option_function<std::string>(flag, keep, rule.help);
             if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, double>)
-                option->default_str(text_of(field))->type_name("NUMBER");
+                option->default_str(to_text(field))->type_name("NUMBER");
         }
     });
 }
@@ -387,7 +387,7 @@ WorkerConfig load_worker_config(const WorkerArguments& arguments) {
     return out;
 }
 
-net::Credentials credentials_of(const WorkerConfig& config) {
+net::Credentials make_credentials(const WorkerConfig& config) {
     net::Credentials out;
     out.ca = config.tls_ca;
     out.certificate = config.tls_cert;
@@ -402,8 +402,8 @@ net::Credentials credentials_of(const WorkerConfig& config) {
     return out;
 }
 
-remote::HttpAccess http_access_of(const WorkerConfig& config) {
-    remote::HttpAccess out = http_limits_of(config);
+remote::HttpAccess make_http_access(const WorkerConfig& config) {
+    remote::HttpAccess out = make_http_limits(config);
     if (config.server_origin)
         out.token.emplace(*config.server_origin,
                           util::find_token(config.server_token_file, util::kServerTokenVariable));

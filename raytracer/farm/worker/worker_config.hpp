@@ -58,12 +58,12 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments);
 
 /// The token, read anew each time, or the paths of the certificates.
 /// @throws Error for a token that cannot be read; UsageError where there is neither, or both
-[[nodiscard]] net::Credentials credentials_of(const WorkerConfig& config);
+[[nodiscard]] net::Credentials make_credentials(const WorkerConfig& config);
 
 /// The servers that the worker may request from, and the token of one of them. The environment is
 /// not used.
 /// @throws Error for a token that cannot be read
-[[nodiscard]] remote::HttpAccess http_access_of(const WorkerConfig& config);
+[[nodiscard]] remote::HttpAccess make_http_access(const WorkerConfig& config);
 
 /// How a reload differs from the running configuration, by names of fields in the order of
 /// WorkerConfig.

@@ -230,7 +230,7 @@ std::optional<farm::Hello> WorkerDaemon::greet(net::Link& link, const OwnHello& 
     } catch (const util::Error& e) {
         const auto* met = dynamic_cast<const HelloError*>(&e);
         const std::lock_guard lock(m_mutex);
-        m_refusals.refused(sockets::neighbourhood_of(link.peer()), link.peer(),
+        m_refusals.refused(sockets::to_neighbourhood(link.peer()), link.peer(),
                            met != nullptr ? met->reason : e.what());
         ++m_counters.unfit;
         end = met != nullptr && !met->busy && dialled ? End::kRefused : End::kLost;

@@ -29,7 +29,7 @@ std::int64_t now_ns() noexcept {
 
 /// What is wrong with a tile that a coordinator requests; empty: nothing. The scene's size need not
 /// be checked: the tracer can trace any point of the picture's plane.
-std::string fault_of(const tiles::RenderTile& t) {
+std::string describe_fault(const tiles::RenderTile& t) {
     const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMaxEdge_px; };
     if (!within(t.x0, t.x1) || !within(t.y0, t.y1))
         return "a tile beyond any picture";
@@ -342,7 +342,7 @@ std::string WorkerSession::add_task(const farm::Task& task) {
         return "more tiles than it may";
     for (const farm::Tile& t : task.tiles()) {
         const tiles::RenderTile tile = from_frame(t);
-        if (std::string fault = fault_of(tile); !fault.empty())
+        if (std::string fault = describe_fault(tile); !fault.empty())
             return fault;
         if (m_availability.draining)
             refused.push_back(t.id());
@@ -446,7 +446,7 @@ void WorkerSession::beat() {
     }
 }
 
-const char* WorkerSession::state_of(bool has_picture) const noexcept {
+const char* WorkerSession::find_state(bool has_picture) const noexcept {
     if (m_availability.draining)
         return "draining";
     if (m_availability.paused)
@@ -460,7 +460,7 @@ WorkerSession::Status WorkerSession::status() const {
     {
         const std::lock_guard lock(m_mutex);
         context = m_context;
-        out.state = state_of(context != nullptr);
+        out.state = find_state(context != nullptr);
     }
     out.coordinator = m_coordinator;
     out.peer = m_link->peer();

@@ -124,7 +124,7 @@ private:
     void beat();
     [[nodiscard]] farm::Heartbeat heartbeat() const;
     /// @return the word for Status::state
-    [[nodiscard]] const char* state_of(bool has_picture) const noexcept;
+    [[nodiscard]] const char* find_state(bool has_picture) const noexcept;
     void give_back(const std::vector<std::uint64_t>& ids);
 
     const std::shared_ptr<net::Link> m_link;

@@ -22,7 +22,7 @@ void for_each_next(const Area& area, std::size_t index, const Visit& visit) {
             visit(area.index(column + dc, row + dr));
 }
 
-int floor_of(double metres) {
+int to_floor(double metres) {
     return static_cast<int>(std::floor(metres));
 }
 
@@ -37,12 +37,12 @@ std::optional<int> true_foot(const TruthPlace& truth, const VoxelField& found, s
         if (next.building != TrueColumn::kNone || next.water_m > survey::kNoWater ||
             found.lowest(n, is_building) != nullptr)
             return;
-        const int y = floor_of(static_cast<double>(next.ground_m)) + 1;
+        const int y = to_floor(static_cast<double>(next.ground_m)) + 1;
         outside = std::min(outside.value_or(y), y);
     });
     if (!outside)
         return std::nullopt;
-    return std::max(*outside, floor_of(static_cast<double>(truth.columns[i].ground_m)) + 1);
+    return std::max(*outside, to_floor(static_cast<double>(truth.columns[i].ground_m)) + 1);
 }
 
 bool rests_on_something(const VoxelField& found, std::size_t i, const FoundRun& wall) {

@@ -71,7 +71,7 @@ bool alike_around(const TruthPlace& truth, int column, int row) {
 
 /// A row for each true kind: how many columns, and which share of them is shown as what (1 % and
 /// more).
-std::string table_of(const Counts& counts) {
+std::string make_table(const Counts& counts) {
     std::string out =
         "true kind x material of the highest voxel, share of the kind's columns (right ones in "
         "bold)\n\n";
@@ -95,7 +95,7 @@ std::string table_of(const Counts& counts) {
             cells += (cells.empty() ? "" : ", ") + mark +
                      std::string(voxel::material_name(material)) + percent.data() + mark;
         }
-        out += "| " + std::string(name_of(kind)) + " | " + std::to_string(sum) + " | " + cells +
+        out += "| " + std::string(to_name(kind)) + " | " + std::to_string(sum) + " | " + cells +
                " |\n";
     }
     return out;
@@ -131,9 +131,9 @@ void measure_materials(const TruthPlace& truth, const VoxelField& found, Reading
     for (std::size_t k = 1; k < by_kind.size(); ++k)
         if (by_kind[k].asked > 0)
             readings.add(
-                "surface: wrong material, " + std::string(name_of(static_cast<TrueKind>(k))),
+                "surface: wrong material, " + std::string(to_name(static_cast<TrueKind>(k))),
                 "share", by_kind[k].value());
-    readings.note(table_of(counts));
+    readings.note(make_table(counts));
 }
 
 }  // namespace terravox::bench

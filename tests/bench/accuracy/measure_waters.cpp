@@ -82,7 +82,7 @@ void measure_course(const std::string& name, const TruthPlace& truth, const Voxe
     std::ptrdiff_t last_column = -1;
     int last_y = 1 << 20;
     for (const Station& station : stations) {
-        const std::ptrdiff_t column = truth.column_of(station.at);
+        const std::ptrdiff_t column = truth.find_column(station.at);
         if (column < 0 || column == last_column)
             continue;
         last_column = column;

@@ -38,7 +38,7 @@ struct Faults {
     Material roofs = Material::kRoof;
 };
 
-int floor_of(float metres) {
+int to_floor(float metres) {
     return static_cast<int>(std::floor(metres));
 }
 
@@ -49,7 +49,7 @@ void push(std::vector<FoundRun>& runs, int y0, int y1, Material material) {
         runs.push_back({static_cast<std::int16_t>(y0), static_cast<std::int16_t>(y1), material});
 }
 
-Material roof_of(TrueKind kind, const Faults& faults) {
+Material to_roof(TrueKind kind, const Faults& faults) {
     if (faults.roofs != Material::kRoof)
         return faults.roofs;
     return kind == TrueKind::kRoofRed    ? Material::kOrangeRoof
@@ -58,29 +58,29 @@ Material roof_of(TrueKind kind, const Faults& faults) {
                                          : Material::kRoof;
 }
 
-std::vector<FoundRun> column_of(const TrueColumn& c, bool east_of_wave, const Faults& faults) {
+std::vector<FoundRun> find_column(const TrueColumn& c, bool east_of_wave, const Faults& faults) {
     std::vector<FoundRun> runs;
     // Some water is seen wherever there is any, however shallow.
     const int ground = c.water_m > survey::kNoWater
-                           ? std::min(floor_of(c.ground_m), floor_of(c.water_m) - 1)
-                           : floor_of(c.ground_m);
+                           ? std::min(to_floor(c.ground_m), to_floor(c.water_m) - 1)
+                           : to_floor(c.ground_m);
     push(runs, 300, ground + 1, Material::kGround);
     if (c.water_m > survey::kNoWater)
-        push(runs, ground + 1, floor_of(c.water_m) + 1 + (east_of_wave ? faults.waves : 0),
+        push(runs, ground + 1, to_floor(c.water_m) + 1 + (east_of_wave ? faults.waves : 0),
              Material::kWater);
     if (c.building != TrueColumn::kNone) {
         const int bottom = c.open_building && !faults.closed_slabs
-                               ? floor_of(c.underside_m)
+                               ? to_floor(c.underside_m)
                                : ground + 1 + faults.raised_buildings;
-        push(runs, bottom, floor_of(c.roof_m), Material::kWall);
-        push(runs, floor_of(c.roof_m), floor_of(c.roof_m) + 1, roof_of(c.kind, faults));
+        push(runs, bottom, to_floor(c.roof_m), Material::kWall);
+        push(runs, to_floor(c.roof_m), to_floor(c.roof_m) + 1, to_roof(c.kind, faults));
     }
     if (c.deck_m > survey::kNoWater)
-        push(runs, faults.filled_bridges ? 0 : floor_of(c.deck_m) - 1, floor_of(c.deck_m) + 1,
+        push(runs, faults.filled_bridges ? 0 : to_floor(c.deck_m) - 1, to_floor(c.deck_m) + 1,
              Material::kBridge);
     if (c.crown_m > survey::kNoWater)
-        push(runs, faults.trunks ? 0 : std::max(ground + 3, floor_of(c.crown_m) - 2),
-             floor_of(c.crown_m) + 1, Material::kHighVegetation);
+        push(runs, faults.trunks ? 0 : std::max(ground + 3, to_floor(c.crown_m) - 2),
+             to_floor(c.crown_m) + 1, Material::kHighVegetation);
     if (c.kind == TrueKind::kWire)
         push(runs, ground + 12, ground + 13, Material::kWire);
     if (c.kind == TrueKind::kPylon)
@@ -100,7 +100,7 @@ VoxelField voxels(const Faults& faults) {
                     column.building = place().columns[n].building;
                     column.roof_m = place().columns[n].roof_m;
                 }
-        runs[i] = column_of(column, i % 2 == 1, faults);
+        runs[i] = find_column(column, i % 2 == 1, faults);
         ground[i] = column.ground_m;
     }
     VoxelField out(area, runs, ground);

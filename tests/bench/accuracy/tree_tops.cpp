@@ -11,7 +11,7 @@ namespace {
 constexpr double kCellSize_m =
     8;  ///< of the grid in which partners are sought; no partner is farther away
 
-std::int64_t cell_of(double east_m, double south_m, int dx = 0, int dy = 0) {
+std::int64_t find_cell(double east_m, double south_m, int dx = 0, int dy = 0) {
     const auto part = [](double v) {
         return static_cast<std::int64_t>(std::floor(v / kCellSize_m));
     };
@@ -38,7 +38,7 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
                       double min_m) {
     std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
     for (std::size_t i = 0; i < found.size(); ++i)
-        cells[cell_of(found[i].east_m, found[i].south_m)].push_back(i);
+        cells[find_cell(found[i].east_m, found[i].south_m)].push_back(i);
     struct Candidate {
         double distance_m;
         std::size_t found;
@@ -48,7 +48,7 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
     for (std::size_t k = 0; k < real.size(); ++k)
         for (int dy = -1; dy <= 1; ++dy)
             for (int dx = -1; dx <= 1; ++dx) {
-                const auto cell = cells.find(cell_of(real[k].east_m, real[k].south_m, dx, dy));
+                const auto cell = cells.find(find_cell(real[k].east_m, real[k].south_m, dx, dy));
                 if (cell == cells.end())
                     continue;
                 for (const std::size_t i : cell->second) {

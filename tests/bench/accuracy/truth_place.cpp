@@ -8,7 +8,7 @@ namespace {
 using survey::Box2;
 using survey::Vec2;
 
-Area area_of(const survey::SurveyOptions& o) {
+Area measure_area(const survey::SurveyOptions& o) {
     const int width = o.square_m * o.squares_east;
     const int height = o.square_m * o.squares_north;
     return {o.origin_east_m, o.origin_north_m + height, width, height};
@@ -27,7 +27,7 @@ survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder, int t
 }
 
 TruthPlace::TruthPlace(const survey::SurveyOptions& options, int threads)
-    : area(area_of(options)),
+    : area(measure_area(options)),
       model(
           options.seed,
           {options.origin_east_m, options.origin_north_m, options.square_m * options.squares_east},
@@ -41,7 +41,7 @@ Vec2 TruthPlace::centre(std::size_t index) const noexcept {
             box.y1 - static_cast<double>(index / width) - 0.5};
 }
 
-std::ptrdiff_t TruthPlace::column_of(Vec2 p) const noexcept {
+std::ptrdiff_t TruthPlace::find_column(Vec2 p) const noexcept {
     const Box2 box = model.extent().box();
     if (!box.contains(p))
         return -1;

@@ -26,7 +26,7 @@ struct TruthPlace {
 
     [[nodiscard]] survey::Vec2 centre(std::size_t index) const noexcept;  ///< place frame
     /// The column that holds a point of the place frame, or -1 outside the area.
-    [[nodiscard]] std::ptrdiff_t column_of(survey::Vec2 p) const noexcept;
+    [[nodiscard]] std::ptrdiff_t find_column(survey::Vec2 p) const noexcept;
     /// Trees with their trunk in the area.
     [[nodiscard]] std::vector<TreeTop> trees() const;
 };

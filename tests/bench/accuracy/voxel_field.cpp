@@ -32,12 +32,12 @@ void read_column(const Box& box, int x, int z, int base_y, std::vector<FoundRun>
             const bool solid = (cell->mask >> bit & 1) != 0;
             const bool detailed = (cell->detail >> bit & 1) != 0;
             if (solid && detailed && shift > 0) {
-                cell = &cells[cell->index_of(bit)];
+                cell = &cells[cell->compute_index(bit)];
                 continue;
             }
             if (solid)
                 push(runs, base_y + y, base_y + end,
-                     detailed ? box.attrs()[cell->index_of(bit)].material : Material::kRock);
+                     detailed ? box.attrs()[cell->compute_index(bit)].material : Material::kRock);
             y = end;
             break;
         }

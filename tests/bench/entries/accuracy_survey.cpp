@@ -11,7 +11,7 @@ struct Surveyed {
     explicit Surveyed(const Context& c)
         : options(accuracy_survey(c.scratch / "accuracy-survey", c.threads)),
           truth(options, c.threads) {
-        for (const auto& extent : survey::squares_of(options))
+        for (const auto& extent : survey::list_squares(options))
             files.push_back(options.folder / (extent.name() + ".laz"));
         survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {});
     }
@@ -20,7 +20,7 @@ struct Surveyed {
     std::vector<std::filesystem::path> files;
 };
 
-VoxelField voxels_of(const Surveyed& s, const Context& c) {
+VoxelField list_voxels(const Surveyed& s, const Context& c) {
     voxelize::LidarWorldOptions options;
     options.files = s.files;
     options.orthophotos = {s.options.folder / "ortho"};
@@ -42,7 +42,7 @@ Entry entry() {
     out.exact = true;
     out.prepare = [](const Context& c) -> Body {
         return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) {
-            const VoxelField found = voxels_of(*s, c);
+            const VoxelField found = list_voxels(*s, c);
             measure_ground(s->truth, found, readings);
             measure_buildings(s->truth, found, readings);
             measure_overhangs(s->truth, found, readings);

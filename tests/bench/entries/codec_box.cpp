@@ -16,7 +16,7 @@ struct Boxes {
     double frame_bytes = 0;
 };
 
-Boxes boxes_of(const Context& c) {
+Boxes collect_boxes(const Context& c) {
     const OpenWorld opened = open_data_set(delft(), c, c.threads);
     Boxes out;
     for (const voxel::BoxKey& key : box_keys(*opened.world))
@@ -31,7 +31,7 @@ Boxes boxes_of(const Context& c) {
 
 double bare_zstd_s(const Boxes& set) {
     std::vector<std::byte> blob;
-    return seconds_of([&] {
+    return measure_seconds([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& frame : set.frames) {
                 blob.resize(ZSTD_getFrameContentSize(frame.data(), frame.size()));
@@ -43,13 +43,13 @@ double bare_zstd_s(const Boxes& set) {
 }
 
 void measure_codec(const Boxes& set, Readings& readings) {
-    const double compress_s = seconds_of([&] {
+    const double compress_s = measure_seconds([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& box : set.boxes)
                 if (voxel::compress(*box).empty())
                     throw util::Error("compress a box: nothing came out");
     });
-    const double decompress_s = seconds_of([&] {
+    const double decompress_s = measure_seconds([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& frame : set.frames)
                 if (voxel::decompress_box(frame, "bench")->cells().empty())
@@ -76,7 +76,7 @@ Entry entry() {
     out.floor = "ZSTD_decompress of the same frames, without checksum and index check";
     out.missing = [](const Context& c) { return delft().missing(c); };
     out.prepare = [](const Context& c) -> Body {
-        const auto set = std::make_shared<Boxes>(boxes_of(c));
+        const auto set = std::make_shared<Boxes>(collect_boxes(c));
         return [set](Readings& readings) { measure_codec(*set, readings); };
     };
     return out;

@@ -94,7 +94,7 @@ DecodeFloor::DecodeFloor(const std::vector<std::filesystem::path>& files) {
 
 double DecodeFloor::seconds(int threads) const {
     std::atomic<std::uint64_t> decoded{0};
-    const double out = seconds_of([&] {
+    const double out = measure_seconds([&] {
         thread::parallel_for(m_pieces.size(), threads, [&](std::size_t i) {
             std::uint64_t mine = 0;
             lidar::read_las_points(m_files[m_pieces[i].file], m_pieces[i].range,

@@ -25,8 +25,8 @@ void add(QuadMesh& mesh, int axis, int at, int a0, int b0, int a1, int b1) {
 /// Faces of one direction in the row (x, y, *): along z they join to runs, across z each stands
 /// alone.
 void add_row(QuadMesh& mesh, const NeutralScene& scene, int x, int y, core::Face face) {
-    const int axis = core::axis_of(face);
-    const int step = core::sign_of(face);
+    const int axis = core::to_axis(face);
+    const int step = core::to_sign(face);
     const int far = step > 0 ? 1 : 0;
     const int dx = axis == 0 ? step : 0;
     const int dy = axis == 1 ? step : 0;

@@ -158,9 +158,9 @@ Embree::Embree(const NeutralScene& scene, int threads)
     const std::unique_ptr<RTCGeometryTy, Release> geometry(
         rtcNewGeometry(m_device.get(), RTC_GEOMETRY_TYPE_QUAD));
     m_building.mesh_s =
-        seconds_of([&] { fill_buffers(geometry.get(), mesh_slabs(scene, threads)); });
+        measure_seconds([&] { fill_buffers(geometry.get(), mesh_slabs(scene, threads)); });
     m_building.mesh_bytes = static_cast<std::size_t>(m_bytes);
-    m_building.bvh_s = seconds_of([&] {
+    m_building.bvh_s = measure_seconds([&] {
         rtcCommitGeometry(geometry.get());
         rtcAttachGeometry(m_scene.get(), geometry.get());
         rtcCommitScene(m_scene.get());

@@ -81,7 +81,7 @@ scene::Scene lit_scene(const Light& light, int samples, int seed) {
     return scene;
 }
 
-double mean_of(const Traced& picture) {
+double measure_mean(const Traced& picture) {
     double sum = 0;
     for (const float v : picture.rgb)
         sum += static_cast<double>(v);
@@ -134,7 +134,7 @@ void measure(const Context& c, Readings& readings) {
     for (const Light& light : kLights) {
         const Traced reference =
             traced(blocks, lit_scene(light, kReferenceSamples, kReferenceSeed), c.threads);
-        const double mean = mean_of(reference);
+        const double mean = measure_mean(reference);
         double first = 0;
         double last = 0;
         for (const int samples : kSamples) {

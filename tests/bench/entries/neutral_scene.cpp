@@ -20,7 +20,7 @@ constexpr std::int32_t kSideBoxes = NeutralScene::kSide / voxel::kBoxSizeX;
 static_assert(voxel::kBoxSizeX == voxel::kBoxSizeZ && NeutralScene::kSide % voxel::kBoxSizeX == 0);
 static_assert(NeutralScene::kHeight == voxel::kBoxSizeY, "one box on each column of boxes");
 
-Material material_of(std::uint8_t code) noexcept {
+Material to_material(std::uint8_t code) noexcept {
     switch (code) {
         case 5: return Material::kHighVegetation;
         case 6: return Material::kRoof;
@@ -54,18 +54,18 @@ std::shared_ptr<const Box> build_box(const NeutralScene& scene, const BoxKey& ke
             for (int y = 0, end = 0; column != nullptr && y < NeutralScene::kHeight; y = end) {
                 end = run_end(column, y);
                 if (column[y] != 0)
-                    builder.add(x, z, y, end, !see_through(material_of(column[y])));
+                    builder.add(x, z, y, end, !see_through(to_material(column[y])));
             }
         }
     return builder.build(key, [&](int x, int y, int z) {
         voxel::VoxelAttr attr;
         attr.source_class = scene.column(x0 + x, z0 + z)[y];
-        attr.material = material_of(attr.source_class);
+        attr.material = to_material(attr.source_class);
         return attr;
     });
 }
 
-std::filesystem::path script_of(const Context& c) {
+std::filesystem::path make_script(const Context& c) {
     return c.data.parent_path() / "bench" / "voxel_scene.py";
 }
 
@@ -82,8 +82,8 @@ std::string python_with_numpy(const Context& c) {
 
 std::string NeutralScene::missing(const Context& c) {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(script_of(c), ignored))
-        return "no " + script_of(c).string() + " beside the data (--data)";
+    if (!std::filesystem::is_regular_file(make_script(c), ignored))
+        return "no " + make_script(c).string() + " beside the data (--data)";
     return python_with_numpy(c).empty() ? "no Python with NumPy (Debian package python3-numpy)"
                                         : "";
 }
@@ -93,7 +93,7 @@ NeutralScene::NeutralScene(const Context& c) : m_voxels(std::size_t{kSide} * kSi
     const auto said = c.scratch / "neutral.txt";
     if (!std::filesystem::exists(raw)) {
         const auto outcome =
-            c.children.run({python_with_numpy(c), script_of(c).string(), std::to_string(kSide),
+            c.children.run({python_with_numpy(c), make_script(c).string(), std::to_string(kSide),
                             std::to_string(kSeed), raw.string()},
                            said);
         if (outcome.exit_code != 0)

@@ -50,28 +50,28 @@ void NeutralTracer::trace_block(int x0, int y0, const trace::PixelBlock& block, 
     walk::PacketWalk::Ends ends;
     std::uint32_t placed = 0;
     walk::Hit hits[walk::RayPacket::kLanes];
-    const auto x_of = [&](int lane) { return x0 + lane % trace::kPixelBlockSide; };
-    const auto y_of = [&](int lane) { return y0 + lane / trace::kPixelBlockSide; };
+    const auto find_x = [&](int lane) { return x0 + lane % trace::kPixelBlockSide; };
+    const auto find_y = [&](int lane) { return y0 + lane / trace::kPixelBlockSide; };
     if (worker.packets && block.start.kind == walk::BeamStart::Kind::kPlane) {
         walk::PrimaryLanes lanes = walk::primary_lanes(*m_camera, block.start, m_cut);
         for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
-            lanes.px[i] = x_of(i) + 0.5;
-            lanes.py[i] = y_of(i) + 0.5;
+            lanes.px[i] = find_x(i) + 0.5;
+            lanes.py[i] = find_y(i) + 0.5;
         }
         placed = walk::packet_steps()->primary(packet, lanes);
         ends = worker.packets->first_hits(packet, placed, hits);
     }
     for (int i = 0; i < walk::RayPacket::kLanes; ++i) {
         if ((ends.hit >> i & 1) != 0) {
-            m_seen[NeutralScene::pixel_index(x_of(i), y_of(i))] = {hits[i].t, hits[i].voxel,
-                                                                   hits[i].face, true, false};
+            m_seen[NeutralScene::pixel_index(find_x(i), find_y(i))] = {hits[i].t, hits[i].voxel,
+                                                                       hits[i].face, true, false};
         } else if ((ends.missed >> i & 1) == 0) {
-            core::RayState ray(m_camera->ray(x_of(i) + 0.5, y_of(i) + 0.5));
+            core::RayState ray(m_camera->ray(find_x(i) + 0.5, find_y(i) + 0.5));
             if ((placed >> i & 1) != 0)
                 packet.update(i, ray);
             else if (!block.start.place(ray, m_cut))
                 continue;
-            trace_single(x_of(i), y_of(i), ray, worker);
+            trace_single(find_x(i), find_y(i), ray, worker);
         }
     }
 }

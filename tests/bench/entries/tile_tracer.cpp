@@ -20,7 +20,7 @@ Cost cost_of_tiles(int threads, const Work& work) {
         for (int i = next++; i < kAcross * kDown; i = next++)
             work(i % kAcross * kTracedTilePx, i / kAcross * kTracedTilePx, thread);
     };
-    return cost_of([&] {
+    return measure_cost([&] {
         std::vector<std::jthread> others;
         for (int thread = 1; thread < threads; ++thread)
             others.emplace_back(run, thread);

@@ -100,7 +100,7 @@ void add_building(const NeutralWorld& world, double build_s, const EmbreeScene* 
 void compare(const NeutralScene& scene, int threads, Readings& readings) {
     std::unique_ptr<NeutralWorld> world;
     std::unique_ptr<NeutralTracer> ours;
-    const double build_s = seconds_of([&] {
+    const double build_s = measure_seconds([&] {
         world = std::make_unique<NeutralWorld>(scene, threads);
         ours = std::make_unique<NeutralTracer>(*world, threads);
     });

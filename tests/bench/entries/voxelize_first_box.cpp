@@ -12,7 +12,7 @@ constexpr const char* kCopcSquare = "bench/TM_462_101.copc.laz";  ///< where it 
 constexpr const char* kCopcOther =
     "copcjs/ellipsoid.copc.laz";  ///< else a small file of another place
 
-voxel::BoxKey middle_of(voxelize::LidarWorld& world) {
+voxel::BoxKey find_middle(voxelize::LidarWorld& world) {
     const auto range = voxel::boxes_over(world.info().bounds, 0);
     const std::int32_t bx = (range.min.bx + range.max.bx) / 2;
     const std::int32_t bz = (range.min.bz + range.max.bz) / 2;
@@ -23,9 +23,9 @@ voxel::BoxKey middle_of(voxelize::LidarWorld& world) {
 Cost first_box(const voxelize::LidarWorldOptions& options) {
     util::StageTimes times;
     std::unique_ptr<voxelize::LidarWorld> world;
-    return cost_of([&] {
+    return measure_cost([&] {
         world = voxelize::open_lidar_world(options, times);
-        voxel::BoxKey key = middle_of(*world);
+        voxel::BoxKey key = find_middle(*world);
         const auto extent = world->column(0, key.bx, key.bz);
         while (!world->box(key))
             if (++key.by >= extent.by_end)
@@ -48,7 +48,7 @@ double prepared_box_ms(const voxelize::LidarWorldOptions& options) {
     util::StageTimes times;
     const auto world = voxelize::open_lidar_world(options, times);
     std::size_t solid = 0;
-    const Cost cost = cost_of([&] {
+    const Cost cost = measure_cost([&] {
         for (const auto& key : box_keys(*world))
             solid += world->box(key) ? 1U : 0U;
     });

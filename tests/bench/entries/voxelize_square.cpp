@@ -24,14 +24,14 @@ void measure_threads(const Context& c, const DecodeFloor& floor, int threads,
                      const std::string& label, Readings& readings) {
     const auto options = square_options(c, threads);
     const auto columns = benchmark_columns();
-    const Cost decode = cost_of([&] { static_cast<void>(floor.seconds(threads)); });
+    const Cost decode = measure_cost([&] { static_cast<void>(floor.seconds(threads)); });
     util::StageTimes times;
     std::atomic<std::size_t> solid{0};
     Cost all;
     {
         // Its end is not counted: a server's world does not end.
         std::unique_ptr<voxelize::LidarWorld> world;
-        all = cost_of([&] {
+        all = measure_cost([&] {
             world = voxelize::open_lidar_world(options, times);
             thread::parallel_for(columns.size(), threads, [&](std::size_t i) {
                 const auto extent = world->column(0, columns[i].bx, columns[i].bz);

@@ -23,7 +23,7 @@ constexpr WorldSet kSets[] = {
      "a region of 1.19.4 with 676 chunks, of which 289 hold blocks"}};
 
 // Chunks that hold blocks: the others cost next to nothing.
-double chunks_of(const std::filesystem::path& path) {
+double count_chunks(const std::filesystem::path& path) {
     const minecraft::DimensionFacts facts =
         minecraft::describe({path, "overworld", false, 1}).dimensions.at(0);
     if (facts.damaged != 0)
@@ -46,7 +46,7 @@ std::size_t every_box(voxel::World& world) {
 double bare_s(const std::filesystem::path& path) {
     double out = 0;
     for (int pass = 0; pass < kPasses; ++pass)
-        out += cost_of([&] {
+        out += measure_cost([&] {
                    const minecraft::WorldFolder folder(path, kMemoryBytes);
                    const minecraft::ChunkStore store(folder, folder.dimension("overworld"), 1);
                    minecraft::ChunkStore::Reader reader;
@@ -64,12 +64,13 @@ void measure(const std::filesystem::path& path, const minecraft::BlockTable& blo
     double boxes = 0;
     for (int pass = 0; pass < kPasses; ++pass) {
         std::unique_ptr<voxel::World> world;
-        open_s += cost_of([&] {
+        open_s += measure_cost([&] {
                       world = minecraft::open_minecraft_world({path, "overworld", kMemoryBytes, 1},
                                                               blocks);
                   }).cpu_s /
                   kPasses;
-        boxes_s += cost_of([&] { boxes = static_cast<double>(every_box(*world)); }).cpu_s / kPasses;
+        boxes_s +=
+            measure_cost([&] { boxes = static_cast<double>(every_box(*world)); }).cpu_s / kPasses;
     }
     const double bare = bare_s(path);
     readings.add("chunks with blocks", "chunks", chunks);
@@ -95,7 +96,7 @@ Entry entry_for(const WorldSet& set) {
         const auto blocks = std::make_shared<minecraft::BlockTable>(
             minecraft::BlockTable::load(util::config_dir() / "blocks"));
         const std::filesystem::path path = c.data / set.path;
-        return [blocks, path, chunks = chunks_of(path)](Readings& readings) {
+        return [blocks, path, chunks = count_chunks(path)](Readings& readings) {
             measure(path, *blocks, chunks, readings);
         };
     };

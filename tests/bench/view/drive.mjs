@@ -90,7 +90,7 @@ async function passes(page, stats, seconds) {
   const sum = (list, i) => list.reduce((total, item) => total + item[i], 0);
   const pixels = job.width * job.height;
   // The median: other programs may stop a pass for a while.
-  const msOf = (list) => {
+  const computeMedianMs = (list) => {
     const rates = list.map(([count, ms]) => ms / count).sort((a, b) => a - b);
     return pixels * rates[Math.floor(rates.length / 2)];
   };
@@ -98,8 +98,8 @@ async function passes(page, stats, seconds) {
     is_complete: isComplete,
     frames_per_s,
     moving_pixels: sum(moving, 0) / moving.length,
-    moving_ms: msOf(moving),
-    still_ms: msOf(still),
-    rays_per_s: (1000 * pixels) / msOf(still),
+    moving_ms: computeMedianMs(moving),
+    still_ms: computeMedianMs(still),
+    rays_per_s: (1000 * pixels) / computeMedianMs(still),
   };
 }

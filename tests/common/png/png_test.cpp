@@ -24,7 +24,7 @@ std::uint32_t number_at(const std::string& bytes, std::size_t at) {
 
 /// The texts of a file by their keywords, whose chunks are verified.
 /// Ref: PNG specification, 5.3 (chunks), 11.3.4 (texts).
-std::map<std::string, std::string> texts_of(const std::string& bytes) {
+std::map<std::string, std::string> list_texts(const std::string& bytes) {
     constexpr std::size_t kSignature = 8;
     std::map<std::string, std::string> out;
     for (std::size_t at = kSignature; at < bytes.size();) {
@@ -45,7 +45,7 @@ std::map<std::string, std::string> texts_of(const std::string& bytes) {
     return out;
 }
 
-std::vector<std::uint8_t> samples_of(const std::string& bytes) {
+std::vector<std::uint8_t> read_samples(const std::string& bytes) {
     png_image image{};
     image.version = PNG_IMAGE_VERSION;
     if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) == 0)
@@ -72,8 +72,8 @@ TEST_CASE("a PNG of red, green and blue holds samples and texts, also beyond ASC
     for (const auto& [keyword, value] : texts)
         given.push_back({keyword, value});
     const std::string bytes = png::encode(samples, {2, 2, 3}, given);
-    CHECK(texts_of(bytes) == texts);
-    CHECK(samples_of(bytes) == samples);
+    CHECK(list_texts(bytes) == texts);
+    CHECK(read_samples(bytes) == samples);
     CHECK(bytes == png::encode(samples, {2, 2, 3}, given));
 }
 

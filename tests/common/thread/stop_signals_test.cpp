@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-struct sigaction action_of(int signal) {
+struct sigaction read_action(int signal) {
     struct sigaction out{};
     ::sigaction(signal, nullptr, &out);
     return out;
@@ -30,7 +30,7 @@ TEST_CASE("a signal requests a stop while it is handled, and has its old effect 
           "[common][thread]") {
     for (const int signal : {SIGINT, SIGTERM}) {
         CAPTURE(signal);
-        const auto before = action_of(signal);
+        const auto before = read_action(signal);
         {
             const thread::StopSignals signals;
             CHECK_FALSE(signals.token().stop_requested());
@@ -38,7 +38,7 @@ TEST_CASE("a signal requests a stop while it is handled, and has its old effect 
             ::raise(signal);
             CHECK(thread::wait_for_stop(signals.token(), 10min));
         }
-        CHECK(action_of(signal).sa_handler == before.sa_handler);
+        CHECK(read_action(signal).sa_handler == before.sa_handler);
         const thread::StopSignals again;
         CHECK_FALSE(again.token().stop_requested());
     }
@@ -57,10 +57,10 @@ TEST_CASE("a signal that the program's other threads block is received", "[commo
 
 TEST_CASE("SIGHUP is left alone, requests a stop, or calls the given function",
           "[common][thread]") {
-    const auto before = action_of(SIGHUP);
+    const auto before = read_action(SIGHUP);
     {
         const thread::StopSignals signals;
-        CHECK(action_of(SIGHUP).sa_handler == before.sa_handler);
+        CHECK(read_action(SIGHUP).sa_handler == before.sa_handler);
     }
     {
         const thread::StopSignals signals({{SIGHUP}, false, {}});
@@ -81,8 +81,8 @@ TEST_CASE("SIGHUP is left alone, requests a stop, or calls the given function",
 TEST_CASE("a second signal of one kind has its usual effect where that is wanted",
           "[common][thread]") {
     const thread::StopSignals signals({{SIGINT}, true, {}});
-    CHECK(action_of(SIGINT).sa_handler != SIG_DFL);
+    CHECK(read_action(SIGINT).sa_handler != SIG_DFL);
     ::raise(SIGINT);
     CHECK(thread::wait_for_stop(signals.token(), 10min));
-    CHECK(action_of(SIGINT).sa_handler == SIG_DFL);
+    CHECK(read_action(SIGINT).sa_handler == SIG_DFL);
 }

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string text_of(const fs::path& path) {
+std::string read_text(const fs::path& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -33,7 +33,7 @@ std::size_t entries_in(const fs::path& folder) {
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-std::span<const std::byte> bytes_of(std::string_view text) {
+std::span<const std::byte> to_bytes(std::string_view text) {
     return std::as_bytes(std::span(text));
 }
 
@@ -49,9 +49,9 @@ TEST_CASE("a file appears under its name only when it is committed",
         CHECK_FALSE(fs::exists(target));
         CHECK(file.target() == target);
         file.commit();
-        CHECK(text_of(target) == "whole");
+        CHECK(read_text(target) == "whole");
     }
-    CHECK(text_of(target) == "whole");
+    CHECK(read_text(target) == "whole");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -59,31 +59,31 @@ TEST_CASE("bytes are appended until the file is committed", "[common][util][atom
     const TemporaryFolder folder;
     const auto target = folder.path() / "archive.tvx";
     AtomicFile file(target);
-    file.append(bytes_of("one "));
+    file.append(to_bytes("one "));
     file.append({});
-    file.append(bytes_of("two "));
+    file.append(to_bytes("two "));
     file.close();
     file.close();
-    file.append(bytes_of("three"));
+    file.append(to_bytes("three"));
     CHECK_FALSE(fs::exists(target));
     file.commit();
-    CHECK(text_of(target) == "one two three");
+    CHECK(read_text(target) == "one two three");
     CHECK(entries_in(folder.path()) == 1);
 }
 
 TEST_CASE("a file is on the disk before it has its name, unless it can be made again",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;
-    const auto flushes_of = [&](const char* name, const auto& commit) {
+    const auto count_flushes = [&](const char* name, const auto& commit) {
         AtomicFile file(folder.path() / name);
-        file.append(bytes_of("whole"));
+        file.append(to_bytes("whole"));
         const int before = terravox::test::flushes();
         commit(file);
         return terravox::test::flushes() - before;
     };
-    CHECK(flushes_of("kept", [](AtomicFile& f) { f.commit(); }) == 1);
-    CHECK(flushes_of("new", [](AtomicFile& f) { f.commit_as_new(); }) == 1);
-    CHECK(flushes_of("cached", [](AtomicFile& f) { f.commit(AtomicFile::Flush::kNo); }) == 0);
+    CHECK(count_flushes("kept", [](AtomicFile& f) { f.commit(); }) == 1);
+    CHECK(count_flushes("new", [](AtomicFile& f) { f.commit_as_new(); }) == 1);
+    CHECK(count_flushes("cached", [](AtomicFile& f) { f.commit(AtomicFile::Flush::kNo); }) == 0);
 }
 
 TEST_CASE("a file that is committed as new replaces none", "[common][util][atomic_file]") {
@@ -91,16 +91,16 @@ TEST_CASE("a file that is committed as new replaces none", "[common][util][atomi
     const auto target = folder.path() / "parts.tiles";
     {
         AtomicFile file(target);
-        file.append(bytes_of("first"));
+        file.append(to_bytes("first"));
         file.commit_as_new();
     }
-    CHECK(text_of(target) == "first");
+    CHECK(read_text(target) == "first");
     {
         AtomicFile file(target);
-        file.append(bytes_of("second"));
+        file.append(to_bytes("second"));
         CHECK_THROWS_AS(file.commit_as_new(), UsageError);
     }
-    CHECK(text_of(target) == "first");
+    CHECK(read_text(target) == "first");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -113,16 +113,16 @@ TEST_CASE("what lies at the name of a temporary file is not written to",
     {
         AtomicFile file(target);
         fs::create_symlink(precious, file.temporary_path());
-        CHECK_THROWS_WITH(file.append(bytes_of("new")),
+        CHECK_THROWS_WITH(file.append(to_bytes("new")),
                           contains("write " + target.string()) &&
                               contains(file.temporary_path().string() + " is a symbolic link"));
     }
     {
         AtomicFile file(target);
         fs::create_hard_link(precious, file.temporary_path());
-        CHECK_THROWS_WITH(file.append(bytes_of("new")), contains("File exists"));
+        CHECK_THROWS_WITH(file.append(to_bytes("new")), contains("File exists"));
     }
-    CHECK(text_of(precious) == "as it was");
+    CHECK(read_text(precious) == "as it was");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -145,9 +145,9 @@ TEST_CASE("an append that fails names the target and the reason", "[common][util
     const auto target = folder.path() / "archive.tvx";
     {
         AtomicFile file(target);
-        file.append(bytes_of("one"));
+        file.append(to_bytes("one"));
         const terravox::test::FullDisk full(3);
-        CHECK_THROWS_WITH(file.append(bytes_of("two")),
+        CHECK_THROWS_WITH(file.append(to_bytes("two")),
                           contains(target.string()) && contains("File too large"));
     }
     CHECK(entries_in(folder.path()) == 0);
@@ -163,7 +163,7 @@ TEST_CASE("without a commit nothing stays behind, and an older file keeps its co
         std::ofstream(file.temporary_path()) << "half";
         CHECK(entries_in(folder.path()) == 2);
     }
-    CHECK(text_of(target) == "older");
+    CHECK(read_text(target) == "older");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -182,8 +182,8 @@ TEST_CASE("the temporary file keeps folder and extension, and is one of its kind
 TEST_CASE("missing folders are made", "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "deep" / "er" / "box.bin";
-    write_file_atomically(target, bytes_of("abc"));
-    CHECK(text_of(target) == "abc");
+    write_file_atomically(target, to_bytes("abc"));
+    CHECK(read_text(target) == "abc");
 }
 
 TEST_CASE("whole files are written, empty and large, over older ones",
@@ -195,9 +195,9 @@ TEST_CASE("whole files are written, empty and large, over older ones",
         std::string content(size, 'x');
         for (std::size_t i = 0; i < size; i += 997)
             content[i] = static_cast<char>('a' + i % 26);
-        write_file_atomically(target, bytes_of(content));
+        write_file_atomically(target, to_bytes(content));
         INFO(size << " bytes");
-        CHECK(text_of(target) == content);
+        CHECK(read_text(target) == content);
         CHECK(entries_in(folder.path()) == 1);
     }
 }
@@ -233,8 +233,8 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
     DYNAMIC_SECTION(c.name) {
         const auto target = folder.path() / c.target;
         const auto entries = entries_in(folder.path());
-        CHECK_THROWS_AS(write_file_atomically(target, bytes_of("x")), util::Error);
-        CHECK_THROWS_WITH(write_file_atomically(target, bytes_of("x")),
+        CHECK_THROWS_AS(write_file_atomically(target, to_bytes("x")), util::Error);
+        CHECK_THROWS_WITH(write_file_atomically(target, to_bytes("x")),
                           contains("write " + target.string()) && contains(c.said));
         CHECK(entries_in(folder.path()) == entries);
     }
@@ -267,9 +267,9 @@ TEST_CASE("what a link leads to is written, and the link stays", "[common][util]
     for (const char* const name : {"old", "new"}) {
         const fs::path link = at / (std::string("link to ") + name);
         fs::create_symlink(fs::path("disk") / name, link);
-        write_file_atomically(link, bytes_of("text"));
+        write_file_atomically(link, to_bytes("text"));
         CHECK(fs::is_symlink(link));
-        CHECK(text_of(at / "disk" / name) == "text");
+        CHECK(read_text(at / "disk" / name) == "text");
     }
     CHECK(entries_in(at / "disk") == 2);
     CHECK(entries_in(at) == 3);
@@ -285,8 +285,8 @@ TEST_CASE("a link can be replaced instead, and leads to what it led to",
         fs::create_symlink(to, at / "plan.json");
         write_file_atomically(at / "plan.json", "{}", Links::kReplace);
         CHECK(fs::is_regular_file(fs::symlink_status(at / "plan.json")));
-        CHECK(text_of(at / "plan.json") == "{}");
-        CHECK(text_of(at / "precious") == "as it was");
+        CHECK(read_text(at / "plan.json") == "{}");
+        CHECK(read_text(at / "precious") == "as it was");
         CHECK_FALSE(fs::exists(at / "nothing"));
         fs::remove(at / "plan.json");
     }
@@ -320,10 +320,10 @@ TEST_CASE("a link of another user is followed only out of a folder that is their
                               contains((at / "precious").string()));
         CHECK_THROWS_AS(check_writable(link), Error);
     }
-    CHECK(text_of(at / "precious") == "as it was");
+    CHECK(read_text(at / "precious") == "as it was");
     set_folder(kOther, 0755);
     write_file_atomically(link, "new");
-    CHECK(text_of(at / "precious") == "new");
+    CHECK(read_text(at / "precious") == "new");
 }
 
 TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
@@ -352,7 +352,7 @@ TEST_CASE("a name without a folder is written in the current folder",
     const TemporaryFolder folder;
     const auto before = fs::current_path();
     fs::current_path(folder.path());
-    write_file_atomically("plain.txt", bytes_of("here"));
+    write_file_atomically("plain.txt", to_bytes("here"));
     fs::current_path(before);
-    CHECK(text_of(folder.path() / "plain.txt") == "here");
+    CHECK(read_text(folder.path() / "plain.txt") == "here");
 }

@@ -125,9 +125,9 @@ TEST_CASE("an exception leaves std::call_once when there is no memory left", "[c
 TEST_CASE("messages of errors name a lack of memory and of threads in plain words",
           "[common][util]") {
     const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
-    CHECK(util::message_of(std::make_exception_ptr(std::bad_alloc())).starts_with("out of memory"));
-    CHECK(util::message_of(std::make_exception_ptr(std::system_error(none_left)))
+    CHECK(util::to_message(std::make_exception_ptr(std::bad_alloc())).starts_with("out of memory"));
+    CHECK(util::to_message(std::make_exception_ptr(std::system_error(none_left)))
               .starts_with("the system gives no more threads"));
-    CHECK(util::message_of(std::make_exception_ptr(std::runtime_error("as it is"))) == "as it is");
-    CHECK(util::message_of(std::make_exception_ptr(7)) == "an error that carries no message");
+    CHECK(util::to_message(std::make_exception_ptr(std::runtime_error("as it is"))) == "as it is");
+    CHECK(util::to_message(std::make_exception_ptr(7)) == "an error that carries no message");
 }

@@ -13,12 +13,12 @@ using namespace terravox;
 
 namespace {
 
-nlohmann::json table_of(const CLI::App& app) {
+nlohmann::json make_table(const CLI::App& app) {
     return nlohmann::json::parse(util::option_tables(app));
 }
 
 /// The option with this name, or the positional one of this name.
-nlohmann::json option_of(const nlohmann::json& table, const std::string& name) {
+nlohmann::json find_option(const nlohmann::json& table, const std::string& name) {
     for (const nlohmann::json& option : table["options"]) {
         const auto names = option["names"].get<std::vector<std::string>>();
         if (option["positional"] == name ||
@@ -43,7 +43,7 @@ TEST_CASE("a table holds what help says of a program and its commands",
     command->add_flag("--wet", is_wet, "still wet")->group("State");
     command->add_option("--old-name", text, "former name")->group("");
 
-    const nlohmann::json table = table_of(app);
+    const nlohmann::json table = make_table(app);
     CHECK(table["name"] == "thing");
     CHECK(table["description"] == "makes things");
     REQUIRE(table["commands"].size() == 1);
@@ -51,21 +51,21 @@ TEST_CASE("a table holds what help says of a program and its commands",
     CHECK(paint["name"] == "paint");
     CHECK(paint["footer"] == "It dries.");
 
-    const nlohmann::json colour = option_of(paint, "--colour");
+    const nlohmann::json colour = find_option(paint, "--colour");
     CHECK(colour["names"] == std::vector<std::string>{"-c", "--colour", "--color"});
     CHECK(colour["default"] == "blue");
     CHECK(colour["value"] == "TEXT");
     CHECK(colour["repeats"] == false);
     CHECK(colour["required"] == false);
-    const nlohmann::json input = option_of(paint, "inputs");
+    const nlohmann::json input = find_option(paint, "inputs");
     CHECK(input["names"].empty());
     CHECK(input["repeats"] == true);
     CHECK(input["required"] == true);
-    const nlohmann::json wet = option_of(paint, "--wet");
+    const nlohmann::json wet = find_option(paint, "--wet");
     CHECK(wet["value"] == "");
     CHECK(wet["group"] == "State");
-    CHECK(option_of(paint, "--old-name") == nullptr);
-    CHECK(option_of(paint, "--help") != nullptr);
+    CHECK(find_option(paint, "--old-name") == nullptr);
+    CHECK(find_option(paint, "--help") != nullptr);
 }
 
 TEST_CASE("the values of an option are found where help lists them",
@@ -92,13 +92,13 @@ TEST_CASE("the values of an option are found where help lists them",
         CLI::App app;
         std::string value;
         app.add_option("--option", value, c.text)->type_name(c.type);
-        CHECK(option_of(table_of(app), "--option")["words"] == c.words);
+        CHECK(find_option(make_table(app), "--option")["words"] == c.words);
     }
     SECTION("checked words") {
         CLI::App app;
         std::string value;
         app.add_option("--option", value, "a surface")->check(CLI::IsMember({"dtm", "dsm"}));
-        CHECK(option_of(table_of(app), "--option")["words"] ==
+        CHECK(find_option(make_table(app), "--option")["words"] ==
               std::vector<std::string>{"dtm", "dsm"});
     }
 }

@@ -48,13 +48,13 @@ public:
                      x < std::min(max[0], m_bounds.max[0]); ++x)
                     set(x, y, z, material);
     }
-    /// Every voxel anew: material_of(x, y, z).
-    template <class MaterialOf>
-    void fill_with(const MaterialOf& material_of) {
+    /// Every voxel anew: to_material(x, y, z).
+    template <class ToMaterial>
+    void fill_with(const ToMaterial& to_material) {
         for (std::int32_t y = m_bounds.min[1]; y < m_bounds.max[1]; ++y)
             for (std::int32_t z = m_bounds.min[2]; z < m_bounds.max[2]; ++z)
                 for (std::int32_t x = m_bounds.min[0]; x < m_bounds.max[0]; ++x)
-                    set(x, y, z, material_of(x, y, z));
+                    set(x, y, z, to_material(x, y, z));
     }
     /// Asking for this box throws from now on. @param thrower what it throws; default: a
     /// runtime_error

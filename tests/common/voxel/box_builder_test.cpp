@@ -7,9 +7,9 @@
 #include "tests/common/voxel/scene.hpp"
 
 using namespace terravox::voxel;
-using terravox::test::attr_of;
 using terravox::test::random_scene;
 using terravox::test::Scene;
+using terravox::test::to_attr;
 
 namespace {
 
@@ -22,7 +22,7 @@ std::string first_difference(const Box& box, const Scene& scene) {
             for (int x = 0; x < kBoxSizeX; ++x) {
                 const auto found = box.voxel(x, y, z);
                 const auto expected = !scene.solid(x, y, z)    ? std::nullopt
-                                      : scene.visible(x, y, z) ? std::optional(attr_of(x, y, z))
+                                      : scene.visible(x, y, z) ? std::optional(to_attr(x, y, z))
                                                                : std::optional(VoxelAttr{});
                 if (found != expected || box.solid(x, y, z) != scene.solid(x, y, z))
                     return "(" + std::to_string(x) + ", " + std::to_string(y) + ", " +
@@ -40,7 +40,7 @@ Scene filled_with(int y0, int y1, int x0 = -1, int x1 = 65, int z0 = -1, int z1 
 }
 
 std::size_t attrs_in(const Scene& scene) {
-    return scene.build(kBuiltKey, attr_of)->attrs().size();
+    return scene.build(kBuiltKey, to_attr)->attrs().size();
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ TEST_CASE("a box holds what a plain array of voxels holds", "[common][voxel][box
     const auto seed = GENERATE(range(std::uint64_t{1}, std::uint64_t{13}));
     INFO("seed " << seed);
     const Scene scene = random_scene(seed);
-    const auto box = scene.build(kBuiltKey, attr_of);
+    const auto box = scene.build(kBuiltKey, to_attr);
     REQUIRE(box);
     CHECK(first_difference(*box, scene) == "");
     CHECK(box->top() == scene.top());
@@ -61,7 +61,7 @@ TEST_CASE("attributes are requested once for each visible voxel, and for no othe
     const Scene scene = random_scene(99);
     std::map<std::tuple<int, int, int>, int> requests;
     const auto box = scene.build(
-        kBuiltKey, [&](int x, int y, int z) { return ++requests[{x, y, z}], attr_of(x, y, z); });
+        kBuiltKey, [&](int x, int y, int z) { return ++requests[{x, y, z}], to_attr(x, y, z); });
     int wrong = 0;
     int visible = 0;
     for (int y = 0; y < kBoxSizeY; ++y)
@@ -76,7 +76,7 @@ TEST_CASE("attributes are requested once for each visible voxel, and for no othe
 }
 
 TEST_CASE("a box without anything solid is no box", "[common][voxel][box]") {
-    CHECK(Scene().build(kBuiltKey, attr_of) == nullptr);
+    CHECK(Scene().build(kBuiltKey, to_attr) == nullptr);
     Scene margins_only;
     for (int i = -1; i < 65; ++i) {
         margins_only.add(i, -1, -1, 257, true);
@@ -84,11 +84,11 @@ TEST_CASE("a box without anything solid is no box", "[common][voxel][box]") {
     }
     margins_only.add(5, 5, -1, 0, true);
     margins_only.add(5, 5, 256, 257, true);
-    CHECK(margins_only.build(kBuiltKey, attr_of) == nullptr);
+    CHECK(margins_only.build(kBuiltKey, to_attr) == nullptr);
 }
 
 TEST_CASE("a box deep inside rock has only its four roots", "[common][voxel][box]") {
-    const auto box = filled_with(-1, 257).build(kBuiltKey, attr_of);
+    const auto box = filled_with(-1, 257).build(kBuiltKey, to_attr);
     REQUIRE(box);
     CHECK(box->cells().size() == Box::kRootCount);
     CHECK(box->attrs().empty());
@@ -125,9 +125,9 @@ TEST_CASE("rock behind water and leaves keeps its attributes", "[common][voxel][
     for (int z = -1; z < 65; ++z)
         for (int x = -1; x < 65; ++x)
             lake.add(x, z, 100, 110, false);
-    const auto box = lake.build(kBuiltKey, attr_of);
+    const auto box = lake.build(kBuiltKey, to_attr);
     CHECK(box->attrs().size() == 64 * 64 * 11);
-    CHECK(box->voxel(3, 99, 4) == attr_of(3, 99, 4));
+    CHECK(box->voxel(3, 99, 4) == to_attr(3, 99, 4));
     CHECK(box->voxel(3, 98, 4) == VoxelAttr{});
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("the top of a box is one past its highest voxel", "[common][voxel][box
         Scene scene;
         scene.add(c.x, c.z, c.y, c.y + 1, true);
         scene.add(1, 1, 0, std::min(c.y + 1, 2), false);  // a lower voxel elsewhere
-        CHECK(scene.build(kBuiltKey, attr_of)->top() == c.y + 1);
+        CHECK(scene.build(kBuiltKey, to_attr)->top() == c.y + 1);
     }
 }
 
@@ -162,8 +162,8 @@ TEST_CASE("the order of columns does not change a box's bytes", "[common][voxel]
         forward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
     for (int i = 63; i >= 0; --i)
         backward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
-    const auto a = forward.build(kBuiltKey, attr_of);
-    const auto b = backward.build(kBuiltKey, attr_of);
+    const auto a = forward.build(kBuiltKey, to_attr);
+    const auto b = backward.build(kBuiltKey, to_attr);
     CHECK(std::equal(a->blob().begin(), a->blob().end(), b->blob().begin(), b->blob().end()));
     CHECK(a->checksum() == b->checksum());
 }

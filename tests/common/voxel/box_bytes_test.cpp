@@ -5,9 +5,9 @@
 #include "tests/common/voxel/scene.hpp"
 
 using namespace terravox::voxel;
-using terravox::test::attr_of;
 using terravox::test::random_scene;
 using terravox::test::Scene;
+using terravox::test::to_attr;
 
 namespace {
 
@@ -58,7 +58,7 @@ struct PlainTree {
                 continue;
             out.detail |= std::uint64_t{1} << bit;
             if (step == 1)
-                attrs.push_back(attr_of(cx, cy, cz));
+                attrs.push_back(to_attr(cx, cy, cz));
             else
                 below.push_back(cell(cx, cy, cz, step));
         }
@@ -85,7 +85,7 @@ struct PlainTree {
 };
 
 bool same_bytes(const Scene& scene) {
-    const auto built = scene.build(kBytesKey, attr_of);
+    const auto built = scene.build(kBytesKey, to_attr);
     const auto plain = PlainTree{scene, {}, {}, {}, {}}.box();
     if (!built || !plain)
         return built == plain;
@@ -93,7 +93,7 @@ bool same_bytes(const Scene& scene) {
                       plain->blob().end());
 }
 
-Scene runs_of(std::vector<std::array<int, 2>> runs, bool opaque) {
+Scene make_run_scene(std::vector<std::array<int, 2>> runs, bool opaque) {
     Scene scene;
     for (int z = -1; z < 65; ++z)
         for (int x = -1; x < 65; ++x)
@@ -132,7 +132,7 @@ TEST_CASE("whole storeys, bricks and layers of rock or air have that form too",
         {"a layer in every storey", {{3, 4}, {67, 70}, {130, 131}, {195, 200}}, true},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(same_bytes(runs_of(c.runs, c.opaque)));
+        CHECK(same_bytes(make_run_scene(c.runs, c.opaque)));
     }
 }
 

@@ -12,10 +12,10 @@
 
 using namespace terravox;
 using namespace terravox::voxel;
-using terravox::test::attr_of;
 using terravox::test::contains;
 using terravox::test::random_scene;
 using terravox::test::Scene;
+using terravox::test::to_attr;
 
 namespace {
 
@@ -40,7 +40,7 @@ Scene small_scene() {
     return scene;
 }
 
-Bytes copy_of(std::span<const std::byte> bytes) {
+Bytes make_copy(std::span<const std::byte> bytes) {
     return {bytes.begin(), bytes.end()};
 }
 bool same(std::span<const std::byte> a, std::span<const std::byte> b) {
@@ -90,9 +90,9 @@ TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]")
         for (int x = -1; x < 65; ++x)
             full.add(x, z, -1, 257, true);
     const auto c = GENERATE_COPY(values<Case>({
-        {"a few voxels", small_scene().build(kCodedKey, attr_of)},
-        {"hills and trees", random_scene(4).build(kCodedKey, attr_of)},
-        {"solid rock", full.build(kCodedKey, attr_of)},
+        {"a few voxels", small_scene().build(kCodedKey, to_attr)},
+        {"hills and trees", random_scene(4).build(kCodedKey, to_attr)},
+        {"solid rock", full.build(kCodedKey, to_attr)},
     }));
     const int level = GENERATE(1, 9);
     DYNAMIC_SECTION(c.name << ", zstd level " << level) {
@@ -107,18 +107,18 @@ TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]")
 }
 
 TEST_CASE("the same box gives the same bytes", "[common][voxel][codec]") {
-    const auto a = random_scene(5).build(kCodedKey, attr_of);
-    const auto b = random_scene(5).build(kCodedKey, attr_of);
+    const auto a = random_scene(5).build(kCodedKey, to_attr);
+    const auto b = random_scene(5).build(kCodedKey, to_attr);
     CHECK(same(a->blob(), b->blob()));
     CHECK(same(compress(*a), compress(*b)));
-    CHECK_FALSE(same(compress(*a), compress(*random_scene(6).build(kCodedKey, attr_of))));
+    CHECK_FALSE(same(compress(*a), compress(*random_scene(6).build(kCodedKey, to_attr))));
 }
 
 TEST_CASE("a frame or blob that is cut off, or has more bytes, is refused",
           "[common][voxel][codec]") {
-    const auto box = small_scene().build(kCodedKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, to_attr);
     Bytes frame = compress(*box);
-    Bytes blob = copy_of(box->blob());
+    Bytes blob = make_copy(box->blob());
     for (std::size_t size = 0; size < blob.size(); ++size) {
         INFO(size << " of " << frame.size() << " and " << blob.size() << " bytes");
         CHECK_THROWS_AS(Box::from_blob(std::span(blob).first(size), "test"), util::Error);
@@ -132,8 +132,8 @@ TEST_CASE("a frame or blob that is cut off, or has more bytes, is refused",
 }
 
 TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxel][codec]") {
-    const auto box = small_scene().build(kCodedKey, attr_of);
-    Bytes blob = copy_of(box->blob());
+    const auto box = small_scene().build(kCodedKey, to_attr);
+    Bytes blob = make_copy(box->blob());
     for (std::size_t bit = 0; bit < blob.size() * 8; bit += bit < kCellsAt * 8 ? 1 : 13) {
         INFO("bit " << bit);
         blob[bit / 8] ^= std::byte{1} << (bit % 8);
@@ -145,7 +145,7 @@ TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxe
 // zstd ignores a few bits of its own frame header, so a flip there may still give the box: but
 // never another one.
 TEST_CASE("a damaged frame is refused or harmless, never another box", "[common][voxel][codec]") {
-    const auto box = random_scene(8).build(kCodedKey, attr_of);
+    const auto box = random_scene(8).build(kCodedKey, to_attr);
     const Bytes frame = compress(*box);
     std::mt19937_64 random(8);
     int refused = 0;
@@ -167,8 +167,8 @@ TEST_CASE("a damaged frame is refused or harmless, never another box", "[common]
 
 TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
           "[common][voxel][codec]") {
-    const auto box = small_scene().build(kCodedKey, attr_of);
-    const Bytes good = copy_of(box->blob());
+    const auto box = small_scene().build(kCodedKey, to_attr);
+    const Bytes good = make_copy(box->blob());
     const auto cells = static_cast<std::uint32_t>(box->cells().size());
     const auto attrs = static_cast<std::uint32_t>(box->attrs().size());
     const std::size_t last_cell = kCellsAt + (cells - 1) * sizeof(TreeCell);
@@ -224,11 +224,11 @@ TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
 
 TEST_CASE("no random cells under a right checksum can lead a reader outside the box",
           "[common][voxel][codec]") {
-    const auto box = small_scene().build(kCodedKey, attr_of);
+    const auto box = small_scene().build(kCodedKey, to_attr);
     std::mt19937_64 random(17);
     int refused = 0;
     for (int i = 0; i < 300; ++i) {
-        Bytes blob = copy_of(box->blob());
+        Bytes blob = make_copy(box->blob());
         const std::size_t at = kCellsAt + random() % (box->cells().size_bytes());
         blob[at] ^= static_cast<std::byte>(1 + random() % 255);
         blob = signed_again(blob);
@@ -251,7 +251,7 @@ TEST_CASE("no random cells under a right checksum can lead a reader outside the 
 
 TEST_CASE("frames that are no boxes are refused before they cost memory",
           "[common][voxel][codec]") {
-    const auto text = [](std::string_view s) { return copy_of(std::as_bytes(std::span(s))); };
+    const auto text = [](std::string_view s) { return make_copy(std::as_bytes(std::span(s))); };
     Bytes unknown_size(64);
     {
         ZSTD_CCtx* stream = ZSTD_createCCtx();

@@ -26,14 +26,14 @@ std::optional<VoxelAttr> fine_voxel(const Children& children, int x, int y, int 
 }
 
 using Eight = std::array<std::optional<VoxelAttr>, 8>;  // index = dx + 2 dz + 4 dy
-int column_of(std::size_t i) {
+int find_column(std::size_t i) {
     return static_cast<int>(i % 4);
 }
 
 // The rule of coarse_rule.hpp, one voxel at a time: which children decide; empty for air.
 std::vector<std::size_t> deciding(const Eight& children, int level) {
     const auto is = [&](std::size_t i, Grain grain) {
-        return children[i] && grain_of(children[i]->material) == grain;
+        return children[i] && to_grain(children[i]->material) == grain;
     };
     const auto opaque = [&](std::size_t i) {
         return is(i, Grain::kTerrain) || is(i, Grain::kShell) || is(i, Grain::kObject);
@@ -60,7 +60,7 @@ std::vector<std::size_t> deciding(const Eight& children, int level) {
             sparse.push_back(i);
         objects += is(i, Grain::kObject);
         if (is(i, Grain::kShell) || is(i, Grain::kObject))
-            built[static_cast<std::size_t>(column_of(i))] = true;
+            built[static_cast<std::size_t>(find_column(i))] = true;
         kept = kept || overhang(i) || (level <= 2 && is(i, Grain::kShell));
     }
     const auto area_kept = [](const std::array<bool, 4>& column) {
@@ -85,7 +85,7 @@ std::vector<std::size_t> deciding(const Eight& children, int level) {
         return lead > 0 || (lead == 0 && key_is_water) ? water : all_opaque;
     }
     for (const std::size_t i : sparse)
-        leafy[static_cast<std::size_t>(column_of(i))] = true;
+        leafy[static_cast<std::size_t>(find_column(i))] = true;
     return area_kept(leafy) ? sparse : std::vector<std::size_t>{};
 }
 
@@ -96,7 +96,7 @@ VoxelAttr expected_attr(const Eight& children, const std::vector<std::size_t>& d
     std::array<bool, 4> voted{};
     for (const bool upper : {true, false})
         for (const std::size_t i : deciders) {
-            auto& column = voted[static_cast<std::size_t>(column_of(i))];
+            auto& column = voted[static_cast<std::size_t>(find_column(i))];
             if ((i >= 4) != upper || column || *children[i] == VoxelAttr{})
                 continue;
             column = true;

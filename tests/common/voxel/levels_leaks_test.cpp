@@ -6,8 +6,8 @@
 #include "tests/common/voxel/material_grid.hpp"
 
 using namespace terravox::voxel;
-using terravox::test::level_of;
 using terravox::test::light_reaches;
+using terravox::test::make_level;
 using terravox::test::MaterialGrid;
 using terravox::test::opaque_at;
 using terravox::test::open_columns;
@@ -63,7 +63,7 @@ TEST_CASE("coarse opaque voxels cover every wall, roof, bridge and tower",
                                        : random.of(kTerrains);
         grid.set(random.in(0, 64), random.in(0, 256), random.in(0, 64), m);
     }
-    const auto box = level_of(grid.build(), 1);
+    const auto box = make_level(grid.build(), 1);
     int shells = 0;
     int lost = 0;
     for_columns([&](int x, int z) {
@@ -87,7 +87,7 @@ TEST_CASE("no light gets into a closed house at any level", "[common][voxel][lev
     REQUIRE(!light_reaches(*fine, 64, 256, {30, 50, 28}));
     for (int level = 1; level <= 3; ++level) {
         INFO("level " << level);
-        const auto box = level_of(fine, level);
+        const auto box = make_level(fine, level);
         REQUIRE(
             !opaque_at(*box, 30 >> level, 50 >> level, 28 >> level));  // there is still an inside
         CHECK(!light_reaches(*box, 64 >> level, 256 >> level,
@@ -125,7 +125,7 @@ TEST_CASE("a diagonal wall, one voxel wide, keeps both sides apart", "[common][v
         REQUIRE(beyond(dark_x, dark_z) > 0);
         for (int level = 0; level <= 2; ++level) {
             INFO("level " << level);
-            const auto box = level_of(grid.build(), level);
+            const auto box = make_level(grid.build(), level);
             REQUIRE(!opaque_at(*box, dark_x >> level, 20 >> level, dark_z >> level));
             CHECK(!light_reaches(*box, 64 >> level, 256 >> level,
                                  {dark_x >> level, 20 >> level, dark_z >> level}));
@@ -198,8 +198,8 @@ TEST_CASE("a thin sheet of terrain without steps of two stays closed", "[common]
             y = std::min(y, cone.y + std::abs(x - cone.x) + std::abs(z - cone.z));
         grid.set(x, y, z, random.of(kTerrains));
     });
-    CHECK(open_columns(*level_of(grid.build(), 0), 0) == 0);
-    CHECK(open_columns(*level_of(grid.build(), 1), 1) == 0);
+    CHECK(open_columns(*make_level(grid.build(), 0), 0) == 0);
+    CHECK(open_columns(*make_level(grid.build(), 1), 1) == 0);
 }
 
 TEST_CASE("an opaque voxel that a free neighbour shows has attributes", "[common][voxel][levels]") {

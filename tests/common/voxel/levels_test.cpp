@@ -8,10 +8,10 @@
 #include "tests/common/voxel/material_grid.hpp"
 
 using namespace terravox::voxel;
-using terravox::test::level_of;
+using terravox::test::find_top;
+using terravox::test::make_level;
 using terravox::test::material_at;
 using terravox::test::MaterialGrid;
-using terravox::test::top_of;
 using enum terravox::voxel::Material;
 
 namespace {
@@ -46,18 +46,18 @@ MaterialGrid terrain(const Height& height) {
 // How much too high the ground of a level is, in voxels of that level, on average.
 double mean_rise(const Box& fine, int level) {
     const auto coarse =
-        level_of(std::shared_ptr<const Box>(std::shared_ptr<const Box>(), &fine), level);
+        make_level(std::shared_ptr<const Box>(std::shared_ptr<const Box>(), &fine), level);
     double sum = 0;
     for_columns(0, [&](int x, int z) {
-        sum += top_of(*coarse, x >> level, z >> level, solid) -
-               top_of(fine, x, z, solid) / double(1 << level);
+        sum += find_top(*coarse, x >> level, z >> level, solid) -
+               find_top(fine, x, z, solid) / double(1 << level);
     });
     return sum / 4096;
 }
 
 double covered(const Box& box, int level, bool (*counts)(Material)) {
     double sum = 0;
-    for_columns(level, [&](int x, int z) { sum += top_of(box, x, z, counts) > 0; });
+    for_columns(level, [&](int x, int z) { sum += find_top(box, x, z, counts) > 0; });
     return sum / (4096 >> (2 * level));
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("a bridge deck one voxel thick stays, with its way beneath", "[common]
                 grid.set(x, y, z, kBridge);
         });
         for (int level = 1; level <= 2; ++level) {
-            const auto box = level_of(grid.build(), level);
+            const auto box = make_level(grid.build(), level);
             int lost = 0;
             int blocked = 0;
             for_columns(0, [&](int x, int z) {
@@ -166,13 +166,13 @@ TEST_CASE("a gable roof is still a roof two levels up", "[common][voxel][levels]
         }
     }
     for (int level = 1; level <= 2; ++level) {
-        const auto box = level_of(grid.build(), level);
+        const auto box = make_level(grid.build(), level);
         int lost = 0;
         int low_or_high = 0;
         for (int x = x0; x < x0 + 19; ++x)
             for (int z = z0; z < z0 + 24; ++z) {
-                const int top = top_of(*box, x >> level, z >> level, roof);
-                lost += top == 0 || top != top_of(*box, x >> level, z >> level, solid);
+                const int top = find_top(*box, x >> level, z >> level, roof);
+                lost += top == 0 || top != find_top(*box, x >> level, z >> level, solid);
                 low_or_high += std::abs((top << level) - roof_y(x) - 1) > 2 << level;
             }
         INFO("level " << level);
@@ -205,7 +205,7 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
         const auto fine = grid.build();
         for (int level = 0; level < 5; ++level)
             cover[static_cast<std::size_t>(level)] +=
-                covered(*level_of(fine, level), level, roof) / kTowns;
+                covered(*make_level(fine, level), level, roof) / kTowns;
     }
     CAPTURE(cover[0], cover[1], cover[2], cover[3], cover[4]);
     // Where all shells are kept a house gains up to a voxel of width; from level 3 on it keeps its
@@ -235,7 +235,7 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
         }
     });
     for (int level = 1; level <= 4; ++level) {
-        const auto box = level_of(grid.build(), level);
+        const auto box = make_level(grid.build(), level);
         const int expected = (surface + (1 << level) - 1) >> level;
         const int margin = 32 - (24 >> level << level);
         int holes = 0;
@@ -243,7 +243,7 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
         int dry = 0;
         for (int x = margin; x < 64 - margin; ++x)
             for (int z = margin; z < 64 - margin; ++z) {
-                const int top = top_of(*box, x >> level, z >> level, solid);
+                const int top = find_top(*box, x >> level, z >> level, solid);
                 holes += top < expected;
                 steps += top > expected;
                 dry += top > 0 && material_at(*box, x >> level, top - 1, z >> level) != kWater;
@@ -253,7 +253,7 @@ TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
         CHECK(steps == 0);
         CHECK(dry == 0);
         if (level == 1 && depth == 8)
-            CHECK(top_of(*box, 16, 16, [](Material m) { return !see_through(m); }) <=
+            CHECK(find_top(*box, 16, 16, [](Material m) { return !see_through(m); }) <=
                   expected - 4);  // one sees down to the bed
     }
 }
@@ -277,12 +277,12 @@ TEST_CASE("a shore keeps its place on average and has no gap", "[common][voxel][
     double wet_columns = 0;
     for_columns(0, [&](int x, int z) { wet_columns += wet(x, z) / 4096.0; });
     for (int level = 1; level <= 3; ++level) {
-        const auto box = level_of(fine, level);
+        const auto box = make_level(fine, level);
         const int expected = (surface + (1 << level) - 1) >> level;
         int uneven = 0;
         double water = 0;
         for_columns(level, [&](int x, int z) {
-            uneven += top_of(*box, x, z, solid) != expected;
+            uneven += find_top(*box, x, z, solid) != expected;
             water += material_at(*box, x, expected - 1, z) == kWater;
         });
         INFO("level " << level);
@@ -325,7 +325,7 @@ TEST_CASE("a forest keeps its cover and its gaps", "[common][voxel][levels]") {
         const double cover = covered(*fine, 0, leaf);
         for (int level = 1; level <= 2; ++level) {
             INFO("level " << level << ", cover of the fine forest " << cover);
-            CHECK(covered(*level_of(fine, level), level, leaf) ==
+            CHECK(covered(*make_level(fine, level), level, leaf) ==
                   Approx(cover).margin(level == 1 ? 0.08 : 0.14));
         }
     }
@@ -339,7 +339,7 @@ TEST_CASE("one of four lone voxels survives, so that they cover what they covere
     for (int i = 0; i < 8; ++i) {
         MaterialGrid grid;
         grid.set(20 + i % 2, 30 + i / 4, 40 + i / 2 % 2, material);
-        const auto box = level_of(grid.build(), 1);
+        const auto box = make_level(grid.build(), 1);
         if (!box)
             continue;
         ++survivors;
@@ -354,10 +354,10 @@ TEST_CASE("wires fade: half their length goes with each level", "[common][voxel]
     for (int i = 0; i < 64; ++i) {  // one wire in each row, each time alone
         MaterialGrid grid;
         grid.fill({0, 64}, {100, 101}, {i, i + 1}, kWire);
-        const auto box = level_of(grid.build(), level);
+        const auto box = make_level(grid.build(), level);
         if (box)
             for_columns(level, [&](int x, int z) {
-                length += (1 << level) * (top_of(*box, x, z, solid) > 0);
+                length += (1 << level) * (find_top(*box, x, z, solid) > 0);
             });
     }
     INFO("level " << level);
@@ -399,7 +399,7 @@ TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][level
         for (int child = 0; child < 8; ++child)
             if (const char letter = c.children.at(static_cast<std::size_t>(child)); letter != ' ')
                 grid.set(6 + child % 2, 10 + child / 4, 8 + child / 2 % 2, materials.at(letter));
-        CHECK(material_name(material_at(*level_of(grid.build(), 1), 3, 5, 4)) ==
+        CHECK(material_name(material_at(*make_level(grid.build(), 1), 3, 5, 4)) ==
               material_name(c.expected));
     }
 }

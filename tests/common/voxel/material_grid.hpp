@@ -52,8 +52,8 @@ inline FineBoxes alone(std::shared_ptr<const voxel::Box> box, std::size_t slot =
 
 /// Level n of a box that has only air around it: the 64 >> n by 256 >> n by 64 >> n voxels at the
 /// origin.
-inline std::shared_ptr<const voxel::Box> level_of(std::shared_ptr<const voxel::Box> box,
-                                                  int level) {
+inline std::shared_ptr<const voxel::Box> make_level(std::shared_ptr<const voxel::Box> box,
+                                                    int level) {
     for (int n = 1; n <= level && box; ++n)
         box = voxel::downsample({n, 0, 0, 0}, alone(box));
     return box;
@@ -69,7 +69,7 @@ inline bool opaque_at(const voxel::Box& box, int x, int y, int z) {
 
 /// One past the highest voxel of the column that `counts(material)`; 0 without one.
 template <class Counts>
-int top_of(const voxel::Box& box, int x, int z, const Counts& counts) {
+int find_top(const voxel::Box& box, int x, int z, const Counts& counts) {
     int y = voxel::kBoxSizeY;
     while (y > 0 && !counts(material_at(box, x, y - 1, z)))
         --y;
@@ -82,7 +82,7 @@ inline int open_columns(const voxel::Box& box, int level) {
     int open = 0;
     for (int x = 0; x < 64 >> level; ++x)
         for (int z = 0; z < 64 >> level; ++z)
-            open += top_of(box, x, z, [](voxel::Material m) { return !see_through(m); }) == 0;
+            open += find_top(box, x, z, [](voxel::Material m) { return !see_through(m); }) == 0;
     return open;
 }
 

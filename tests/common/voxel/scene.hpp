@@ -75,7 +75,7 @@ private:
 };
 
 /// Attributes that distinguish every voxel of a box from its neighbours; never plain rock.
-inline voxel::VoxelAttr attr_of(int x, int y, int z) {
+inline voxel::VoxelAttr to_attr(int x, int y, int z) {
     voxel::VoxelAttr attr;
     attr.material =
         static_cast<voxel::Material>(2 + (x + 3 * y + 7 * z) % (voxel::kMaterialCount - 2));

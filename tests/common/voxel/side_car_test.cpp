@@ -23,7 +23,7 @@ SideCar example() {
     info.licence = "CC BY";
     info.attribution = "those who flew";
     info.centre = geo::MapPlace{{46, 14}, -0.72};
-    SideCar car = side_car_of(info, 2, {512, -16, -1024});
+    SideCar car = make_side_car(info, 2, {512, -16, -1024});
     car.blocks = {{"minecraft:bricks", Material::kRoof}, {"minecraft:stone", Material::kRock}};
     return car;
 }

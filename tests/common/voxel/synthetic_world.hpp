@@ -25,7 +25,7 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     /// One past the highest solid voxel of a column.
-    [[nodiscard]] static int top_of(std::int32_t x, std::int32_t z) noexcept {
+    [[nodiscard]] static int find_top(std::int32_t x, std::int32_t z) noexcept {
         if (voxel::floor_div(x, 7) % 5 == 0 && voxel::floor_div(z, 7) % 6 == 0)
             return 290;
         const auto wave = [](std::int32_t v, int period) {
@@ -36,7 +36,7 @@ public:
     }
     [[nodiscard]] static voxel::VoxelAttr attr_at(std::int32_t x, int y, std::int32_t z) noexcept {
         voxel::VoxelAttr attr;
-        const int top = top_of(x, z);
+        const int top = find_top(x, z);
         attr.material = top > 200     ? voxel::Material::kWall
                         : y < top - 3 ? voxel::Material::kRock
                         : y < 30      ? voxel::Material::kSand
@@ -80,7 +80,7 @@ private:
                 if (x0 + x >= b.min[0] && x0 + x < b.max[0] && z0 + z >= b.min[2] &&
                     z0 + z < b.max[2])
                     builder.add(x, z, b.min[1] - y0,
-                                std::min(top_of(x0 + x, z0 + z), b.max[1]) - y0, true);
+                                std::min(find_top(x0 + x, z0 + z), b.max[1]) - y0, true);
         return builder.build(key,
                              [&](int x, int y, int z) { return attr_at(x0 + x, y0 + y, z0 + z); });
     }

@@ -11,7 +11,7 @@ import { cli, program, words } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeKeys, makeLas, makeLaz } from '../support/las-fixture.js';
-import { kNever, squareOf, storedFiles, temporaryFolder } from '../support/store-fixture.js';
+import { kNever, makeSquare, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
 const kLaz = makeLaz();
 const kSecretVariable = 'TERRAVOX_TEST_KEY';
@@ -213,11 +213,11 @@ test('resume continues unfinished squares, and reports those that it cannot', as
   const open = openStore(store, {}, kNever);
   const terms = { crs: null, classTable: null, licence: null, attribution: null };
   open.squares.learn('here', 'here', null, terms, [
-    squareOf('462_101', [`${server.base}/a.laz`]),
-    squareOf('463_101', ['file:///etc/passwd']),
+    makeSquare('462_101', [`${server.base}/a.laz`]),
+    makeSquare('463_101', ['file:///etc/passwd']),
   ]);
   open.squares.learn('adhoc', 'adhoc', null, terms, [
-    squareOf('470_101', [`${server.base}/b.laz`]),
+    makeSquare('470_101', [`${server.base}/b.laz`]),
   ]);
   open.squares.want([...open.squares.list({})].map(({ key }) => key));
   open.close();

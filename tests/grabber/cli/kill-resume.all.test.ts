@@ -10,7 +10,7 @@ import type { FileStats } from '../portal/stats.js';
 import { seededRandom } from '../portal/random.js';
 import { program, words, type CliResult } from '../support/cli.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { sha256Of } from '../support/record-fixture.js';
+import { computeSha256 } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 /** The whole measure takes minutes; the short one is the same with less of everything. */
@@ -98,7 +98,7 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
   });
   t.after(() => portal.close());
 
-  const statsOf = (name: string): FileStats => portal.context.stats.of(`/laz/TM_${name}.laz`);
+  const findStats = (name: string): FileStats => portal.context.stats.of(`/laz/TM_${name}.laz`);
 
   const sentWhenVerified = new Map<string, number>();
   const wholeWhenBegun = new Map<string, number>();
@@ -117,10 +117,10 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
     // The server notices later that the connection is gone.
     await portal.idle();
     for (const name of namesIn(store, kUsable)) {
-      if (!sentWhenVerified.has(name)) sentWhenVerified.set(name, statsOf(name).bytes);
+      if (!sentWhenVerified.has(name)) sentWhenVerified.set(name, findStats(name).bytes);
     }
     for (const name of await begunNames(store, names)) {
-      if (!wholeWhenBegun.has(name)) wholeWhenBegun.set(name, statsOf(name).whole);
+      if (!wholeWhenBegun.has(name)) wholeWhenBegun.set(name, findStats(name).whole);
     }
   }
   assert.ok(kills > 0, 'at least one kill came before the end');
@@ -136,16 +136,16 @@ test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, a
     ]);
     assert.ok(there.equals(here), `bytes of ${name}`);
     const record = open.squares.get({ source: 'adhoc', grid: 'adhoc', name });
-    assert.equal(record?.file?.sha256, sha256Of(here));
+    assert.equal(record?.file?.sha256, computeSha256(here));
   }
   open.close();
   for (const [name, sent] of sentWhenVerified) {
-    assert.equal(statsOf(name).bytes, sent, `${name} was verified before a kill and sent again`);
+    assert.equal(findStats(name).bytes, sent, `${name} was verified before a kill and sent again`);
   }
 
   // A fault may be that the rest of a file cannot be fetched.
   const again = [...wholeWhenBegun]
-    .filter(([name, whole]) => statsOf(name).faults === 0 && statsOf(name).whole > whole)
+    .filter(([name, whole]) => findStats(name).faults === 0 && findStats(name).whole > whole)
     .map(([name]) => name);
   assert.deepEqual(again, [], 'begun before a kill, and then sent whole');
   // Bytes that the server has sent, but the process has not read when it dies, are sent again: up

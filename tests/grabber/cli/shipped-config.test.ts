@@ -8,20 +8,20 @@ import { temporaryFolder } from '../support/store-fixture.js';
 
 test('the configuration is found in a checkout and in a prefix, unless it is named', async (t) => {
   const folder = await temporaryFolder(t);
-  const configOf = (root: string): string => shippedConfig({ version: '1', root });
+  const findConfig = (root: string): string => shippedConfig({ version: '1', root });
   const checkout = join(folder, 'checkout');
   await mkdir(join(checkout, 'config'), { recursive: true });
   await writeFile(join(checkout, 'config', 'materials.toml'), '');
   const before = process.env['TERRAVOX_CONFIG'];
   try {
     delete process.env['TERRAVOX_CONFIG'];
-    assert.equal(configOf(join(checkout, 'grabber')), join(checkout, 'config'));
+    assert.equal(findConfig(join(checkout, 'grabber')), join(checkout, 'config'));
     assert.equal(
-      configOf(join(folder, 'lib', 'terravox', 'grabber')),
+      findConfig(join(folder, 'lib', 'terravox', 'grabber')),
       join(folder, 'share', 'terravox', 'config'),
     );
     process.env['TERRAVOX_CONFIG'] = '/own';
-    assert.equal(configOf(join(checkout, 'grabber')), '/own');
+    assert.equal(findConfig(join(checkout, 'grabber')), '/own');
   } finally {
     delete process.env['TERRAVOX_CONFIG'];
     if (before !== undefined) process.env['TERRAVOX_CONFIG'] = before;

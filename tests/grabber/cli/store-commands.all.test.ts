@@ -17,7 +17,7 @@ import {
   kVerified,
   keyOfSquare,
   put,
-  sha256Of,
+  computeSha256,
 } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
@@ -59,7 +59,7 @@ async function filledStore(
   const image = { width_px: 4, height_px: 4, resolution_m: 250, margin_m: 0 };
   store.orthophotos.converted(
     ortho,
-    { path, bytes: tiff.length, sha256: sha256Of(tiff) },
+    { path, bytes: tiff.length, sha256: computeSha256(tiff) },
     { points: null, image, crs: null, warnings: [] },
   );
   store.close();

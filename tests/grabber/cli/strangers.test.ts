@@ -11,7 +11,7 @@ import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
 import { cli, words } from '../support/cli.js';
 import { configFolder, templateAccess } from '../support/config-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { keyOf, kNever, squareOf, temporaryFolder } from '../support/store-fixture.js';
+import { toKey, kNever, makeSquare, temporaryFolder } from '../support/store-fixture.js';
 
 /** Sets a colour, clears the screen, forges a line, reorders what follows. */
 const kHostile = 'x\u001b[31m\u009b2J\nerror: forged\u202egnol';
@@ -28,8 +28,8 @@ async function hostileStore(t: TestContext): Promise<string> {
   const store = openStore(root, {}, kNever);
   try {
     const terms = { crs: 'EPSG:3794', classTable: null, licence: null, attribution: kHostile };
-    const key = keyOf('462_101');
-    const square = squareOf('462_101', [`http://x/${kHostile}`], { block: kHostile });
+    const key = toKey('462_101');
+    const square = makeSquare('462_101', [`http://x/${kHostile}`], { block: kHostile });
     store.squares.learn(key.source, key.grid, 'EPSG:3794', terms, [square]);
     store.squares.want([key]);
     store.squares.begin(key, 'http://x/a.laz');
@@ -99,8 +99,8 @@ test('lines and names among the bars of a terminal hold no control characters of
   const stream = Object.assign(new PassThrough(), { isTTY: true, columns: 200, rows: 50 });
   const streams = { out: () => undefined, err: () => undefined };
   const reporter = barReporter(outputTo(streams), stream);
-  const key = keyOf(kHostile);
-  const other = keyOf('462_101');
+  const key = toKey(kHostile);
+  const other = toKey('462_101');
   const missing: Outcome = { state: 'missing', key: other, url: null, reason: kHostile };
   reporter.bytes(key, 1, 1, 10);
   reporter.ignored(kHostile, 'here');

@@ -10,7 +10,7 @@ import {
 import { converterFor } from '../../../grabber/src/convert/converter-for.js';
 import { parseConverters } from '../../../grabber/src/convert/converters.js';
 import { lazTool } from '../../../grabber/src/convert/laz-tool.js';
-import { pointCountOf } from '../../../grabber/src/convert/zlas-header.js';
+import { parsePointCount } from '../../../grabber/src/convert/zlas-header.js';
 import type { StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
@@ -20,7 +20,7 @@ import {
   catalogueSquare,
   kTerms,
   keyOfSquare,
-  sha256Of,
+  computeSha256,
 } from '../support/record-fixture.js';
 import { script } from '../support/scripts.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
@@ -78,7 +78,7 @@ test('LAS becomes LAZ, and the original is remembered', async (t) => {
   const row = record();
   assert.equal(row.state, 'converted');
   assert.equal(row.original?.bytes, las.length);
-  assert.equal(row.file?.sha256, sha256Of(makeLaz()));
+  assert.equal(row.file?.sha256, computeSha256(makeLaz()));
   assert.equal(row.points?.pointCount, 10);
 });
 
@@ -218,9 +218,9 @@ test('a configuration that cannot work is refused', () => {
 });
 
 test('the count of a zLAS file is read only where its header makes sense', () => {
-  assert.equal(pointCountOf(makeLas({ points: 12 })), 12);
-  assert.equal(pointCountOf(makeLas({ minor: 4, format: 6, points: 3, claimedPoints: 70 })), 70);
-  assert.equal(pointCountOf(makeLas({ claimedPoints: 0 })), undefined);
-  assert.equal(pointCountOf(makeLas({ major: 7 })), undefined);
-  assert.equal(pointCountOf(kZlas), undefined);
+  assert.equal(parsePointCount(makeLas({ points: 12 })), 12);
+  assert.equal(parsePointCount(makeLas({ minor: 4, format: 6, points: 3, claimedPoints: 70 })), 70);
+  assert.equal(parsePointCount(makeLas({ claimedPoints: 0 })), undefined);
+  assert.equal(parsePointCount(makeLas({ major: 7 })), undefined);
+  assert.equal(parsePointCount(kZlas), undefined);
 });

@@ -8,21 +8,21 @@ import type { Outcome } from '../../../grabber/src/progress/events.js';
 import { GrabberError } from '../../../grabber/src/util/errors.js';
 import { sendFile, sendStatus, serve, type Handler } from '../support/http-fixture.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
-import { kTerms, sha256Of } from '../support/record-fixture.js';
+import { kTerms, computeSha256 } from '../support/record-fixture.js';
 import {
   fetchFixture,
-  keyOf,
+  toKey,
   kName,
-  squareOf,
+  makeSquare,
   storedFiles,
   type FixtureOptions,
 } from '../support/store-fixture.js';
 
 const kLaz = makeLaz({ dataBytes: 200_000 });
-const kSha = sha256Of(kLaz);
+const kSha = computeSha256(kLaz);
 
 function one(base: string, more: Partial<CatalogueSquare> = {}): CatalogueSquare[] {
-  return [squareOf(kName, [`${base}/TM_${kName}.laz`], more)];
+  return [makeSquare(kName, [`${base}/TM_${kName}.laz`], more)];
 }
 
 test('a good file is stored under its square, hashed and recorded', async (t) => {
@@ -220,7 +220,7 @@ const kBadAnswers: [
   ],
 ];
 
-function textOf(outcome: Outcome): string {
+function describeOutcome(outcome: Outcome): string {
   if (outcome.state === 'failed') return outcome.message;
   return outcome.state === 'missing' ? outcome.reason : '';
 }
@@ -233,7 +233,7 @@ test('a bad answer is reported for what it is, and leaves no file', async (t) =>
       const [outcome] = await fixture.fetch(one(server.base, more?.square));
       const state = code === 'MISSING' ? 'missing' : 'failed';
       assert.equal(outcome?.state, state);
-      const shown = textOf(outcome);
+      const shown = describeOutcome(outcome);
       assert.match(shown, message);
       assert.ok(!shown.includes('\n'), 'one line');
       assert.equal(server.seen.length, requests);
@@ -299,7 +299,7 @@ test('mirrors are tried in order, and a square is missing only where all lack it
       });
       const fixture = await fetchFixture(t, server.base, { retries: 1 });
       const [outcome] = await fixture.fetch([
-        squareOf(kName, [`${server.base}/a`, `${server.base}/b`]),
+        makeSquare(kName, [`${server.base}/a`, `${server.base}/b`]),
       ]);
       assert.equal(outcome?.state, state);
       assert.deepEqual(
@@ -315,7 +315,7 @@ test('zLAS is kept as it came, and waits for its conversion', async (t) => {
     sendFile(response, Buffer.from('some bytes of zLAS')),
   );
   const fixture = await fetchFixture(t, server.base);
-  const squares = [squareOf(kName, [`${server.base}/${kName}.zlas`])];
+  const squares = [makeSquare(kName, [`${server.base}/${kName}.zlas`])];
   assert.equal((await fixture.fetch(squares))[0]?.state, 'fetched');
   assert.equal(fixture.record()?.state, 'fetched');
   assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.zlas']);
@@ -341,7 +341,7 @@ test('a whole file that could not be converted is not fetched again', async (t) 
   const convert = (): Promise<void> =>
     Promise.reject(new GrabberError('CONVERTER', 'convert it: no'));
   const fixture = await fetchFixture(t, server.base, { job: { convert } });
-  const square = [squareOf(kName, [`${server.base}/${kName}.zlas`])];
+  const square = [makeSquare(kName, [`${server.base}/${kName}.zlas`])];
   for (let times = 0; times < 2; ++times) {
     assert.equal((await fixture.fetch(square))[0]?.state, 'failed');
     assert.deepEqual(
@@ -379,7 +379,7 @@ test('a finished file without its record is adopted when it is the expected one'
       const fixture = await fetchFixture(t, server.base);
       await fixture.fetch(one(failing.base, more));
       await writeFile(join(fixture.root, 'lidar/test/462_101.laz'), body);
-      const key = keyOf(kName);
+      const key = toKey(kName);
       fixture.store.squares.learn('test', 'test', null, kTerms, one(server.base, more));
       fixture.store.squares.want([key]);
       fixture.store.squares.begin(key, `${server.base}/TM_462_101.laz`);
@@ -396,7 +396,7 @@ test('a run that was killed after the check fetches nothing again', async (t) =>
       const server = await serve(t, (_request, response) => sendFile(response, kLaz));
       const fixture = await fetchFixture(t, server.base);
       await fixture.fetch(one(server.base), false);
-      const key = keyOf(kName);
+      const key = toKey(kName);
       fixture.store.squares.want([key], true);
       fixture.store.squares.begin(key, 'x');
       fixture.store.squares.fetched(key, {

@@ -12,16 +12,16 @@ import {
   type HostAccess,
 } from '../../../grabber/src/fetch/host-policy.js';
 import { readSecretHeaders } from '../../../grabber/src/fetch/secret-headers.js';
-import { redactError, redactorOf } from '../../../grabber/src/fetch/redact.js';
+import { redactError, makeRedactor } from '../../../grabber/src/fetch/redact.js';
 import { shownUrl } from '../../../grabber/src/fetch/shown-url.js';
 import { GrabberError, describeError } from '../../../grabber/src/util/errors.js';
-import { profileOf } from '../../../grabber/src/sources/profile.js';
+import { toProfile } from '../../../grabber/src/sources/profile.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
 import { regionOfBox } from '../../../grabber/src/select/region.js';
 import { found, sourceWith } from '../support/catalogue-fixture.js';
 import { kHere, sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { fetchFixture, kName, kNever, squareOf } from '../support/store-fixture.js';
+import { fetchFixture, kName, kNever, makeSquare } from '../support/store-fixture.js';
 
 const kPublic = {
   hosts: ['data.example', 'files.example:8080', '8.8.8.8', '[2001:4860:4860::8888]'],
@@ -115,7 +115,7 @@ test('addresses that a name leads to are judged one by one', () => {
   for (const address of never) assert.ok(!addressAllowed(address, true), address);
 });
 
-function clientOf(access: Partial<Access>, resolve?: HttpClientOptions['resolve']) {
+function makeClient(access: Partial<Access>, resolve?: HttpClientOptions['resolve']) {
   return createHttpClient({
     userAgent: 'terravox-grabber/test',
     timeout_ms: 2000,
@@ -130,7 +130,7 @@ test('a public name that leads to this machine is refused when it is connected t
   const resolve: HttpClientOptions['resolve'] = (_name, _options, done) =>
     done(null, [{ address: '127.0.0.1', family: 4 }]);
   const url = `http://rebound.example:${port}/a.laz`;
-  const strict = clientOf({ hosts: [`rebound.example:${port}`] }, resolve);
+  const strict = makeClient({ hosts: [`rebound.example:${port}`] }, resolve);
   t.after(() => strict.close());
   await assert.rejects(strict.get(url, {}, kNever), {
     code: 'HOST_REFUSED',
@@ -138,7 +138,7 @@ test('a public name that leads to this machine is refused when it is connected t
     message: /leads to 127\.0\.0\.1/,
   });
   assert.equal(server.seen.length, 0);
-  const office = clientOf(
+  const office = makeClient(
     { hosts: [`rebound.example:${port}`], privateOrigins: [`http://rebound.example:${port}`] },
     resolve,
   );
@@ -172,7 +172,7 @@ test('a permitted private address is permitted at its own port only', async (t) 
   const { port: ownPort } = new URL(own.base);
   const allowed = `http://office.example:${ownPort}`;
   const hosts = ['127.0.0.1', 'office.example', 'files.example'];
-  const http = clientOf({ hosts, privateOrigins: [allowed] }, resolve);
+  const http = makeClient({ hosts, privateOrigins: [allowed] }, resolve);
   t.after(() => http.close());
   for (const index of targets.keys()) {
     await assert.rejects(http.get(`${allowed}/${index}`, {}, kNever), {
@@ -203,9 +203,9 @@ items = "http://api.example.org:8443/items"
 href = 'laz$'
 `;
   const head = 'crs_in_files = true\nhosts = ["assets.example.org", "files.example.org:8080"]';
-  assert.deepEqual(profileOf(sourceWith(access, head)).privateOrigins, []);
+  assert.deepEqual(toProfile(sourceWith(access, head)).privateOrigins, []);
   assert.deepEqual(
-    profileOf(sourceWith(access, `${head}\nallow_private_addresses = true`)).privateOrigins,
+    toProfile(sourceWith(access, `${head}\nallow_private_addresses = true`)).privateOrigins,
     [
       'http://api.example.org:8443',
       'http://assets.example.org',
@@ -218,7 +218,7 @@ href = 'laz$'
 
 test('a client may contact no host before hosts are permitted', async (t) => {
   const server = await serve(t, (_request, response) => sendStatus(response, 200));
-  const http = clientOf({});
+  const http = makeClient({});
   t.after(() => http.close());
   await assert.rejects(http.get(server.base, {}, kNever), { code: 'HOST_REFUSED' });
   http.permit(kHere);
@@ -234,7 +234,7 @@ test('secret headers go to the requested host, and on no redirect elsewhere', as
     }
     sendFile(response, makeLaz());
   });
-  const http = clientOf({
+  const http = makeClient({
     ...kHere,
     secretHeaders: { 'x-key': 'hush-hush' },
     secretOrigins: [own.base],
@@ -259,7 +259,7 @@ test('secret headers go to the requested host, and on no redirect elsewhere', as
 });
 
 test('secret headers do not travel unencrypted through the internet', async (t) => {
-  const http = clientOf({
+  const http = makeClient({
     hosts: ['data.example'],
     secretHeaders: { 'x-key': 'hush' },
     secretOrigins: ['http://data.example'],
@@ -284,7 +284,7 @@ test('a secret that a server sends back is in no message and no record', async (
       retries: 0,
       access: { secretHeaders: { 'x-key': 'hush/hush 1' }, secretOrigins: [server.base] },
     });
-    const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
+    const [outcome] = await fixture.fetch([makeSquare(kName, [`${server.base}/a`])]);
     assert.match(outcome?.state === 'failed' ? outcome.message : '', /Bad key \*\*\*/);
     assert.ok(!JSON.stringify([outcome, fixture.record()]).includes('hush'));
   }
@@ -322,7 +322,7 @@ href = 'laz$'
 `,
     'crs_in_files = true\nhosts = ["assets.example.org"]',
   );
-  const { hosts, secretOrigins } = profileOf(source);
+  const { hosts, secretOrigins } = toProfile(source);
   assert.deepEqual(hosts, ['api.example.org', 'assets.example.org', 'sign.example.org']);
   assert.deepEqual(secretOrigins, ['https://api.example.org:8443', 'https://sign.example.org']);
 });
@@ -339,12 +339,12 @@ test('secrets are hidden whole, cut, encoded and without their scheme', () => {
     ['say "hush"', JSON.stringify({ key: 'say "hush"' }), '{"key":"***"}'],
   ];
   for (const [secret, text, shown] of cases) {
-    assert.equal(redactorOf([secret])(text), shown, `${secret} in ${text}`);
+    assert.equal(makeRedactor([secret])(text), shown, `${secret} in ${text}`);
   }
 });
 
 test('an error shows no secret of its cause', () => {
-  const redact = redactorOf(['hush-hush']);
+  const redact = makeRedactor(['hush-hush']);
   const bad = new GrabberError('NETWORK', 'fetch', {
     cause: new Error('bad hush-hush'),
     retryable: true,
@@ -368,7 +368,7 @@ test('a secret in a title is hidden before the title is cut', async (t) => {
     retries: 0,
     access: { secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [server.base] },
   });
-  const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
+  const [outcome] = await fixture.fetch([makeSquare(kName, [`${server.base}/a`])]);
   assert.match(outcome?.state === 'failed' ? outcome.message : '', /x\*\*\*"/);
 });
 
@@ -387,7 +387,7 @@ test('no error of a catalogue shows a secret, whichever call failed', async (t) 
     const server = await serve(t, (request, response) =>
       response.end(reply(String(request.headers['x-key']))),
     );
-    const http = clientOf({
+    const http = makeClient({
       ...kHere,
       secretHeaders: { 'x-key': 'hush-hush-hush' },
       secretOrigins: [server.base],

@@ -9,7 +9,7 @@ import {
   fetchFixture,
   kName,
   leavePart,
-  squareOf,
+  makeSquare,
   storedFiles,
   temporaryFolder,
 } from '../support/store-fixture.js';
@@ -46,7 +46,7 @@ test('the first bytes and how to continue are on the disk before the next arrive
         retries: 0,
         onStored: (bytes) => void (bytes === first && void look(fixture.root)),
       });
-      await fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]);
+      await fixture.fetch([makeSquare(kName, [`${server.base}/a.laz`])]);
       assert.ok((here?.bytes ?? 0) >= least, `${here?.bytes} bytes`);
       assert.deepEqual(JSON.parse(here?.state ?? ''), {
         url: `${server.base}/a.laz`,
@@ -62,7 +62,7 @@ test('a file whose bytes are all here is not requested again if its length is kn
   const fixture = await fetchFixture(t, server.base);
   const url = `${server.base}/a.laz`;
   await leavePart(fixture.root, kLaz, { url, if_range: null, total_bytes: kLaz.length });
-  assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
+  assert.equal((await fixture.fetch([makeSquare(kName, [url])]))[0]?.state, 'verified');
   assert.equal(server.seen.length, 0);
   assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
 });
@@ -83,7 +83,7 @@ test('a file of unknown length is complete when the server has no rest of it', a
       const fixture = await fetchFixture(t, server.base);
       const url = `${server.base}/a.laz`;
       await leavePart(fixture.root, kLaz, { url, if_range: kEtag, total_bytes: null });
-      assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
+      assert.equal((await fixture.fetch([makeSquare(kName, [url])]))[0]?.state, 'verified');
       assert.equal(server.seen.length, requests);
       assert.equal(server.seen[0]?.headers.range, `bytes=${kLaz.length}-`);
       assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), kLaz);
@@ -109,7 +109,7 @@ test('a link where an unfinished file belongs is not followed', async (t) => {
         await mkdir(join(fixture.root, 'lidar/test'), { recursive: true });
         await make(precious, join(fixture.root, place));
         assert.equal(
-          (await fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]))[0]?.state,
+          (await fixture.fetch([makeSquare(kName, [`${server.base}/a.laz`])]))[0]?.state,
           'verified',
         );
         assert.equal(await readFile(precious, 'utf8'), 'precious');
@@ -129,7 +129,7 @@ test('a link in place of an unfinished file is neither continued nor kept', asyn
   const state = { url, if_range: kEtag, total_bytes: kLaz.length };
   await leavePart(fixture.root, undefined, state);
   await symlink(join(elsewhere, 'whole'), join(fixture.root, kPart));
-  assert.equal((await fixture.fetch([squareOf(kName, [url])]))[0]?.state, 'verified');
+  assert.equal((await fixture.fetch([makeSquare(kName, [url])]))[0]?.state, 'verified');
   assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), kLaz);
   assert.deepEqual(await readdir(elsewhere), ['whole']);
 });
@@ -152,7 +152,7 @@ test('a body of unknown length stops when the disk is full, while it comes', asy
       return 1024 ** 2 * (queries <= 3 ? 600 : 200);
     },
   });
-  await assert.rejects(fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]), {
+  await assert.rejects(fixture.fetch([makeSquare(kName, [`${server.base}/a.laz`])]), {
     code: 'DISK_FULL',
   });
 });

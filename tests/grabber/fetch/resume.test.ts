@@ -4,11 +4,11 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { sendPart, sendFile, sendRest, serve, type HttpFixture } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { sha256Of } from '../support/record-fixture.js';
+import { computeSha256 } from '../support/record-fixture.js';
 import {
   fetchFixture,
   kName,
-  squareOf,
+  makeSquare,
   storedFiles,
   type Fixture,
   type FixtureOptions,
@@ -25,13 +25,13 @@ function cutting(server: HttpFixture): FixtureOptions {
 }
 
 async function state(fixture: Fixture, server: HttpFixture): Promise<string | undefined> {
-  return (await fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]))[0]?.state;
+  return (await fixture.fetch([makeSquare(kName, [`${server.base}/a.laz`])]))[0]?.state;
 }
 
 async function assertStored(fixture: Fixture, body: Buffer): Promise<void> {
   assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
   assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), body);
-  assert.equal(fixture.record()?.file?.sha256, sha256Of(body));
+  assert.equal(fixture.record()?.file?.sha256, computeSha256(body));
 }
 
 test('a broken download continues where it stopped, by its ETag or else its date', async (t) => {

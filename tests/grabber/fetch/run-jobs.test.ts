@@ -5,14 +5,14 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { fetchFixture, keyOf, kNever, squareOf } from '../support/store-fixture.js';
+import { fetchFixture, toKey, kNever, makeSquare } from '../support/store-fixture.js';
 import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
 
 const kLaz = makeLaz();
 const kNames = Array.from({ length: 7 }, (_unused, index) => `${460 + index}_101`);
 
 function row(base: string): CatalogueSquare[] {
-  return kNames.map((name) => squareOf(name, [`${base}/TM_${name}.laz`]));
+  return kNames.map((name) => makeSquare(name, [`${base}/TM_${name}.laz`]));
 }
 
 test('no more squares are under way than allowed, and as many as allowed', async (t) => {
@@ -123,18 +123,18 @@ test('an unknown address is looked for, in neighbouring blocks first, and record
       },
     },
   });
-  await fixture.fetch([squareOf('460_101', [`${server.base}/b_12/460_101`], { block: 'b_12' })]);
+  await fixture.fetch([makeSquare('460_101', [`${server.base}/b_12/460_101`], { block: 'b_12' })]);
   requests.length = 0;
-  const [outcome] = await fixture.fetch([squareOf('461_101', [])]);
+  const [outcome] = await fixture.fetch([makeSquare('461_101', [])]);
   assert.equal(outcome?.state, 'verified');
   assert.deepEqual(requests, ['HEAD /b_12/461_101', 'GET /b_12/461_101', 'GET /b_12/461_101']);
-  const record = fixture.store.squares.get(keyOf('461_101'));
+  const record = fixture.store.squares.get(toKey('461_101'));
   assert.deepEqual([record?.block, record?.urls], ['b_12', [`${server.base}/b_12/461_101`]]);
   const nowhere = await fetchFixture(t, server.base, {
     job: { locate: () => Promise.resolve(undefined) },
   });
   assert.equal(
-    (await nowhere.fetch([squareOf('999_999', [])], false, kNever))[0]?.state,
+    (await nowhere.fetch([makeSquare('999_999', [])], false, kNever))[0]?.state,
     'missing',
   );
 });

@@ -4,12 +4,12 @@ import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { sendFile, sendPart, sendRest, serve } from '../support/http-fixture.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
-import { sha256Of } from '../support/record-fixture.js';
+import { computeSha256 } from '../support/record-fixture.js';
 import type { Outcome } from '../../../grabber/src/progress/events.js';
 import {
   fetchFixture,
   kName,
-  squareOf,
+  makeSquare,
   storedFiles,
   type Fixture,
 } from '../support/store-fixture.js';
@@ -73,8 +73,8 @@ async function fetchZip(t: TestContext, zip: Buffer, member = '*'): Promise<[Fix
     retries: 1,
     job: { max_bytes: kMost_bytes },
   });
-  const known = { member, sha256: sha256Of(zip), bytes: zip.length };
-  const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a.zip`], known)]);
+  const known = { member, sha256: computeSha256(zip), bytes: zip.length };
+  const [outcome] = await fixture.fetch([makeSquare(kName, [`${server.base}/a.zip`], known)]);
   assert.ok(outcome);
   return [fixture, outcome];
 }
@@ -115,7 +115,7 @@ test('an archive that broke off continues where it stopped', async (t) => {
     onStored: (bytes) => (bytes === 90_000 ? server.cut() : undefined),
   });
   const [outcome] = await fixture.fetch([
-    squareOf(kName, [`${server.base}/a.zip`], { member: '*' }),
+    makeSquare(kName, [`${server.base}/a.zip`], { member: '*' }),
   ]);
   assert.equal(outcome?.state, 'verified');
   assert.equal(server.seen[1]?.headers.range, 'bytes=90000-');

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { linesOf } from './coverage.js';
+import { countLines } from './coverage.js';
 
 const kSource = ['function f(a) {', '  if (a) {', '    g();', '  }', '', '  h();', '}', ''].join(
   '\n',
@@ -8,7 +8,7 @@ const kSource = ['function f(a) {', '  if (a) {', '    g();', '  }', '', '  h();
 const kBranch = kSource.indexOf('{', kSource.indexOf('if'));
 
 /** A function whose body ran, and a branch in it that ran or not. */
-function functions(branch: number): Parameters<typeof linesOf>[1] {
+function functions(branch: number): Parameters<typeof countLines>[1] {
   const whole = { startOffset: 0, endOffset: kSource.length - 1, count: 1 };
   const inner = {
     startOffset: kBranch,
@@ -19,10 +19,10 @@ function functions(branch: number): Parameters<typeof linesOf>[1] {
 }
 
 test('lines of branches that did not run are not counted, nor empty ones', () => {
-  assert.equal(linesOf(kSource, functions(1)), 6);
-  assert.equal(linesOf(kSource, functions(0)), 4);
+  assert.equal(countLines(kSource, functions(1)), 6);
+  assert.equal(countLines(kSource, functions(0)), 4);
 });
 
 test('without a function that ran there are no lines', () => {
-  assert.equal(linesOf(kSource, []), 0);
+  assert.equal(countLines(kSource, []), 0);
 });

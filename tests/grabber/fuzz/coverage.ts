@@ -25,7 +25,7 @@ export class Coverage {
     let lines = 0;
     for (const { url, functions } of result) {
       if (!url.startsWith('file:') || !kSources.test(url)) continue;
-      lines += linesOf(readFileSync(fileURLToPath(url), 'utf8'), functions);
+      lines += countLines(readFileSync(fileURLToPath(url), 'utf8'), functions);
     }
     return lines;
   }
@@ -41,7 +41,10 @@ export class Coverage {
 }
 
 /** @returns the lines of a source on which something has run: functions and, inside, branches */
-export function linesOf(source: string, functions: readonly Profiler.FunctionCoverage[]): number {
+export function countLines(
+  source: string,
+  functions: readonly Profiler.FunctionCoverage[],
+): number {
   const ran = new Uint8Array(source.length);
   // A range comes after the one that it lies in, and within it says otherwise.
   for (const { ranges } of functions) {

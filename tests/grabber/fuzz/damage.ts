@@ -57,7 +57,7 @@ const damage: fc.Arbitrary<Damage> = fc.oneof(
 );
 
 /** @param bases how many good files there are */
-export function damagedOneOf(bases: number): fc.Arbitrary<Damaged> {
+export function arbitraryDamage(bases: number): fc.Arbitrary<Damaged> {
   return fc.record({
     base: fc.nat(bases - 1),
     damages: fc.array(damage, { minLength: 1, maxLength: 6 }),

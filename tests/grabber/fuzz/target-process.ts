@@ -55,7 +55,7 @@ export class TargetProcesses {
     });
     this.#children.add(child);
     try {
-      return await resultOf(child, name, seed);
+      return await waitForResult(child, name, seed);
     } finally {
       this.#children.delete(child);
       rmSync(scratch, { recursive: true, force: true });
@@ -70,7 +70,11 @@ export class TargetProcesses {
 }
 
 /** Waits for the end of a target's process; the process itself is the find if it ends early. */
-function resultOf(child: ChildProcess, name: string, firstSeed: number): Promise<TargetResult> {
+function waitForResult(
+  child: ChildProcess,
+  name: string,
+  firstSeed: number,
+): Promise<TargetResult> {
   let result: TargetResult | undefined;
   let runs = 0;
   let seed = firstSeed;

@@ -9,7 +9,7 @@ import {
   withShortEdges,
 } from '../../../grabber/src/geo/bounds.js';
 import { circlePolygonDeg, circleTouchesSquare } from '../../../grabber/src/geo/circle.js';
-import { projectionOf, type Point } from '../../../grabber/src/geo/crs.js';
+import { findProjection, type Point } from '../../../grabber/src/geo/crs.js';
 import { PolygonIndex, touchesSquare, type Polygon } from '../../../grabber/src/geo/polygon.js';
 import type { BoundsM } from '../../../grabber/src/model/square.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
@@ -38,7 +38,7 @@ test('places are where the national surveys have them', async (t) => {
   ];
   for (const [crs, lonLat, eastNorth, within_m] of cases) {
     await t.test(crs, () => {
-      const projection = projectionOf(crs);
+      const projection = findProjection(crs);
       const [east, north] = projection.fromDegrees(lonLat);
       const off_m = Math.hypot(east - eastNorth[0], north - eastNorth[1]);
       assert.ok(off_m < within_m, `${east},${north}`);
@@ -51,12 +51,12 @@ test('places are where the national surveys have them', async (t) => {
 test('a CRS that cannot be used is an error that names it', () => {
   for (const code of ['EPSG:999999', 'EPSG:4326', 'D96/TM', 'EPSG:../../x']) {
     assert.throws(
-      () => projectionOf(code),
+      () => findProjection(code),
       { code: 'CRS', message: /allowed: EPSG:<number> of a projected CRS/ },
       code,
     );
   }
-  assert.throws(() => projectionOf('EPSG:3857').fromDegrees([0, NaN]), { code: 'CRS' });
+  assert.throws(() => findProjection('EPSG:3857').fromDegrees([0, NaN]), { code: 'CRS' });
 });
 
 test('the box in degrees encloses the box in metres', () => {
@@ -68,7 +68,7 @@ test('the box in degrees encloses the box in metres', () => {
     'EPSG:2154': [200e3, 6200e3],
   };
   for (const [crs, [e0, n0]] of Object.entries(corners)) {
-    const projection = projectionOf(crs);
+    const projection = findProjection(crs);
     for (let run = 0; run < 50; ++run) {
       const [west, south] = [e0 + random() * 1e5, n0 + random() * 1e5];
       const box: BoundsM = [west, south, west + 10 + random() * 1e5, south + 10 + random() * 1e5];
@@ -194,7 +194,7 @@ test('a circle in degrees is a circle on the ground', () => {
     ['EPSG:28992', 5, 52],
     ['EPSG:2056', 8, 47],
   ] as const) {
-    const projection = projectionOf(crs);
+    const projection = findProjection(crs);
     const [east, north] = projection.fromDegrees([lon, lat]);
     for (const point of circlePolygonDeg([lon, lat], 5000)[0] ?? []) {
       const [x, y] = projection.fromDegrees(point);

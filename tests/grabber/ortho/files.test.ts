@@ -20,7 +20,7 @@ import {
   bench,
   kCrs,
   orthoSource,
-  pictureOf,
+  readOrthophoto,
   wrongPixels,
   type Bench,
 } from '../support/ortho-workshop.js';
@@ -75,7 +75,7 @@ test('pictures of a folder are joined and cut: PNG with a world file, and GeoTIF
   ]);
   const at = await local(t, folder);
   assert.equal((await at.make()).state, 'made');
-  assert.deepEqual(wrongPixels(await pictureOf(at)), { count: 0, first: '' });
+  assert.deepEqual(wrongPixels(await readOrthophoto(at)), { count: 0, first: '' });
 });
 
 test('a folder whose pictures lie elsewhere has none for the square', async (t) => {
@@ -90,7 +90,7 @@ test('part of a square is covered: the rest is under the mask', async (t) => {
   await writePng(join(folder, 'part.png'), [462_000, 101_000, 462_060, 101_060]);
   const at = await local(t, folder);
   await at.make();
-  const picture = await pictureOf(at);
+  const picture = await readOrthophoto(at);
   assert.deepEqual(picture.info.bands[0]?.mask?.flags, ['PER_DATASET']);
   const skip = (e: number, n: number): boolean =>
     e < 462_000 || e > 462_060 || n < 101_000 || n > 101_060;
@@ -159,7 +159,7 @@ test('a catalogue gives the newest file of each place, and each is fetched once'
   });
   const at = await bench(t, source);
   assert.equal((await at.make()).state, 'made');
-  assert.deepEqual(wrongPixels(await pictureOf(at)), { count: 0, first: '' });
+  assert.deepEqual(wrongPixels(await readOrthophoto(at)), { count: 0, first: '' });
   await at.make();
   const fetched = server.seen
     .map(({ path }) => path)
@@ -175,7 +175,10 @@ test('a catalogue gives the newest file of each place, and each is fetched once'
     (box[0] ?? 0) > 14.4 && (box[2] ?? 0) < 14.6 && (box[1] ?? 0) > 46 && (box[3] ?? 0) < 46.1,
     box.join(),
   );
-  assert.match((await pictureOf(at)).info.metadata['']?.['TIFFTAG_DATETIME'] ?? '', /^2023:06:01/);
+  assert.match(
+    (await readOrthophoto(at)).info.metadata['']?.['TIFFTAG_DATETIME'] ?? '',
+    /^2023:06:01/,
+  );
   assert.equal((await at.make({ time: '1999' })).state, 'missing');
 });
 
@@ -206,7 +209,7 @@ test('a picture is placed by its square, with its neighbours for the margin', as
     orthoSource({ kind: 'template', url: `${server.base}/{x}_{y:06}.png`, square_m: 100 }),
   );
   await at.make();
-  assert.deepEqual(wrongPixels(await pictureOf(at)), { count: 0, first: '' });
+  assert.deepEqual(wrongPixels(await readOrthophoto(at)), { count: 0, first: '' });
   assert.equal(server.seen.length, 9);
 });
 
@@ -229,7 +232,7 @@ test('a picture larger than any memory is checked by its first bytes', async (t)
   }
 });
 
-function downloadOf(t: TestContext, disk: DiskSpace): Downloader {
+function makeDownloader(t: TestContext, disk: DiskSpace): Downloader {
   const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
   t.after(() => http.close());
   return downloader({
@@ -247,7 +250,7 @@ test('a picture that would fill the disk is refused before it is fetched', async
   const server = await serve(t, (_request, response) => sendFile(response, Buffer.alloc(2000)));
   const folder = await temporaryFolder(t);
   const fetchInto = (free_bytes: number): Promise<boolean> =>
-    downloadOf(t, new DiskSpace(folder, () => free_bytes)).toFile(
+    makeDownloader(t, new DiskSpace(folder, () => free_bytes)).toFile(
       `${server.base}/a.tif`,
       join(folder, 'a.tif'),
       10_000,
@@ -280,7 +283,7 @@ test('a picture of unknown length stops when it would fill the disk', async (t) 
       (statSync(join(folder, 'a.tif'), { throwIfNoEntry: false })?.size ?? 0),
   );
   await assert.rejects(
-    downloadOf(t, disk).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 2 ** 40, kNever),
+    makeDownloader(t, disk).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 2 ** 40, kNever),
     { code: 'DISK_FULL' },
   );
   assert.ok(statSync(join(folder, 'a.tif')).size <= free_bytes);

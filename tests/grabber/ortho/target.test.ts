@@ -3,7 +3,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { loadConfigFolder, parseConfig } from '../../../grabber/src/config/toml-file.js';
 import { kOrthoKind, orthoHosts } from '../../../grabber/src/ortho/schema.js';
-import { blocksOf, targetOf } from '../../../grabber/src/ortho/target.js';
+import { makeBlocks, makeTarget } from '../../../grabber/src/ortho/target.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 import { kNever } from '../support/store-fixture.js';
 
@@ -54,8 +54,8 @@ test('neighbouring squares share the pixels of their margins', () => {
     [0.1, 0],
     [2, 1],
   ] as const) {
-    const west = targetOf([462_000, 101_000, 463_000, 102_000], 'EPSG:3794', step, margin);
-    const east = targetOf([463_000, 101_000, 464_000, 102_000], 'EPSG:3794', step, margin);
+    const west = makeTarget([462_000, 101_000, 463_000, 102_000], 'EPSG:3794', step, margin);
+    const east = makeTarget([463_000, 101_000, 464_000, 102_000], 'EPSG:3794', step, margin);
     const apart = (east.bounds[0] - west.bounds[0]) / step;
     assert.ok(Math.abs(apart - Math.round(apart)) < 1e-6, `${step} ${margin}: ${apart}`);
     assert.ok(
@@ -64,15 +64,15 @@ test('neighbouring squares share the pixels of their margins', () => {
     assert.ok(Math.abs(west.width_px * step - (west.bounds[2] - west.bounds[0])) < 1e-6);
   }
   assert.throws(
-    () => targetOf([0, 0, 1000, 1000], 'EPSG:3794', 0.01, 0),
+    () => makeTarget([0, 0, 1000, 1000], 'EPSG:3794', 0.01, 0),
     /100000 x 100000 pixels; allowed: 1 to 20000/,
   );
 });
 
 test('blocks cover a target once', () => {
-  const target = targetOf([0, 0, 1000, 700], 'EPSG:3794', 1, 3);
+  const target = makeTarget([0, 0, 1000, 700], 'EPSG:3794', 1, 3);
   const seen = new Uint8Array(target.width_px * target.height_px);
-  for (const block of blocksOf(target, 300)) {
+  for (const block of makeBlocks(target, 300)) {
     assert.ok(block.width_px <= 300 && block.height_px <= 300);
     for (let y = 0; y < block.height_px; ++y) {
       for (let x = 0; x < block.width_px; ++x) {

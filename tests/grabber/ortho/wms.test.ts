@@ -3,7 +3,13 @@ import { test } from 'node:test';
 import { getMapUrl } from '../../../grabber/src/ortho/wms.js';
 import { wmsHandler, type WmsOptions } from '../portal/wms.js';
 import { sendFile, serve } from '../support/http-fixture.js';
-import { bench, kCrs, orthoSource, pictureOf, wrongPixels } from '../support/ortho-workshop.js';
+import {
+  bench,
+  kCrs,
+  orthoSource,
+  readOrthophoto,
+  wrongPixels,
+} from '../support/ortho-workshop.js';
 import { storedFiles } from '../support/store-fixture.js';
 
 const kServer: WmsOptions = { layer: 'dof', crs: [kCrs], mostPixels: 100 };
@@ -31,7 +37,7 @@ test('a square from several pictures equals the truth in either version', async 
       assert.equal((await at.make()).state, 'made');
       const row = at.row();
       assert.deepEqual(await storedFiles(at.store.root), [row.file?.path]);
-      const picture = await pictureOf(at);
+      const picture = await readOrthophoto(at);
       assert.deepEqual(picture.bounds, [461_980, 100_980, 462_120, 101_120]);
       assert.deepEqual([picture.width, picture.height], [280, 280]);
       assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
@@ -53,7 +59,7 @@ test('JPEG in a tiled GeoTIFF with overviews is near the truth', async (t) => {
     [462_000, 101_000, 462_300, 101_300],
   );
   await at.make({ cut: { lossless: false, nearInfrared: false } });
-  const picture = await pictureOf(at);
+  const picture = await readOrthophoto(at);
   assert.equal(picture.info.metadata['IMAGE_STRUCTURE']?.['COMPRESSION'], 'YCbCr JPEG');
   assert.deepEqual(picture.info.bands[0]?.block, [256, 256]);
   assert.deepEqual(
@@ -129,7 +135,7 @@ test('a square in a foreign CRS gets a picture in its own CRS', async (t) => {
   );
   const made = await at.make({ resolution_m: 1 });
   assert.equal(made.state, 'made');
-  const picture = await pictureOf(at);
+  const picture = await readOrthophoto(at);
   assert.deepEqual(picture.bounds, [461_980, 5_099_980, 462_120, 5_100_120]);
   assert.match(picture.info.coordinateSystem.wkt, /32633\]\]$/);
 });

@@ -4,7 +4,13 @@ import { parseCapabilities } from '../../../grabber/src/ortho/wmts-capabilities.
 import { chooseMatrix, tilesIn } from '../../../grabber/src/ortho/wmts-matrix.js';
 import { wmtsHandler, type WmtsOptions } from '../portal/wmts.js';
 import { serve, type HttpFixture } from '../support/http-fixture.js';
-import { bench, kCrs, orthoSource, pictureOf, wrongPixels } from '../support/ortho-workshop.js';
+import {
+  bench,
+  kCrs,
+  orthoSource,
+  readOrthophoto,
+  wrongPixels,
+} from '../support/ortho-workshop.js';
 
 // The corner lies off the square's grid by whole pixels, so that tiles and square share pixels but
 // no edges.
@@ -50,7 +56,7 @@ test('joined tiles equal the truth in each pixel, by address and by parameters',
         const server = await tileServer(t, { ...kServer, rest, northingFirst });
         const at = await bench(t, wmtsSource(server.base, { axis: northingFirst ? 'ne' : 'en' }));
         assert.equal((await at.make()).state, 'made');
-        const picture = await pictureOf(at);
+        const picture = await readOrthophoto(at);
         assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
       },
     );
@@ -64,7 +70,7 @@ test('matrices that stand in the configuration need no capabilities', async (t) 
   const url = `${server.base}/wmts/{matrix_set}/{style}/{matrix}/{row}/{column}.png`;
   const at = await bench(t, wmtsSource(server.base, { url, matrices }));
   await at.make();
-  const picture = await pictureOf(at);
+  const picture = await readOrthophoto(at);
   assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
   assert.ok(server.seen.every(({ path }) => !path.includes('GetCapabilities')));
 });
@@ -74,7 +80,7 @@ test('tiles that are not square are joined all the same', async (t) => {
     const server = await tileServer(t, { ...kServer, tile_height_px, tiles: 16 });
     const at = await bench(t, wmtsSource(server.base));
     assert.equal((await at.make()).state, 'made');
-    const picture = await pictureOf(at);
+    const picture = await readOrthophoto(at);
     assert.deepEqual(
       wrongPixels(picture),
       { count: 0, first: '' },
@@ -93,7 +99,7 @@ test('a missing tile is masked, with a warning, and a grey tile stays grey', asy
   const made = await at.make();
   assert.ok(made.state === 'made');
   assert.match(made.warnings.join(), /1 of \d+ tiles of here are missing/);
-  const picture = await pictureOf(at);
+  const picture = await readOrthophoto(at);
   assert.deepEqual(picture.info.bands[0]?.mask?.flags, ['PER_DATASET']);
   const west = 461_913.5 + 4 * 32;
   const column = (easting: number): boolean => easting > west && easting < west + 32;

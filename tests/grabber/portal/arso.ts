@@ -1,13 +1,13 @@
 import type { ServerResponse } from 'node:http';
-import { sendFileOf } from './files.js';
-import { pathOf, type PortalHandler } from './portal.js';
+import { sendPortalFile } from './files.js';
+import { toUrl, type PortalHandler } from './portal.js';
 
 /**
  * Files in folders of survey blocks with listings, as ARSO has them:
  * /lidar/gkot/laz/{block}/D96TM/TM_{E}_{N}.laz
  */
 export const arsoHandler: PortalHandler = async (request, response, context) => {
-  const { pathname, searchParams } = pathOf(request);
+  const { pathname, searchParams } = toUrl(request);
   const match = /^\/lidar\/gkot\/laz\/(?:(b_\d\d)\/(?:D96TM\/(?:TM_(\d+)_(\d+)\.laz)?)?)?$/.exec(
     pathname,
   );
@@ -30,7 +30,14 @@ export const arsoHandler: PortalHandler = async (request, response, context) => 
   }
   const square = squares.find((one) => one.name === `${east}_${north ?? ''}`);
   if (square === undefined) return false;
-  return sendFileOf(square.path, pathname, searchParams.has('direct'), request, response, context);
+  return sendPortalFile(
+    square.path,
+    pathname,
+    searchParams.has('direct'),
+    request,
+    response,
+    context,
+  );
 };
 
 function sendListing(response: ServerResponse, path: string, names: readonly string[]): true {

@@ -6,17 +6,17 @@ import { Readable } from 'node:stream';
 import { setTimeout as delay } from 'node:timers/promises';
 import { gzipSync } from 'node:zlib';
 import { drawFault, type Fault } from './faults.js';
-import { pathOf, type PortalContext, type PortalHandler } from './portal.js';
+import { toUrl, type PortalContext, type PortalHandler } from './portal.js';
 
 const kTrickle_bytes_per_s = 20_000;
 const kPiece_bytes = 64 * 1024;
 
 /** Files below the root. */
 export const fileHandler: PortalHandler = async (request, response, context) => {
-  const { pathname, searchParams } = pathOf(request);
+  const { pathname, searchParams } = toUrl(request);
   const inside = normalize(decodeURIComponent(pathname));
   if (inside.includes('..')) return false;
-  return sendFileOf(
+  return sendPortalFile(
     inside.slice(1),
     pathname,
     searchParams.has('direct'),
@@ -30,7 +30,7 @@ export const fileHandler: PortalHandler = async (request, response, context) => 
  * Sends one file of the root, with the portal's faults.
  * @return false when it is not there
  */
-export async function sendFileOf(
+export async function sendPortalFile(
   relative: string,
   shownPath: string,
   direct: boolean,

@@ -25,7 +25,7 @@ export function ringInDegrees(box: Box, crs: string): [number, number][] {
   return corners.map((corner) => transform.forward(corner));
 }
 
-export function boxOf(ring: readonly (readonly [number, number])[]): Box {
+export function toBox(ring: readonly (readonly [number, number])[]): Box {
   const xs = ring.map(([x]) => x);
   const ys = ring.map(([, y]) => y);
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];

@@ -4,24 +4,24 @@ import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { kFaults, parseFaults, type Fault } from './faults.js';
 import { startPortal, type Portal, type PortalOptions } from './portal.js';
-import { blockOf } from './squares.js';
+import { makeBlockName } from './squares.js';
 import type { FileStats } from './stats.js';
 import { makeLaz } from '../support/las-fixture.js';
-import { sha256Of } from '../support/record-fixture.js';
+import { computeSha256 } from '../support/record-fixture.js';
 import {
   fetchFixture,
-  keyOf,
+  toKey,
   leavePart,
-  squareOf,
+  makeSquare,
   temporaryFolder,
 } from '../support/store-fixture.js';
 
-function lazOf(east: number, north: number, dataBytes: number): Buffer {
+function makeSquareLaz(east: number, north: number, dataBytes: number): Buffer {
   const [x, y] = [east * 1000, north * 1000];
   return makeLaz({ dataBytes, min: [x, y, 280], max: [x + 999, y + 999, 540] });
 }
 
-async function portalOf(
+async function openPortal(
   t: TestContext,
   count: number,
   dataBytes: number,
@@ -32,7 +32,7 @@ async function portalOf(
   for (let index = 0; index < count; ++index) {
     await writeFile(
       join(root, 'laz', `TM_${460 + index}_101.laz`),
-      lazOf(460 + index, 101, dataBytes),
+      makeSquareLaz(460 + index, 101, dataBytes),
     );
   }
   const portal = await startPortal({ root, ...options });
@@ -44,7 +44,7 @@ test('every fault of a portal ends as it should', async (t) => {
   const failing: Partial<Record<Fault, string>> = { foreign: 'HOST_REFUSED' };
   for (const fault of kFaults) {
     await t.test(fault, async (t) => {
-      const portal = await portalOf(t, 6, fault === 'slow' ? 3000 : 200_000, {
+      const portal = await openPortal(t, 6, fault === 'slow' ? 3000 : 200_000, {
         faults: parseFaults(`${fault}=0.5`),
         seed: 3,
       });
@@ -54,7 +54,9 @@ test('every fault of a portal ends as it should', async (t) => {
       });
       const names = portal.context.squares.map(({ name }) => name);
       await fixture.fetch(
-        portal.context.squares.map(({ name, path }) => squareOf(name, [`${portal.base}/${path}`])),
+        portal.context.squares.map(({ name, path }) =>
+          makeSquare(name, [`${portal.base}/${path}`]),
+        ),
       );
       const files = Object.values(portal.context.stats.toJSON());
       assert.ok(
@@ -69,14 +71,14 @@ test('every fault of a portal ends as it should', async (t) => {
         }
         assert.equal(record?.state, 'verified', `${name}: ${record?.lastError?.message ?? ''}`);
         const body = await readFile(join(portal.context.root, 'laz', `TM_${name}.laz`));
-        assert.equal(record.file?.sha256, sha256Of(body));
+        assert.equal(record.file?.sha256, computeSha256(body));
       }
     });
   }
 });
 
 test('a file continues from any byte', async (t) => {
-  const portal = await portalOf(t, 1, 60_000);
+  const portal = await openPortal(t, 1, 60_000);
   const url = `${portal.base}/laz/TM_460_101.laz`;
   const body = await readFile(join(portal.context.root, 'laz', 'TM_460_101.laz'));
   const { etag } = Object.fromEntries((await fetch(url, { method: 'HEAD' })).headers);
@@ -86,25 +88,25 @@ test('a file continues from any byte', async (t) => {
       const state = { url, if_range: etag ?? null, total_bytes: body.length };
       await leavePart(fixture.root, body.subarray(0, offset), state, '460_101');
       const before = portal.context.stats.of('/laz/TM_460_101.laz').bytes;
-      await fixture.fetch([squareOf('460_101', [url])]);
+      await fixture.fetch([makeSquare('460_101', [url])]);
       assert.equal(
         portal.context.stats.of('/laz/TM_460_101.laz').bytes - before,
         body.length - offset,
       );
-      assert.equal(fixture.store.squares.get(keyOf('460_101'))?.file?.sha256, sha256Of(body));
+      assert.equal(fixture.store.squares.get(toKey('460_101'))?.file?.sha256, computeSha256(body));
     });
   }
 });
 
 test('the portal answers as real portals do', async (t) => {
-  const portal = await portalOf(t, 5, 2000);
+  const portal = await openPortal(t, 5, 2000);
   type Feature = { id: string; bbox: number[]; properties: Record<string, unknown> };
   type Page = { features: Feature[]; links: { rel: string; href: string }[] };
   const page = async (path: string): Promise<Page> =>
     (await (await fetch(new URL(path, portal.base))).json()) as Page;
 
   const [first] = portal.context.squares;
-  assert.equal(first?.block, blockOf(460, 101));
+  assert.equal(first?.block, makeBlockName(460, 101));
   const folder = `/lidar/gkot/laz/${first.block}/D96TM/`;
   assert.match(await (await fetch(`${portal.base}${folder}`)).text(), /TM_460_101\.laz/);
   const file = await fetch(`${portal.base}${folder}TM_460_101.laz`);

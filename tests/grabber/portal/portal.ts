@@ -117,7 +117,7 @@ async function answer(
     .end('<html><title>Not found</title></html>');
 }
 
-export function pathOf(request: IncomingMessage): URL {
+export function toUrl(request: IncomingMessage): URL {
   return new URL(request.url ?? '/', 'http://portal');
 }
 
@@ -133,7 +133,7 @@ export function sendJson(
 }
 
 const statsHandler: PortalHandler = (request, response, context) => {
-  const { pathname } = pathOf(request);
+  const { pathname } = toUrl(request);
   if (pathname !== '/stats' && pathname !== '/stats/reset') return false;
   if (pathname === '/stats/reset') context.stats.reset();
   sendJson(response, context.stats);

@@ -32,13 +32,13 @@ export async function scanSquares(root: string): Promise<PortalSquare[]> {
       north_km,
       path: relative(root, path).replaceAll('\\', '/'),
       bytes: (await stat(path)).size,
-      block: blockOf(east_km, north_km),
+      block: makeBlockName(east_km, north_km),
     });
   }
   return squares.sort((a, b) => a.north_km - b.north_km || a.east_km - b.east_km);
 }
 
 /** Synthetic: strips of 20 km, so that neighbours mostly share a block. */
-export function blockOf(east_km: number, north_km: number): string {
+export function makeBlockName(east_km: number, north_km: number): string {
   return `b_${11 + ((Math.floor(east_km / 20) + Math.floor(north_km / 20) * 5) % 27)}`;
 }

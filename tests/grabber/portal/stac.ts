@@ -1,5 +1,5 @@
-import { boxOf, overlap, parseBox, ringInDegrees } from './ground.js';
-import { pathOf, sendJson, type PortalContext, type PortalHandler } from './portal.js';
+import { toBox, overlap, parseBox, ringInDegrees } from './ground.js';
+import { toUrl, sendJson, type PortalContext, type PortalHandler } from './portal.js';
 import type { PortalSquare } from './squares.js';
 
 const kItems = '/stac/v1/collections/squares/items';
@@ -10,12 +10,12 @@ const kLimit = 100;
  * The squares are synthetic.
  */
 export const stacHandler: PortalHandler = (request, response, context) => {
-  const { pathname, searchParams } = pathOf(request);
+  const { pathname, searchParams } = toUrl(request);
   if (pathname !== kItems) return false;
   const bbox = parseBox(searchParams.get('bbox'));
   const limit = Math.min(kLimit, Number(searchParams.get('limit') ?? kLimit)) || kLimit;
   const from = Number(searchParams.get('cursor') ?? 0);
-  const features = context.squares.map((square) => itemOf(square, context));
+  const features = context.squares.map((square) => makeItem(square, context));
   const fitting =
     bbox === undefined ? features : features.filter((item) => overlap(item.bbox, bbox));
   const links: object[] = [{ rel: 'self', href: `${context.base}${kItems}` }];
@@ -37,7 +37,7 @@ export const stacHandler: PortalHandler = (request, response, context) => {
   return true;
 };
 
-function itemOf(square: PortalSquare, context: PortalContext) {
+function makeItem(square: PortalSquare, context: PortalContext) {
   const { east_km, north_km, bytes, path } = square;
   const ring = ringInDegrees(
     [east_km * 1000, north_km * 1000, east_km * 1000 + 1000, north_km * 1000 + 1000],
@@ -50,7 +50,7 @@ function itemOf(square: PortalSquare, context: PortalContext) {
     stac_version: '0.9.0',
     id: `squares_2024_${east_km}-${north_km}`,
     collection: 'squares',
-    bbox: boxOf(ring),
+    bbox: toBox(ring),
     geometry: { type: 'Polygon', coordinates: [ring] },
     properties: {
       datetime: '2024-05-01T00:00:00Z',

@@ -1,6 +1,6 @@
 import type { ServerResponse } from 'node:http';
 import { overlap, parseBox, type Box } from './ground.js';
-import { pathOf, sendJson, type PortalHandler } from './portal.js';
+import { toUrl, sendJson, type PortalHandler } from './portal.js';
 
 const kPage = 1000;
 
@@ -9,7 +9,7 @@ const kPage = 1000;
  * startIndex.
  */
 export const wfsHandler: PortalHandler = (request, response, context) => {
-  const { pathname, searchParams } = pathOf(request);
+  const { pathname, searchParams } = toUrl(request);
   if (pathname !== '/wfs') return false;
   const query = new Map([...searchParams].map(([name, value]) => [name.toLowerCase(), value]));
   if (query.get('request')?.toLowerCase() !== 'getfeature') {

@@ -27,7 +27,7 @@ export function wmsHandler(
     const wrong = options.refuse ?? problem(words, options);
     if (wrong === undefined) {
       const [width, height] = [Number(words.get('WIDTH')), Number(words.get('HEIGHT'))];
-      const png = encodePng(drawPattern(boundsOf(words, options), width, height), width, height);
+      const png = encodePng(drawPattern(parseBounds(words, options), width, height), width, height);
       response
         .writeHead(200, { 'content-type': 'image/png', 'content-length': String(png.length) })
         .end(png);
@@ -42,7 +42,7 @@ export function wmsHandler(
   };
 }
 
-function boundsOf(words: ReadonlyMap<string, string>, options: WmsOptions): number[] {
+function parseBounds(words: ReadonlyMap<string, string>, options: WmsOptions): number[] {
   const box = (words.get('BBOX') ?? '').split(',').map(Number);
   const crs = words.get('CRS') ?? '';
   const swapped = words.get('VERSION') === '1.3.0' && (options.northingFirst ?? []).includes(crs);

@@ -2,13 +2,13 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { StoreRecord } from '../../../grabber/src/model/square.js';
 import { attributionText } from '../../../grabber/src/report/attribution.js';
-import { keyOf } from '../support/store-fixture.js';
+import { toKey } from '../support/store-fixture.js';
 
 const kNames = { titles: new Map(), addresses: new Map() };
 
 /** What is asked of a record for its attribution. */
 function record(terms: Partial<StoreRecord>): StoreRecord {
-  const fields = { key: keyOf('462_101'), licence: null, attribution: null, published: null };
+  const fields = { key: toKey('462_101'), licence: null, attribution: null, published: null };
   return { ...fields, ...terms } as StoreRecord;
 }
 

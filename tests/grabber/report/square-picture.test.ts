@@ -4,7 +4,7 @@ import type { State } from '../../../grabber/src/model/square.js';
 import { drawSquares, type PlacedState } from '../../../grabber/src/report/square-picture.js';
 
 /** Squares of 1 km from rows of letters, north first; a blank is no square. */
-function squaresOf(rows: readonly string[], west = 462_000, south = 101_000): PlacedState[] {
+function makeSquares(rows: readonly string[], west = 462_000, south = 101_000): PlacedState[] {
   const states: Record<string, State> = {
     '.': 'known',
     w: 'wanted',
@@ -28,14 +28,14 @@ const kWide = { columns: 79, rows: 40 };
 const kLetters = { colour: false };
 
 test('the picture has north up, two rows a line, and trouble before everything else', () => {
-  const picture = drawSquares(squaresOf(['V V', 'VwX', '  .']), kWide, kLetters);
+  const picture = drawSquares(makeSquares(['V V', 'VwX', '  .']), kWide, kLetters);
   assert.equal(picture, 'VwX\n  .\n. known  w wanted  V verified  X failed\n');
 });
 
 test('a country is drawn in the places there are, and one bad square stays visible', () => {
   const rows = Array.from({ length: 120 }, () => 'V'.repeat(300));
   rows[77] = `${'V'.repeat(200)}X${'V'.repeat(99)}`;
-  const lines = drawSquares(squaresOf(rows), { columns: 60, rows: 20 }, kLetters)
+  const lines = drawSquares(makeSquares(rows), { columns: 60, rows: 20 }, kLetters)
     .trimEnd()
     .split('\n');
   const legend = lines.pop();
@@ -47,20 +47,20 @@ test('a country is drawn in the places there are, and one bad square stays visib
 });
 
 test('colours are half blocks, reset at the end of each line', () => {
-  const picture = drawSquares(squaresOf(['VX', ' w', 'V ']), kWide, { colour: true });
+  const picture = drawSquares(makeSquares(['VX', ' w', 'V ']), kWide, { colour: true });
   const [esc, reset] = ['\u001b[', '\u001b[0m'];
   const lines = picture.split('\n');
   assert.equal(lines[0], `${reset}${esc}38;5;34m▀${reset}${esc}38;5;160m${esc}48;5;221m▀${reset}`);
   assert.equal(lines[1], `${reset}${esc}38;5;34m▀${reset} ${reset}`);
   assert.equal(
-    drawSquares(squaresOf(['  ', ' w']), kWide, { colour: true }).split('\n')[0],
+    drawSquares(makeSquares(['  ', ' w']), kWide, { colour: true }).split('\n')[0],
     `${reset}${esc}38;5;221m▀${reset}`,
     'it begins where squares are',
   );
 });
 
 test('squares that lie far apart do not make a picture that fills the memory', () => {
-  const far = [...squaresOf(['V']), ...squaresOf(['X'], 462_000 + 1e12, 101_000 - 1e12)];
+  const far = [...makeSquares(['V']), ...makeSquares(['X'], 462_000 + 1e12, 101_000 - 1e12)];
   const lines = drawSquares(far, { columns: 50, rows: 10 }, kLetters).trimEnd().split('\n');
   assert.ok(lines.length <= 11 && lines.every((line) => line.length <= 50), lines.join('\n'));
   assert.equal(lines[0], 'V');

@@ -6,7 +6,7 @@ import { pathToFileURL } from 'node:url';
 import { test, type TestContext } from 'node:test';
 import {
   editDistance,
-  extentOf,
+  measureExtent,
   findArea,
   folded,
   loadAreas,
@@ -55,7 +55,7 @@ test('every shipped area lies in a source, and is of a size to fetch', async () 
     const [w = 0, s = 0, e = 0, n = 0] = regionOfPolygons([area.polygon], source.crs).bounds;
     const [west, south, east, north] = source.extent_m;
     assert.ok(w > west && s > south && e < east && n < north, area.name);
-    const { width_m, height_m } = extentOf(area);
+    const { width_m, height_m } = measureExtent(area);
     for (const side_m of [width_m, height_m]) {
       assert.ok(side_m > 1000 && side_m < 10_000, `${area.name}: ${side_m}`);
     }

@@ -3,10 +3,10 @@ import { access, readFile, readdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
-import { hostsOf } from '../../../grabber/src/sources/hosts.js';
+import { listHosts } from '../../../grabber/src/sources/hosts.js';
 import { loadSources, parseSource } from '../../../grabber/src/sources/load-sources.js';
 import { fileNameReader } from '../../../grabber/src/sources/naming.js';
-import { variablesOf } from '../../../grabber/src/sources/source.js';
+import { listVariables } from '../../../grabber/src/sources/source.js';
 import type { GrabberError } from '../../../grabber/src/util/errors.js';
 import { describeError } from '../../../grabber/src/util/errors.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
@@ -41,7 +41,7 @@ test('every shipped source is valid, polite, and has a class table', async () =>
   for (const [id, source] of sources) {
     assert.ok(source.max_concurrent <= 4, `${id} limits its requests`);
     await access(join(kConfig, 'classes', `${source.class_table}.toml`));
-    assert.ok(hostsOf(source).length > 0, id);
+    assert.ok(listHosts(source).length > 0, id);
     assert.equal(source.allow_private_addresses, false, id);
   }
 });
@@ -110,7 +110,7 @@ test('the blocks and regions of the Slovenian surveys are all there', async () =
   const sources = await shipped;
   const values = (id: string, name: string): readonly string[] => {
     const source = sources.get(id);
-    return source === undefined ? [] : (variablesOf(source)[name]?.values ?? []);
+    return source === undefined ? [] : (listVariables(source)[name]?.values ?? []);
   };
   assert.equal(values('si-lss', 'block').length, 27);
   assert.deepEqual(values('si-lss', 'block'), values('si-lss-d48', 'block'));
@@ -118,7 +118,7 @@ test('the blocks and regions of the Slovenian surveys are all there', async () =
 });
 
 test('no host of a source stands in the code', async () => {
-  const hosts = [...(await shipped).values()].flatMap(hostsOf);
+  const hosts = [...(await shipped).values()].flatMap(listHosts);
   assert.ok(hosts.length > 10);
   const names = (await readdir(join(kRoot, 'src'), { recursive: true })).filter((name) =>
     name.endsWith('.ts'),
@@ -158,7 +158,7 @@ values = ["b_1", "b_2"]
 `;
 
 test('hosts of a source are those of its addresses and those it names', () => {
-  assert.deepEqual(hostsOf(parseSource(kGood, 'here.toml')), [
+  assert.deepEqual(listHosts(parseSource(kGood, 'here.toml')), [
     'cdn.example.org',
     'example.org',
     'files.example.org:8443',

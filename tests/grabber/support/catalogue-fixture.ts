@@ -32,7 +32,7 @@ ${access}
 }
 
 /** Requests without waits between the tries. */
-export function catalogueOf(
+export function makeCatalogue(
   t: TestContext,
   source: Source,
   options: CatalogueOptions = {},

@@ -23,7 +23,7 @@ import { openStore } from '../../../grabber/src/store/open-store.js';
 import { patternAt } from '../portal/pattern.js';
 import { fakeClock } from './fake-clock.js';
 import { kHere } from './http-fixture.js';
-import { kNever, squareOf, temporaryFolder } from './store-fixture.js';
+import { kNever, makeSquare, temporaryFolder } from './store-fixture.js';
 
 const run = promisify(execFile);
 
@@ -64,7 +64,7 @@ export async function bench(
 ): Promise<Bench> {
   const store = openStore(await temporaryFolder(t), {}, kNever);
   const terms = { crs, classTable: null, licence: null, attribution: null };
-  store.squares.learn('lidar', 'lidar', crs, terms, [squareOf('462_101', [], { bounds })]);
+  store.squares.learn('lidar', 'lidar', crs, terms, [makeSquare('462_101', [], { bounds })]);
   const square = store.squares.list({})[0];
   if (square === undefined) throw new Error('no square');
   const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
@@ -150,7 +150,7 @@ export async function readPicture(path: string, folder: string): Promise<Picture
   };
 }
 
-export const pictureOf = (at: Bench): Promise<Picture> =>
+export const readOrthophoto = (at: Bench): Promise<Picture> =>
   readPicture(join(at.store.root, 'ortho/here/lidar/462_101.tif'), at.store.root);
 
 /** Pixels that are not what the synthetic picture has there; the first of them as text. */

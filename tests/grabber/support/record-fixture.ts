@@ -10,7 +10,7 @@ import type {
 import type { Store, Verified } from '../../../grabber/src/model/store.js';
 import { kPlaces } from '../../../grabber/src/store/layout.js';
 import { seededRandom } from '../portal/random.js';
-import { squareOf } from './store-fixture.js';
+import { makeSquare } from './store-fixture.js';
 
 export const kTerms: Terms = {
   crs: 'EPSG:3794',
@@ -25,7 +25,7 @@ export function catalogueSquare(
   n: number,
   more: Partial<CatalogueSquare> = {},
 ): CatalogueSquare {
-  return squareOf(`${e}_${n}`, [`http://h/${e}_${n}.laz`], more);
+  return makeSquare(`${e}_${n}`, [`http://h/${e}_${n}.laz`], more);
 }
 
 export function keyOfSquare(name: string, source = 'si-lss', grid = source): RecordKey {
@@ -60,7 +60,7 @@ export async function bringIn(
   await put(store.root, path, body);
   store.squares.want([key]);
   store.squares.begin(key, 'http://h/a');
-  store.squares.fetched(key, { path, bytes: body.length, sha256: sha256Of(body) });
+  store.squares.fetched(key, { path, bytes: body.length, sha256: computeSha256(body) });
   return path;
 }
 
@@ -69,6 +69,6 @@ export async function put(root: string, path: string, body: string | Buffer): Pr
   await writeFile(join(root, path), body);
 }
 
-export function sha256Of(body: Buffer): string {
+export function computeSha256(body: Buffer): string {
   return createHash('sha256').update(body).digest('hex');
 }

@@ -38,12 +38,12 @@ export async function temporaryFolder(t: TestContext): Promise<string> {
   return folder;
 }
 
-export function keyOf(name: string): RecordKey {
+export function toKey(name: string): RecordKey {
   return { source: 'test', grid: 'test', name };
 }
 
 /** A square of the 1 km grid at these addresses. */
-export function squareOf(
+export function makeSquare(
   name: string,
   urls: readonly string[],
   more: Partial<CatalogueSquare> = {},
@@ -201,11 +201,11 @@ export async function fetchFixture(
     fetch: (squares, again = false, signal = kNever) => {
       store.squares.learn('test', 'test', 'EPSG:3794', kTerms, squares);
       const names = squares.map(({ name }) => name);
-      store.squares.want(names.map(keyOf), again);
+      store.squares.want(names.map(toKey), again);
       return work(store.squares.unfinished({ source: 'test', names }), signal);
     },
     resume: () => work(store.squares.unfinished({}), kNever),
-    record: (name = kName) => store.squares.get(keyOf(name)),
+    record: (name = kName) => store.squares.get(toKey(name)),
   };
 }
 

@@ -2,7 +2,7 @@ import { FakeHost } from './fake-host.js';
 import { boxBytes, kFacts, zstdFrame, type Key } from './make-archive.js';
 import { kBoxes } from './small-archive.js';
 
-export type BatchOptions = { readonly statusOf?: (key: Key) => number; readonly cutAfter?: number };
+export type BatchOptions = { readonly chooseStatus?: (key: Key) => number; readonly cutAfter?: number };
 
 export function record(key: Key, code: number, payload: Uint8Array): Buffer {
   const head = Buffer.alloc(24);
@@ -16,9 +16,9 @@ export function record(key: Key, code: number, payload: Uint8Array): Buffer {
 export function serverHost(options: BatchOptions = {}): FakeHost {
   const host = new FakeHost();
   const byName = new Map(kBoxes.map((box) => [box.key.join(), box]));
-  const recordOf = (key: Key): Buffer => {
+  const makeRecord = (key: Key): Buffer => {
     const box = byName.get(key.join());
-    const code = options.statusOf?.(key) ?? (box?.hole ? 500 : box === undefined ? 204 : 200);
+    const code = options.chooseStatus?.(key) ?? (box?.hole ? 500 : box === undefined ? 204 : 200);
     if (code === 204) return record(key, code, new Uint8Array(0));
     if (code !== 200) return record(key, code, Buffer.from(`no ${code}`));
     return record(key, code, zstdFrame(boxBytes(key, box?.voxels ?? [])));
@@ -27,7 +27,7 @@ export function serverHost(options: BatchOptions = {}): FakeHost {
     if (url.endsWith('/v2/world'))
       return new Response(JSON.stringify(kFacts), { headers: { 'Terravox-Edition': 'e1' } });
     const { boxes } = JSON.parse(String(init.body)) as { boxes: Key[] };
-    const records = boxes.map(recordOf);
+    const records = boxes.map(makeRecord);
     const last = record([-1, boxes.length, 0, 0], 0, new Uint8Array(0));
     const whole = Buffer.concat([...records, last]);
     const bytes = whole.subarray(0, options.cutAfter ?? whole.length);

@@ -55,16 +55,16 @@ export async function screenshot(page: Page, name: string): Promise<void> {
   await page.screenshot({ path: join(kScreenshots, `${name}.png`) });
 }
 
-export const textOf = async (page: Page, selector: string): Promise<string> => (await page.locator(selector).textContent()) ?? '';
+export const readShownText = async (page: Page, selector: string): Promise<string> => (await page.locator(selector).textContent()) ?? '';
 
 /** Waits until an element's text matches. @throws Error of the browser driver after its time limit, with both */
 export async function untilText(page: Page, selector: string, pattern: RegExp): Promise<string> {
   await page
     .waitForFunction(([s, p]) => new RegExp(p!, 's').test(document.querySelector(s!)?.textContent ?? ''), [selector, pattern.source])
     .catch(async () => {
-      throw new Error(`${selector} shows "${await textOf(page, selector)}"; expected ${String(pattern)}`);
+      throw new Error(`${selector} shows "${await readShownText(page, selector)}"; expected ${String(pattern)}`);
     });
-  return textOf(page, selector);
+  return readShownText(page, selector);
 }
 
 /** How many of the map's pixels have each colour, 0xrrggbb. */

@@ -3,7 +3,7 @@ import type { Column } from '../../../voxelserver/serve/page/src/viewer/data/sou
 
 /** Columns for tests, by a number or two. */
 
-export const nameOf = ({ level, bx, bz }: ColumnKey): string => `${level}/${bx}/${bz}`;
+export const toName = ({ level, bx, bz }: ColumnKey): string => `${level}/${bx}/${bz}`;
 
 export const at = (bx: number, level = 0): ColumnKey => ({ level, bx, bz: 0 });
 

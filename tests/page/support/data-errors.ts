@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { DataError, type DataErrorKind } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
 
 /** The kind of the DataError that this throws. */
-export function kindOf(work: () => unknown): DataErrorKind | 'none' {
+export function catchKind(work: () => unknown): DataErrorKind | 'none' {
   try {
     work();
     return 'none';
@@ -14,7 +14,7 @@ export function kindOf(work: () => unknown): DataErrorKind | 'none' {
 
 export async function kindOfAsync(work: Promise<unknown>): Promise<DataErrorKind | 'none'> {
   const [result] = await Promise.allSettled([work]);
-  return kindOf(() => {
+  return catchKind(() => {
     if (result.status === 'rejected') throw result.reason;
   });
 }

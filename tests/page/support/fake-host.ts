@@ -130,5 +130,5 @@ export function brokenBody(
   });
 }
 
-export const partOf = (body: BodyInit, range: string, etag = '"one"'): Response =>
+export const makePart = (body: BodyInit, range: string, etag = '"one"'): Response =>
   new Response(body, { status: 206, headers: { 'Content-Range': range, ETag: etag } });

@@ -101,7 +101,7 @@ export function zstdBlock(type: 'raw' | 'rle' | 'compressed', size: number, body
 }
 
 /** A frame in a single segment that declares 4 bytes of size. The last block is marked. */
-export function zstdFrameOf(size: number, blocks: readonly Uint8Array[]): Uint8Array {
+export function makeZstdFrame(size: number, blocks: readonly Uint8Array[]): Uint8Array {
   const head = Buffer.from([0x28, 0xb5, 0x2f, 0xfd, 0xa0, 0, 0, 0, 0]);
   head.writeUInt32LE(size, 5);
   const copies = blocks.map((block) => Buffer.from(block));
@@ -132,7 +132,7 @@ export function zstdFrame(content: Uint8Array): Uint8Array {
   }
   endRaw(content.length);
   if (blocks.length === 0) blocks.push(zstdBlock('raw', 0, new Uint8Array(0)));
-  return zstdFrameOf(content.length, blocks);
+  return makeZstdFrame(content.length, blocks);
 }
 
 /** Facts about a world of 4 x 2 x 4 boxes around the origin, 3 levels. */

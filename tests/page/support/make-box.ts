@@ -9,9 +9,9 @@ const childBit = (x: number, y: number, z: number, shift: number): number => ((x
 
 /** @param solid voxels with attributes. @param hidden whole bricks (4^3) of rock without, by any voxel in them */
 export function makeBox(solid: readonly Voxel[], hidden: readonly (readonly [number, number, number])[] = []): Uint8Array {
-  const pathOf = (x: number, y: number, z: number): Path => [y >> 6, childBit(x, y, z, 4), childBit(x, y, z, 2), childBit(x, y, z, 0)];
-  const voxels = solid.map((voxel) => ({ voxel, path: pathOf(voxel.x, voxel.y, voxel.z) })).sort((a, b) => comparePaths(a.path, b.path));
-  const rock = hidden.map(([x, y, z]) => pathOf(x, y, z));
+  const toPath = (x: number, y: number, z: number): Path => [y >> 6, childBit(x, y, z, 4), childBit(x, y, z, 2), childBit(x, y, z, 0)];
+  const voxels = solid.map((voxel) => ({ voxel, path: toPath(voxel.x, voxel.y, voxel.z) })).sort((a, b) => comparePaths(a.path, b.path));
+  const rock = hidden.map(([x, y, z]) => toPath(x, y, z));
   const cells: Cell[] = [0, 1, 2, 3].map(() => ({ mask: 0n, detail: 0n, first: 0 }));
   let parents = new Map<string, number>([0, 1, 2, 3].map((root) => [String(root), root]));
   for (const depth of [1, 2, 3]) {

@@ -27,7 +27,7 @@ function predicted(values: readonly number[], bands: number): Buffer {
   return out;
 }
 
-function tilesOf({ width, height, tile, bands }: MadeRaster): Buffer[] {
+function makeTiles({ width, height, tile, bands }: MadeRaster): Buffer[] {
   const out: Buffer[] = [];
   for (let y0 = 0; y0 < height; y0 += tile)
     for (let x0 = 0; x0 < width; x0 += tile) {
@@ -42,7 +42,7 @@ function tilesOf({ width, height, tile, bands }: MadeRaster): Buffer[] {
   return out;
 }
 
-function metadataOf({ bands }: MadeRaster): string {
+function makeMetadata({ bands }: MadeRaster): string {
   const items = bands.flatMap(({ name, unit }, i) => [
     `<Item name="DESCRIPTION" sample="${i}" role="description">${name}</Item>`,
     `<Item name="UNITTYPE" sample="${i}" role="unittype">${unit}</Item>`,
@@ -52,7 +52,7 @@ function metadataOf({ bands }: MadeRaster): string {
 
 /** @param change of the fields, by tag: for damage */
 export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { type: number; values: number[] | string }>) => void = () => undefined): Buffer {
-  const tiles = tilesOf(raster);
+  const tiles = makeTiles(raster);
   const count = raster.bands.length;
   const fields = new Map<number, { type: number; values: number[] | string }>([
     [256, { type: 3, values: [raster.width] }],
@@ -69,11 +69,11 @@ export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { ty
     [339, { type: 3, values: raster.bands.map(() => 3) }],
     [33550, { type: 12, values: [raster.cell, raster.cell, 0] }],
     [33922, { type: 12, values: [0, 0, 0, raster.west, raster.north, 0] }],
-    [42112, { type: 2, values: metadataOf(raster) }],
+    [42112, { type: 2, values: makeMetadata(raster) }],
     [42113, { type: 2, values: `${kNoData}\0` }],
   ]);
   change(fields);
-  const bytesOf = ({ type, values }: { type: number; values: number[] | string }): Buffer => {
+  const toBytes = ({ type, values }: { type: number; values: number[] | string }): Buffer => {
     if (typeof values === 'string') return Buffer.from(values, 'latin1');
     const size = { 3: 2, 4: 4, 12: 8 }[type]!;
     const out = Buffer.alloc(size * values.length);
@@ -81,7 +81,7 @@ export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { ty
     return out;
   };
   const headBytes = 8 + 2 + 12 * fields.size + 4;
-  const longBytes = [...fields.values()].map((field) => bytesOf(field).length).filter((length) => length > 4).reduce((sum, length) => sum + length, 0);
+  const longBytes = [...fields.values()].map((field) => toBytes(field).length).filter((length) => length > 4).reduce((sum, length) => sum + length, 0);
   let at = headBytes + longBytes;
   const offsets = fields.get(324);
   if (offsets && typeof offsets.values !== 'string' && offsets.values.length === tiles.length)
@@ -94,7 +94,7 @@ export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { ty
   let place = headBytes;
   [...fields].forEach(([tag, field], i) => {
     const entry = 10 + 12 * i;
-    const bytes = bytesOf(field);
+    const bytes = toBytes(field);
     head.writeUInt16LE(tag, entry);
     head.writeUInt16LE(field.type, entry + 2);
     head.writeUInt32LE(field.values.length, entry + 4);

@@ -2,7 +2,7 @@ import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/a
 import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
 import { DataError } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
 import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
-import { nameOf } from './columns.js';
+import { toName } from './columns.js';
 import { kOpen, FakeHost } from './fake-host.js';
 import { makeArchive, type ArchiveOptions, type TestBox } from './make-archive.js';
 import type { Voxel } from './make-box.js';
@@ -34,13 +34,13 @@ export const kColumns: ColumnKey[] = [2, 1, 0].flatMap((level) => {
 });
 kColumns.push({ level: 2, bx: 0, bz: 0 });
 
-export const hostOf = (bytes: Uint8Array): FakeHost => new FakeHost({ 'http://host/a': bytes });
+export const makeHost = (bytes: Uint8Array): FakeHost => new FakeHost({ 'http://host/a': bytes });
 
 export const archiveHost = (options?: ArchiveOptions, boxes = kBoxes): FakeHost =>
-  hostOf(makeArchive(boxes, options));
+  makeHost(makeArchive(boxes, options));
 
 /** Boxes side by side to the east, and facts of their world. */
-export function rowOf(count: number, levels: number): { facts: Record<string, unknown>; boxes: TestBox[] } {
+export function makeRow(count: number, levels: number): { facts: Record<string, unknown>; boxes: TestBox[] } {
   const boxes = Array.from({ length: count }, (_, bx): TestBox => {
     return { key: [0, bx, 0, 0], voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
   });
@@ -55,12 +55,12 @@ export async function collect(
   const found = new Map<string, Column | DataError>();
   const work = async (): Promise<void> => {
     for await (const result of source.columns(columns, kOpen))
-      if ('column' in result) found.set(nameOf(result.column), result.column);
-      else found.set(nameOf(result.failed), result.error);
+      if ('column' in result) found.set(toName(result.column), result.column);
+      else found.set(toName(result.failed), result.error);
   };
   await host.clock.finish(work());
   return found;
 }
 
-export const columnsOf = async (host: FakeHost, columns = kColumns) =>
+export const readColumns = async (host: FakeHost, columns = kColumns) =>
   collect(host, new ArchiveSource(await host.open(), host.clock), columns);

@@ -6,7 +6,7 @@ import type {
   Rgb,
 } from '../../../voxelserver/serve/page/src/viewer/draw/appearance.js';
 import { Stage, type StageStats } from '../../../voxelserver/serve/page/src/viewer/stage.js';
-import { cameraOf, type Viewpoint } from '../../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { toCamera, type Viewpoint } from '../../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 
 export type StageJob = {
   readonly place: Place;
@@ -106,7 +106,7 @@ window.startStage = ({ place, view, poolBytes, side = kSide }) => {
     () => undefined,
   );
   stage.setTime(Date.UTC(2026, 5, 21, 12));
-  stage.setCamera(cameraOf(view));
+  stage.setCamera(toCamera(view));
   const frame = (nowMs: number): void => {
     stage.frame(nowMs);
     requestAnimationFrame(frame);
@@ -117,7 +117,7 @@ window.startStage = ({ place, view, poolBytes, side = kSide }) => {
     ended,
     isReady: () => isReady,
     stats: () => stage.stats(),
-    setView: (wanted) => stage.setCamera(cameraOf(wanted)),
+    setView: (wanted) => stage.setCamera(toCamera(wanted)),
     hits: () => stage.firstHits()!.voxels,
     colour: () => {
       const copy = new OffscreenCanvas(side, side).getContext('2d')!;

@@ -61,7 +61,7 @@ struct ColumnRect {
     friend bool operator==(const ColumnRect&, const ColumnRect&) = default;
 };
 
-[[nodiscard]] inline ColumnRect columns_of(PatchKey k) noexcept {
+[[nodiscard]] inline ColumnRect find_columns(PatchKey k) noexcept {
     return {k.x0(), k.z0(), k.x0() + kPatchSize, k.z0() + kPatchSize};
 }
 

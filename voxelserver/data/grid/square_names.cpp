@@ -18,7 +18,7 @@ constexpr double kMetresPerKilometre = 1000;
 constexpr std::size_t kMaxName = 64;
 
 /// The name without folder and endings, in lower case: "gkot_462_101.copc.laz" has two endings.
-std::string stem_of(const fs::path& file) {
+std::string find_stem(const fs::path& file) {
     std::string name = util::lower_case(file.filename().string());
     return name.substr(0, name.find('.'));
 }
@@ -45,7 +45,7 @@ toml::table read_source(const fs::path& file) {
     });
 }
 
-double number_of(std::string_view digits) {
+double to_number(std::string_view digits) {
     double out = 0;
     for (const char c : digits)
         out = 10 * out + (c - '0');
@@ -161,15 +161,15 @@ std::optional<NamedSquare> SquareNames::match(const Rule& rule, const std::strin
     square.numbers = std::string(begin, end);
     square.source = rule.source;
     square.crs = rule.crs;
-    square.west = rule.unit_m * number_of(east);
-    square.south = rule.unit_m * number_of(north);
+    square.west = rule.unit_m * to_number(east);
+    square.south = rule.unit_m * to_number(north);
     square.east = square.west + rule.square_m;
     square.north = square.south + rule.square_m;
     return square;
 }
 
-std::optional<NamedSquare> SquareNames::square_of(const fs::path& file) const {
-    const std::string stem = stem_of(file);
+std::optional<NamedSquare> SquareNames::find_square(const fs::path& file) const {
+    const std::string stem = find_stem(file);
     if (stem.size() > kMaxName)
         return std::nullopt;
     std::optional<NamedSquare> found;
@@ -196,7 +196,7 @@ std::optional<std::string> source_title(const fs::path& folder, const std::strin
 }
 
 bool is_named_like(const fs::path& image, const NamedSquare& square) {
-    const std::string stem = stem_of(image);
+    const std::string stem = find_stem(image);
     return stem == util::lower_case(square.file) || stem == square.numbers;
 }
 

@@ -33,7 +33,7 @@ public:
 
     /// @param file with or without a folder; letters in any case
     /// @return nullopt where no rule fits, or where rules of sources in different CRSs fit
-    [[nodiscard]] std::optional<NamedSquare> square_of(const std::filesystem::path& file) const;
+    [[nodiscard]] std::optional<NamedSquare> find_square(const std::filesystem::path& file) const;
 
 private:
     /// A part of a name: a text, or what stands for a placeholder.

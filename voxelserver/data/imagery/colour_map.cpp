@@ -172,11 +172,11 @@ private:
         MaterialSet mapped = 0;
         MaterialSet requested = 0;
         for (const auto& e : m_entries)
-            mapped |= bit_of(e.material);
+            mapped |= to_bit(e.material);
         for (const MaterialSet c : m_map.m_candidates)
             requested |= c;
         for (int m = 0; m < voxel::kMaterialCount; ++m)
-            if ((requested & ~mapped & bit_of(static_cast<Material>(m))) != 0)
+            if ((requested & ~mapped & to_bit(static_cast<Material>(m))) != 0)
                 file.fail("[candidates] names '" +
                           std::string(voxel::material_name(static_cast<Material>(m))) +
                           "', which no [[entry]] has; allowed: materials with an entry");
@@ -194,7 +194,7 @@ ColourMap ColourMap::load(const std::string& id_or_path) {
     return ColourMapLoader().load(id_or_path);
 }
 
-ColourMap::Place ColourMap::place_of(Rgb8 colour, double& lightness) const noexcept {
+ColourMap::Place ColourMap::find_place(Rgb8 colour, double& lightness) const noexcept {
     const Lab lab = to_lab(colour);
     lightness = lab.l;
     if (!m_cielab)
@@ -215,15 +215,15 @@ void ColourMap::build_sets(const std::vector<Entry>& entries) {
                 allowed = m_candidates[g];  // a rule about materials of other groups
             Set& set = m_sets[r][g];
             for (const Entry& e : entries) {
-                if ((allowed & bit_of(e.material)) == 0)
+                if ((allowed & to_bit(e.material)) == 0)
                     continue;
                 double lightness = 0;
-                const Place p = place_of(e.colour, lightness);
+                const Place p = find_place(e.colour, lightness);
                 set.x.push_back(p.x);
                 set.y.push_back(p.y);
                 set.z.push_back(p.z);
                 set.material.push_back(e.material);
-                set.materials |= bit_of(e.material);
+                set.materials |= to_bit(e.material);
             }
             while (set.material.size() % 4 != 0) {
                 set.x.push_back(set.x[0]);
@@ -249,7 +249,7 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     if (candidates(group) == 0)
         return Material::kAir;
     double lightness = 0;
-    const Place p = place_of(colour, lightness);
+    const Place p = find_place(colour, lightness);
     const Set& set = set_for(group, index, lightness);
     // Two plain loops, which compilers vectorise; a single loop that tracks the nearest is three
     // times slower.
@@ -295,7 +295,7 @@ Material ColourMap::by_ndvi(Group group, float index) const noexcept {
     // Below no limit that a file may set, so that rules for dark colours do not apply.
     constexpr double kUnknownLightness = 999;
     const Set& set = set_for(group, index, kUnknownLightness);
-    const bool single = !set.material.empty() && set.materials == bit_of(set.material.front());
+    const bool single = !set.material.empty() && set.materials == to_bit(set.material.front());
     return single ? set.material.front() : Material::kAir;
 }
 

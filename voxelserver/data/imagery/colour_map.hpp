@@ -15,7 +15,7 @@ namespace terravox::imagery {
 using MaterialSet = std::uint64_t;
 static_assert(voxel::kMaterialCount <= 64, "a MaterialSet has a bit for each material");
 
-[[nodiscard]] constexpr MaterialSet bit_of(voxel::Material m) noexcept {
+[[nodiscard]] constexpr MaterialSet to_bit(voxel::Material m) noexcept {
     return MaterialSet{1} << static_cast<unsigned>(m);
 }
 
@@ -136,7 +136,7 @@ private:
         MaterialSet materials = 0;
     };
     friend class ColourMapLoader;
-    [[nodiscard]] Place place_of(voxel::Rgb8 colour, double& lightness) const noexcept;
+    [[nodiscard]] Place find_place(voxel::Rgb8 colour, double& lightness) const noexcept;
     [[nodiscard]] const Set& set_for(Group group, float ndvi, double lightness) const noexcept;
     void build_sets(const std::vector<Entry>& entries);
 

@@ -17,14 +17,14 @@ namespace {
 constexpr int kMaxRadius = 6;  ///< voxels
 
 /// For each row: how far beyond a patch its result is needed by the rows that read its output.
-std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radii) {
+std::vector<int> measure_reaches(const Filters& filters, const std::vector<int>& radii) {
     std::vector<int> reach(filters.size(), 0);
     for (std::size_t i = filters.size(); i-- > 0;) {
         const MaterialSet writes =
-            filters[i].of | (filters[i].to ? bit_of(*filters[i].to) : filters[i].by);
+            filters[i].of | (filters[i].to ? to_bit(*filters[i].to) : filters[i].by);
         for (std::size_t j = i + 1; j < filters.size(); ++j) {
             const MaterialSet reads =
-                filters[j].of | filters[j].by | (filters[j].to ? bit_of(*filters[j].to) : 0);
+                filters[j].of | filters[j].by | (filters[j].to ? to_bit(*filters[j].to) : 0);
             if ((writes & reads) != 0)
                 reach[i] = std::max(reach[i], reach[j] + radii[j]);
         }
@@ -33,7 +33,7 @@ std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radi
 }
 
 int longest_chain(const Filters& filters, const std::vector<int>& radii) {
-    const auto reach = reaches_of(filters, radii);
+    const auto reach = measure_reaches(filters, radii);
     int most = 0;
     for (std::size_t i = 0; i < filters.size(); ++i)
         most = std::max(most, reach[i] + radii[i]);
@@ -72,7 +72,7 @@ FilterRow read_row(const PaletteFile& file, const toml::table& row, std::size_t 
 }
 
 /// Half widths of a disc's rows: the columns whose centres lie within radius + 1/2.
-std::array<int, kMaxRadius + 1> disc_of(int radius) {
+std::array<int, kMaxRadius + 1> make_disc(int radius) {
     std::array<int, kMaxRadius + 1> half{};
     for (int dz = 0; dz <= radius; ++dz) {
         int& h = half[static_cast<std::size_t>(dz)];
@@ -90,7 +90,7 @@ MaterialSet materials_in(const std::vector<Material>& columns) {
     MaterialSet out = 0;
     for (std::size_t m = 0; m < found.size(); ++m)
         if (found[m])
-            out |= bit_of(static_cast<Material>(m));
+            out |= to_bit(static_cast<Material>(m));
     return out;
 }
 
@@ -105,7 +105,7 @@ public:
           m_radius(radius),
           m_inset(inset),
           m_width(static_cast<std::size_t>(grid.width - 2 * inset)),
-          m_disc(disc_of(radius)) {}
+          m_disc(make_disc(radius)) {}
 
     /// Writes the changed columns to `out`, which starts as a copy of the grid's materials.
     void run(std::vector<Material>& out) {
@@ -117,17 +117,17 @@ public:
         m_best.assign(columns, 0);
         m_own.assign(columns, 0);
         m_winner.assign(columns, Material::kAir);
-        const MaterialSet voters = m_row.by | (m_row.to ? bit_of(*m_row.to) : 0);
+        const MaterialSet voters = m_row.by | (m_row.to ? to_bit(*m_row.to) : 0);
         if (m_row.at_most_permille >= 0) {
             count_own();
             std::fill(m_winner.begin(), m_winner.end(), *m_row.to);
         } else if (m_row.to) {
             count(voters, m_total);
-            count(bit_of(*m_row.to), m_best);
+            count(to_bit(*m_row.to), m_best);
             std::fill(m_winner.begin(), m_winner.end(), *m_row.to);
         } else {
             for (int m = 1; m < voxel::kMaterialCount; ++m)
-                if ((voters & m_present & bit_of(static_cast<Material>(m))) != 0)
+                if ((voters & m_present & to_bit(static_cast<Material>(m))) != 0)
                     count_votes(static_cast<Material>(m));
         }
         decide(out);
@@ -142,7 +142,7 @@ private:
         return static_cast<std::size_t>(z - m_inset) * m_width;
     }
     [[nodiscard]] bool may_change(std::size_t i) const noexcept {
-        return (m_row.of & bit_of(m_grid.material[i])) != 0 &&
+        return (m_row.of & to_bit(m_grid.material[i])) != 0 &&
                (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
     }
 
@@ -203,7 +203,7 @@ private:
 
     void count_votes(Material m) {
         m_votes.assign(m_total.size(), 0);
-        count(bit_of(m), m_votes);
+        count(to_bit(m), m_votes);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
             if (m_work[static_cast<std::size_t>(z)] == 0)
                 continue;
@@ -224,7 +224,7 @@ private:
         for (int dz = -m_radius; dz <= m_radius; ++dz)
             area += 2 * m_disc[static_cast<std::size_t>(std::abs(dz))] + 1;
         for (int m = 1; m < voxel::kMaterialCount; ++m)
-            if ((m_row.of & bit_of(static_cast<Material>(m))) != 0)
+            if ((m_row.of & to_bit(static_cast<Material>(m))) != 0)
                 count_votes(static_cast<Material>(m));
         std::fill(m_total.begin(), m_total.end(), static_cast<std::uint16_t>(area));
     }
@@ -300,7 +300,7 @@ Filters load_filters(const std::string& id_or_path) {
     return out;
 }
 
-std::vector<int> radii_of(const Filters& filters, double voxel_m) {
+std::vector<int> list_radii(const Filters& filters, double voxel_m) {
     std::vector<int> radii;
     for (const FilterRow& row : filters)
         radii.push_back(static_cast<int>(std::clamp(std::floor(row.radius_m / voxel_m + 0.5), 1.0,
@@ -315,8 +315,8 @@ std::vector<int> radii_of(const Filters& filters, double voxel_m) {
     return radii;
 }
 
-int margin_of(const Filters& filters, double voxel_m) {
-    return longest_chain(filters, radii_of(filters, voxel_m));
+int measure_margin(const Filters& filters, double voxel_m) {
+    return longest_chain(filters, list_radii(filters, voxel_m));
 }
 
 void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
@@ -329,8 +329,8 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
                           " x " + std::to_string(grid.height) + " with a margin of " +
                           std::to_string(grid.margin) + " has " +
                           std::to_string(grid.material.size()) + " materials");
-    const auto radii = radii_of(filters, voxel_m);
-    const auto reaches = reaches_of(filters, radii);
+    const auto radii = list_radii(filters, voxel_m);
+    const auto reaches = measure_reaches(filters, radii);
     if (const int margin = longest_chain(filters, radii); grid.margin < margin)
         throw util::Error("run the neighbourhood filters: the grid's margin is " +
                           std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
@@ -343,10 +343,10 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
         // occur at all.
         const FilterRow& row = filters[i];
         const bool isolated = row.at_most_permille >= 0;
-        const MaterialSet winners = row.to ? bit_of(*row.to) : row.by;
+        const MaterialSet winners = row.to ? to_bit(*row.to) : row.by;
         if ((row.of & present) == 0 || (!isolated && (winners & present) == 0))
             continue;
-        present |= row.to ? bit_of(*row.to) : 0;
+        present |= row.to ? to_bit(*row.to) : 0;
         std::vector<Material> out = grid.material;
         RowPass(grid, filters[i], radii[i], grid.margin - reaches[i]).run(out);
         grid.material.swap(out);

@@ -60,18 +60,19 @@ inline constexpr int kMaxMargin = 24;  ///< voxels
 /// The radius of each row in voxels: lround(radius / voxel) in [1, 6]. Where the margin would
 /// exceed kMaxMargin, the widest rows are narrowed, one voxel at a time, the last of equally wide
 /// ones first.
-[[nodiscard]] std::vector<int> radii_of(const Filters& filters, double voxel_m);
+[[nodiscard]] std::vector<int> list_radii(const Filters& filters, double voxel_m);
 
 /// The distance in voxels from which the filters read, [0, kMaxMargin]: rows that read nothing that
 /// an earlier row writes run in parallel, so that it is the longest chain of dependent rows, not
 /// the sum of all.
-[[nodiscard]] int margin_of(const Filters& filters, double voxel_m);
+[[nodiscard]] int measure_margin(const Filters& filters, double voxel_m);
 
 /// Step "neighbourhood filters". The result inside the margin depends only on columns within
-/// margin_of(), so any two overlapping rectangles agree; the content of the margin itself is
+/// measure_margin(), so any two overlapping rectangles agree; the content of the margin itself is
 /// unspecified. On equal votes in a disc the column keeps its material if that is among the
 /// winners, else the lower number wins.
-/// @throws Error when the grid's margin is narrower than margin_of() or its sizes are inconsistent
+/// @throws Error when the grid's margin is narrower than measure_margin() or its sizes are
+/// inconsistent
 void apply_filters(Grid& grid, const Filters& filters, double voxel_m);
 
 }  // namespace terravox::imagery

@@ -48,7 +48,7 @@ bool says_anything_else(GDALRasterBand& band) {
 
 }  // namespace
 
-BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
+BandRoles find_roles(GDALDataset& image, const std::string& file_name) {
     BandRoles roles;
     const int bands = image.GetRasterCount();
     const std::string name = util::lower_case(file_name);
@@ -92,7 +92,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// "YYYY:MM:DD hh:mm:ss" as in TIFF and EXIF; anything else is not a date.
-std::string date_of(GDALDataset& data) {
+std::string find_date(GDALDataset& data) {
     for (const char* key : {"TIFFTAG_DATETIME", "EXIF_DateTimeOriginal", "EXIF_DateTime"}) {
         const char* text = data.GetMetadataItem(key);
         if (text == nullptr)
@@ -128,7 +128,7 @@ Image::Image(const fs::path& path, const grid::NamedSquare* square) : m_path(pat
     open();
     learn_georeference();
     learn_values();
-    m_date = date_of(*m_data);
+    m_date = find_date(*m_data);
 }
 
 void Image::open() {
@@ -182,7 +182,7 @@ void Image::learn_georeference() {
 }
 
 void Image::learn_values() {
-    m_roles = roles_of(*m_data, m_path.filename().string());
+    m_roles = find_roles(*m_data, m_path.filename().string());
     GDALRasterBand* first = m_data->GetRasterBand(1);
     const GDALDataType type = first->GetRasterDataType();
     m_wide = type != GDT_Byte;

@@ -38,7 +38,7 @@ struct BandRoles {
 ///
 /// An image that has only near infrared, red and green gives no colour: its blue is unknown, and a
 /// made-up value would end up in the picture.
-[[nodiscard]] BandRoles roles_of(GDALDataset& image, const std::string& file_name);
+[[nodiscard]] BandRoles find_roles(GDALDataset& image, const std::string& file_name);
 
 /// The mutex that must be held for every use of GDAL data sets and PROJ transformations, which are
 /// not thread-safe.

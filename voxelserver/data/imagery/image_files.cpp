@@ -153,7 +153,7 @@ constexpr std::size_t kMaxVrtBytes = std::size_t{16} << 20;
 
 // Reads the text, not the images: computing the identity of a world must not require access to
 // them.
-std::vector<fs::path> sources_of(const fs::path& vrt) {
+std::vector<fs::path> list_sources(const fs::path& vrt) {
     std::ifstream in(vrt, std::ios::binary);
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(vrt, failed);
@@ -174,7 +174,7 @@ void add(voxel::ByteWriter& out, const fs::path& file, int depth) {
         }
     if (util::lower_extension(file) != ".vrt" || depth >= kMaxDepth)
         return;
-    for (const fs::path& source : sources_of(file))
+    for (const fs::path& source : list_sources(file))
         if (source != file && fs::is_regular_file(source, ignored))
             add(out, source, depth + 1);
 }

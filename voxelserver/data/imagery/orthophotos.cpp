@@ -245,9 +245,9 @@ void Orthophotos::add_layer(std::size_t index, const ColumnRect& whole, Raster& 
             ColumnPlaces places;
             {
                 const std::lock_guard lock(gdal_mutex());
-                places = places_of(layer.map, part);
+                places = find_places(layer.map, part);
                 const PixelWindow window =
-                    window_of(places, layer.image.width(), layer.image.height());
+                    find_window(places, layer.image.width(), layer.image.height());
                 if (window.width < 1)
                     continue;
                 m_open->use(layer.image);

@@ -55,7 +55,7 @@ MaterialSet PaletteFile::materials(const toml::table& table, const std::string& 
         if (!name)
             fail(where + field +
                  " holds something that is no text; allowed: materials of materials.toml");
-        bits |= bit_of(material(where + field, *name));
+        bits |= to_bit(material(where + field, *name));
     }
     return bits;
 }

@@ -257,7 +257,7 @@ int samples_for(double pixels_per_voxel) noexcept {
     return static_cast<int>(std::clamp(std::ceil(pixels_per_voxel - 1e-6), 4.0, 16.0));
 }
 
-ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
+ColumnPlaces find_places(const PixelMap& map, const ColumnRect& rect) {
     constexpr int kCell = PixelMap::kCell;
     ColumnPlaces out;
     out.rect = rect;
@@ -293,7 +293,7 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
     return out;
 }
 
-PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_height) noexcept {
+PixelWindow find_window(const ColumnPlaces& places, int image_width, int image_height) noexcept {
     // Bilinear interpolation needs one pixel more.
     std::int64_t reach_u = PixelPlace::kOne;
     std::int64_t reach_v = PixelPlace::kOne;

@@ -98,12 +98,12 @@ struct ColumnPlaces {
 
 /// Requires the caller to hold gdal_mutex().
 /// @throws Error outside the domain of the image's projection
-[[nodiscard]] ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect);
+[[nodiscard]] ColumnPlaces find_places(const PixelMap& map, const ColumnRect& rect);
 
 /// The window of pixels that mean_at() may access; width 0 when none of the columns lies in the
 /// image.
-[[nodiscard]] PixelWindow window_of(const ColumnPlaces& places, int image_width,
-                                    int image_height) noexcept;
+[[nodiscard]] PixelWindow find_window(const ColumnPlaces& places, int image_width,
+                                      int image_height) noexcept;
 
 /// The image's value for column `index`: the mean over the column's footprint (finer images) or the
 /// bilinear value at its centre (coarser ones). Pixels without data are excluded; a column has a

@@ -207,7 +207,7 @@ std::uint32_t check_claims(const pointcloud::FileBytes& file, const LaszipRecord
 
 }  // namespace
 
-std::size_t ChunkTable::chunk_of(std::uint64_t point) const noexcept {
+std::size_t ChunkTable::find_chunk(std::uint64_t point) const noexcept {
     return static_cast<std::size_t>(
                std::upper_bound(first_point.begin(), first_point.end(), point) -
                first_point.begin()) -

@@ -86,7 +86,7 @@ struct ChunkTable {
     }
     /// @param point  below the number of points
     /// @return the chunk that holds it
-    [[nodiscard]] std::size_t chunk_of(std::uint64_t point) const noexcept;
+    [[nodiscard]] std::size_t find_chunk(std::uint64_t point) const noexcept;
 };
 
 /// Reads LASzip's chunk table at the end of the file. Memory is bounded by the size of the file,

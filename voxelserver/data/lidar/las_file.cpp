@@ -26,8 +26,8 @@ std::span<const T> record_as(const laszip_vlr_struct& vlr) {
     return {reinterpret_cast<const T*>(vlr.data), vlr.record_length_after_header / sizeof(T)};
 }
 
-std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
-                               const std::filesystem::path& path) {
+std::optional<geo::Crs> find_crs(const laszip_header_struct& header,
+                                 const std::filesystem::path& path) {
     std::vector<std::uint16_t> directory;
     std::vector<double> doubles;
     std::span<const char> ascii;
@@ -78,7 +78,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
 LasInfo read_las_info(const std::filesystem::path& path) {
     LasInfo info = check_las_header(path);
     const LaszipReader reader(path, {});
-    info.crs = crs_of(reader.header(), path);
+    info.crs = find_crs(reader.header(), path);
     return info;
 }
 
@@ -194,7 +194,7 @@ public:
             return read_piece(range);
         // Chunk by chunk; each is checked before it is passed to LASzip.
         const auto& starts = m_info.chunks->first_point;
-        for (std::size_t chunk = m_info.chunks->chunk_of(range.begin);
+        for (std::size_t chunk = m_info.chunks->find_chunk(range.begin);
              chunk < m_info.chunks->size() && starts[chunk] < range.end; ++chunk) {
             if (m_info.chunks->empty_chunk(chunk)) {
                 // LASzip would continue reading in it, so seek to the points after it.

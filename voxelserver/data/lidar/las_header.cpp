@@ -27,7 +27,7 @@ enum Part : std::uint16_t {
     kExtra14 = 14
 };
 
-std::uint32_t bytes_of(Part part) {
+std::uint32_t measure_bytes(Part part) {
     switch (part) {
         case kPoint: return 20;
         case kPoint14: return 30;
@@ -43,7 +43,7 @@ std::uint32_t bytes_of(Part part) {
 
 // Layers of coordinates, classes, flags, intensity, angle, user data, source and time; then one for
 // each band and each extra byte.
-std::uint32_t layers_of(Part part, std::uint32_t bytes) {
+std::uint32_t find_layers(Part part, std::uint32_t bytes) {
     switch (part) {
         case kPoint14: return 9;
         case kRgbNir14: return 2;
@@ -62,7 +62,7 @@ bool version_is_known(Part part, std::uint16_t version) {
     return part >= kPoint14 ? version >= 2 && version <= 4 : version == 1 || version == 2;
 }
 
-std::vector<Part> parts_of(int format) {
+std::vector<Part> list_parts(int format) {
     static const std::array<std::vector<Part>, 11> kParts = {{{kPoint},
                                                               {kPoint, kTime},
                                                               {kPoint, kRgb},
@@ -87,7 +87,7 @@ std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecor
     if (record.bytes != kFixedBytes + kPartBytes * count)
         file.fail("LASzip's record has " + std::to_string(record.bytes) + " bytes for " +
                   std::to_string(count) + " parts of a point");
-    const auto wanted = parts_of(format);
+    const auto wanted = list_parts(format);
     std::uint32_t layers = 0;
     std::uint32_t bytes = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -96,13 +96,13 @@ std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecor
         const auto size = file.at<std::uint16_t>(at + 2);
         const auto version = file.at<std::uint16_t>(at + 4);
         const Part part = i < wanted.size() ? wanted[i] : format >= 6 ? kExtra14 : kExtra;
-        const bool right_size = bytes_of(part) == 0 ? size > 0 : size == bytes_of(part);
+        const bool right_size = measure_bytes(part) == 0 ? size > 0 : size == measure_bytes(part);
         if (i > wanted.size() || type != part || !right_size || !version_is_known(part, version))
             file.fail("LASzip's part " + std::to_string(i + 1) + " of a point (type " +
                       std::to_string(type) + ", " + std::to_string(size) + " bytes, version " +
                       std::to_string(version) + ") is none of point format " +
                       std::to_string(format));
-        layers += layers_of(part, size);
+        layers += find_layers(part, size);
         bytes += size;
     }
     if (count < wanted.size() || bytes != record_bytes)

@@ -6,7 +6,7 @@
 namespace terravox::lidar {
 namespace {
 
-pointcloud::PointCloudInfo info_of(const LasInfo& las) {
+pointcloud::PointCloudInfo make_info(const LasInfo& las) {
     pointcloud::PointCloudInfo out;
     out.path = las.path;
     out.file_bytes = las.file_bytes;
@@ -38,7 +38,7 @@ void convert(const RawPoint& raw, const LasInfo& las, pointcloud::Point& out) no
 
 LasSource::LasSource(const std::filesystem::path& path) : LasSource(read_las_info(path)) {}
 
-LasSource::LasSource(LasInfo las) : PointSource(info_of(las)), m_las(std::move(las)) {}
+LasSource::LasSource(LasInfo las) : PointSource(make_info(las)), m_las(std::move(las)) {}
 
 std::vector<PointRange> LasSource::parts(std::uint64_t points) const {
     return split_by_chunk(m_las, points);

@@ -93,7 +93,7 @@ private:
 
     // The writer chose cells by bisection with 32-bit numbers, and compared only with the
     // midpoints: points outside of the tree are in its outer cells.
-    SpatialIndex::Cell bounds_of(std::uint32_t number) const {
+    SpatialIndex::Cell measure_bounds(std::uint32_t number) const {
         std::uint32_t level = 0;
         std::uint32_t within = number;
         for (; within >= std::uint64_t{1} << (2 * level); ++level)
@@ -126,7 +126,7 @@ private:
         const auto number = next<std::int32_t>();
         if (number < 0)
             fail("cell " + std::to_string(number) + "; allowed: from 0");
-        SpatialIndex::Cell cell = bounds_of(static_cast<std::uint32_t>(number));
+        SpatialIndex::Cell cell = measure_bounds(static_cast<std::uint32_t>(number));
         const auto intervals = next<std::uint32_t>();
         m_points += next<std::uint32_t>();
         std::uint64_t next_free = 0;

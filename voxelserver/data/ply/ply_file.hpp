@@ -26,7 +26,7 @@ enum class Scalar : std::uint8_t {
 };
 
 /// @return 1, 2, 4 or 8
-[[nodiscard]] std::uint32_t bytes_of(Scalar type) noexcept;
+[[nodiscard]] std::uint32_t measure_bytes(Scalar type) noexcept;
 
 /// A property of each vertex.
 struct Property {

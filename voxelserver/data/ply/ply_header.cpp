@@ -80,7 +80,7 @@ std::string plain_name(std::string_view name) {
     return out;
 }
 
-std::vector<std::string> words_of(const std::string& line) {
+std::vector<std::string> list_words(const std::string& line) {
     std::istringstream in(line);
     std::vector<std::string> out;
     for (std::string word; in >> word;)
@@ -136,7 +136,7 @@ private:
     }
 
     void take(const std::string& line) {
-        const auto words = words_of(line);
+        const auto words = list_words(line);
         const std::string key = words.empty() ? "" : words.front();
         if (key == "format")
             take_format(line, words);
@@ -193,7 +193,7 @@ private:
         if (m_header.properties.size() == kMaxProperties)
             fail(line, "more than " + std::to_string(kMaxProperties) + " properties");
         m_header.properties.push_back({words[2], type->type, m_header.record_bytes});
-        m_header.record_bytes += bytes_of(type->type);
+        m_header.record_bytes += measure_bytes(type->type);
     }
 
     // "comment crs EPSG:2154", "comment CRS: PROJCS[...]"
@@ -275,7 +275,7 @@ private:
 
 }  // namespace
 
-std::uint32_t bytes_of(Scalar type) noexcept {
+std::uint32_t measure_bytes(Scalar type) noexcept {
     switch (type) {
         case Scalar::kInt8:
         case Scalar::kUint8: return 1;

@@ -29,7 +29,7 @@ geo::Crs crs_from(const std::string& text) {
     return is_epsg(text) ? geo::Crs::from_text(text) : geo::Crs::from_wkt(text);
 }
 
-std::string text_of(const std::filesystem::path& file) {
+std::string to_text(const std::filesystem::path& file) {
     constexpr std::uint64_t kMaxBytes = 64 * 1024;
     const pointcloud::FileBytes bytes(file);
     if (bytes.size() > kMaxBytes)
@@ -41,7 +41,7 @@ std::string text_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::optional<geo::Crs> crs_of(const std::filesystem::path& file, const std::string& comment) {
+std::optional<geo::Crs> find_crs(const std::filesystem::path& file, const std::string& comment) {
     std::filesystem::path side_file = file;
     side_file.replace_extension(PlyFormat::kSideEnding);
     std::error_code failed;
@@ -49,7 +49,7 @@ std::optional<geo::Crs> crs_of(const std::filesystem::path& file, const std::str
     if (comment.empty() && !has_side_file)
         return std::nullopt;
     try {
-        return crs_from(comment.empty() ? text_of(side_file) : comment);
+        return crs_from(comment.empty() ? to_text(side_file) : comment);
     } catch (const geo::ProjUnusableError&) {
         throw;
     } catch (const util::Error& e) {
@@ -115,7 +115,7 @@ PlySource::Contents PlySource::scan(const std::filesystem::path& path) {
         vertices->next(point);
         widen(info, point, i == 0);
     }
-    info.crs = crs_of(path, out.header.crs);
+    info.crs = find_crs(path, out.header.crs);
     warn_of_coarse_floats(info, out.header);
     return out;
 }

@@ -29,8 +29,8 @@ struct PlyFormat {
 /// The CRS of a file, which the PLY format itself cannot store: from a comment, else from the .prj
 /// file of the same name next to it. One that cannot be parsed is logged and treated as absent.
 /// @param comment  "EPSG:n", "EPSG:n+m" or WKT; empty when there is none
-[[nodiscard]] std::optional<geo::Crs> crs_of(const std::filesystem::path& file,
-                                             const std::string& comment);
+[[nodiscard]] std::optional<geo::Crs> find_crs(const std::filesystem::path& file,
+                                               const std::string& comment);
 
 /// A PLY point cloud as a source of points. Since the format has neither bounds nor an index,
 /// opening reads all vertices once, and keeps their bounds and, for text files, the offset of every

@@ -25,7 +25,7 @@ class Checker {
 public:
     Checker(const FileBytes& file, const Header& header) : m_file(file), m_header(header) {}
 
-    void point_of(const Values& values, std::uint64_t vertex, Point& to) const {
+    void read_point(const Values& values, std::uint64_t vertex, Point& to) const {
         for (const Field axis : {kX, kY, kZ}) {
             if (!std::isfinite(values[axis]))
                 fail(axis, values[axis], vertex, "allowed: finite numbers");
@@ -122,7 +122,7 @@ public:
                 values[f] = number_at(record + property.offset, property.type, m_swap);
             }
         }
-        m_checker.point_of(values, m_vertex, to);
+        m_checker.read_point(values, m_vertex, to);
         m_held -= m_header.record_bytes;
         ++m_vertex;
     }
@@ -170,15 +170,15 @@ public:
         Values values{};
         std::size_t at = 0;
         for (const Field field : m_field_of) {
-            const std::string_view word = word_of(line, at);
+            const std::string_view word = to_word(line, at);
             if (word.empty())
                 fail("has fewer than " + std::to_string(m_field_of.size()) + " numbers");
             if (field != kFields)
-                values[field] = number_of(word);
+                values[field] = to_number(word);
         }
-        if (!word_of(line, at).empty())
+        if (!to_word(line, at).empty())
             fail("has more than " + std::to_string(m_field_of.size()) + " numbers");
-        m_checker.point_of(values, m_vertex, to);
+        m_checker.read_point(values, m_vertex, to);
         ++m_vertex;
     }
 
@@ -220,7 +220,7 @@ private:
                          static_cast<std::size_t>(more)});
     }
 
-    static std::string_view word_of(std::string_view line, std::size_t& at) {
+    static std::string_view to_word(std::string_view line, std::size_t& at) {
         constexpr std::string_view kSpace = " \t\r";
         const std::size_t begin = std::min(line.find_first_not_of(kSpace, at), line.size());
         const std::size_t end = std::min(line.find_first_of(kSpace, begin), line.size());
@@ -228,7 +228,7 @@ private:
         return line.substr(begin, end - begin);
     }
 
-    [[nodiscard]] double number_of(std::string_view word) const {
+    [[nodiscard]] double to_number(std::string_view word) const {
         const std::string_view digits = word.substr(word.starts_with('+') ? 1 : 0);
         double out = 0;
         const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), out);

@@ -13,7 +13,7 @@ namespace {
 constexpr int kBusyTimeout_ms = 10'000;  // while another process recovers or checkpoints
 
 /// Escapes the characters of a file name that have a meaning in SQLite's URIs.
-std::string uri_of(const std::filesystem::path& file, bool immutable) {
+std::string to_uri(const std::filesystem::path& file, bool immutable) {
     std::string out = "file:";
     constexpr char kHex[] = "0123456789ABCDEF";
     for (const unsigned char c : std::filesystem::absolute(file).string()) {
@@ -55,7 +55,7 @@ Connection open_untrusted(const std::filesystem::path& file, const UntrustedFile
         SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
     sqlite3* opened = nullptr;
     const int code =
-        sqlite3_open_v2(uri_of(file, options.immutable).c_str(), &opened, flags, nullptr);
+        sqlite3_open_v2(to_uri(file, options.immutable).c_str(), &opened, flags, nullptr);
     Connection out(opened);
     if (code != SQLITE_OK)
         throw util::Error(attempt + ": " + last_error(opened));

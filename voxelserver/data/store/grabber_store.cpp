@@ -134,7 +134,7 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 }
 
 /// The length of a regular file; nullopt when there is none.
-[[nodiscard]] std::optional<std::uint64_t> length_of(const fs::path& file) {
+[[nodiscard]] std::optional<std::uint64_t> find_length(const fs::path& file) {
     std::error_code failed;
     if (!fs::is_regular_file(file, failed))
         return std::nullopt;
@@ -220,7 +220,7 @@ public:
             if (!is_place(path, "ortho", 2, {".tif"}))
                 fail(m_where + "file_path = '" + path +
                      "'; allowed: ortho/<source>/<grid>/<square>.tif");
-            const auto length = length_of(m_folder / path);
+            const auto length = find_length(m_folder / path);
             if (length == count(rows, 1, "file_bytes"))
                 out.push_back({m_folder / path, text(rows, 2, "licence", false),
                                text(rows, 3, "attribution", false)});
@@ -334,7 +334,7 @@ private:
                  "'; allowed: lidar/<source>/<square>.laz or .las");
         out.bytes = count(rows, 5, "file_bytes");
         out.points = count(rows, 6, "point_count");
-        const auto length = length_of(m_folder / path);
+        const auto length = find_length(m_folder / path);
         out.error.clear();
         out.state = otherwise;
         if (length == out.bytes) {
@@ -404,7 +404,7 @@ GrabberStore read_grabber_store(const fs::path& folder) {
     return read_fishnet(folder, false);
 }
 
-const char* name_of(StoredState state) noexcept {
+const char* to_name(StoredState state) noexcept {
     switch (state) {
         case StoredState::kWanted: return "wanted";
         case StoredState::kFetched: return "fetched";

@@ -121,6 +121,6 @@ struct GrabberStore {
 [[nodiscard]] GrabberStore read_grabber_store(const std::filesystem::path& folder);
 
 /// "wanted", "fetched", "failed", "missing".
-[[nodiscard]] const char* name_of(StoredState state) noexcept;
+[[nodiscard]] const char* to_name(StoredState state) noexcept;
 
 }  // namespace terravox::store

@@ -71,7 +71,7 @@ void PointCounts::add(const PointCounts& other) noexcept {
         by_class[i] += other.by_class[i];
 }
 
-std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept {
+std::uint64_t compute_checksum(std::span<const VoxelPoint> points) noexcept {
     return XXH64(points.data(), points.size_bytes(), 0);
 }
 
@@ -84,7 +84,8 @@ std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
     const auto out = m_points.subspan(found->begin, found->count);
     // Checks first whether the file was truncated in place, since accessing a lost page would end
     // the program.
-    if (!m_checked && (!util::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
+    if (!m_checked &&
+        (!util::readable(std::as_bytes(out)) || compute_checksum(out) != found->checksum))
         throw util::Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
                           std::to_string(patch.pz) +
                           " is damaged on disk; remove the cache folder");

@@ -92,7 +92,7 @@ private:
     bool m_checked;              ///< checksums need not be verified
 };
 
-[[nodiscard]] std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept;
+[[nodiscard]] std::uint64_t compute_checksum(std::span<const VoxelPoint> points) noexcept;
 
 /// Points with the patch of each, in file order: consecutive points mostly share a patch, so
 /// patches are stored as runs.

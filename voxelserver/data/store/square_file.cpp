@@ -75,11 +75,11 @@ struct Layout {
     std::size_t points = 0;
 };
 
-/// @param layout_of std::optional<Layout>(Header, available bytes): nullopt when the counts do not
-/// fit
-template <class LayoutOf>
+/// @param make_layout std::optional<Layout>(Header, available bytes): nullopt when the counts do
+/// not fit
+template <class MakeLayout>
 Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
-            const LayoutOf& layout_of) {
+            const MakeLayout& make_layout) {
     const auto fail = [&](const std::string& what) {
         return util::Error("read the prepared square " + path.string() + ": " + what);
     };
@@ -96,7 +96,7 @@ Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
         throw fail("version " + std::to_string(out.header.version) +
                    "; allowed: " + std::to_string(kSquareFileVersion));
     const auto room = bytes.size() - sizeof(Header);
-    const std::optional<Layout> layout = layout_of(out.header, room);
+    const std::optional<Layout> layout = make_layout(out.header, room);
     if (!layout || layout->tables + layout->points != room)
         throw fail("damaged (" + std::to_string(bytes.size()) +
                    " bytes do not fit the counts in its header)");
@@ -117,7 +117,8 @@ void write_square(const std::filesystem::path& file, const Square& square) {
     header.counts = square.counts();
     std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
     for (PatchEntry& p : patches)
-        p.checksum = checksum_of(square.points(p.key));  // throws when a mapped square is damaged
+        p.checksum =
+            compute_checksum(square.points(p.key));  // throws when a mapped square is damaged
     write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
 }
 

@@ -36,7 +36,7 @@ bool unfinished(const fs::path& file) {
     return file.filename().string().starts_with('.');
 }
 
-std::vector<Kept> files_of(const fs::path& folder) {
+std::vector<Kept> list_files(const fs::path& folder) {
     std::vector<Kept> out;
     std::error_code failed;
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
@@ -58,7 +58,7 @@ std::vector<Kept> files_of(const fs::path& folder) {
 /// Removes files that were left unfinished long ago.
 std::vector<Kept> finished_files(const fs::path& folder) {
     constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes so long to write
-    std::vector<Kept> out = files_of(folder);
+    std::vector<Kept> out = list_files(folder);
     std::erase_if(out, [&](const Kept& k) {
         if (!unfinished(k.file))
             return false;
@@ -104,7 +104,7 @@ std::string square_name(const fs::path& source, const voxel::Fingerprint& identi
     constexpr std::size_t kStem = 80;
     const std::string stem = source.stem().string();
     return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
-           voxel::hex_of(facts.fingerprint());
+           voxel::to_hex(facts.fingerprint());
 }
 
 SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes)

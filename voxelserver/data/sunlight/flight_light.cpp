@@ -24,7 +24,7 @@ void each_shown(const Scene& scene, const Visit& visit) {
 }
 
 /// The darkest that is seen, beyond what leaves in the shadow return.
-Light veil_of(std::span<const Scene> scenes) {
+Light measure_veil(std::span<const Scene> scenes) {
     constexpr double kDarkest = 0.003;
     constexpr float kDarkLeaves = 0.012F;
     constexpr float kThickest = 0.15F;
@@ -117,7 +117,7 @@ void add_contrasts(const Scene& scene, const Sun& sun, const Light& veil, Contra
 }
 
 /// Shadow over sun; nullopt where one of them has fewer than `least` cells, or is black.
-std::optional<Light> ratio_of(const Tile& tile, int least) {
+std::optional<Light> measure_ratio(const Tile& tile, int least) {
     if (tile.lit_count < least || tile.shadow_count < least)
         return std::nullopt;
     Light out{};
@@ -135,14 +135,15 @@ std::optional<Light> whole_ratio(const Contrasts& contrasts) {
     constexpr int kMinCells = 24;
     for (const auto* sums : {&contrasts.inner, &contrasts.whole})
         for (const Kind kind : {Kind::kGround, Kind::kRoof, Kind::kPlant})
-            if (const auto ratio = ratio_of((*sums)[static_cast<std::size_t>(kind)], kMinCells))
+            if (const auto ratio =
+                    measure_ratio((*sums)[static_cast<std::size_t>(kind)], kMinCells))
                 return ratio;
     return std::nullopt;
 }
 
 /// The median over tiles in which ground lies in the sun and in the shadow; where these are few,
 /// the ratio of what lies in the sun and in the shadow anywhere.
-Light sky_of(std::span<const Scene> scenes, const Sun& sun, const Light& veil) {
+Light find_sky(std::span<const Scene> scenes, const Sun& sun, const Light& veil) {
     constexpr int kMinCells = 6;
     constexpr std::size_t kMinTiles = 4;
     constexpr float kDarkest = 0.08F;
@@ -151,7 +152,7 @@ Light sky_of(std::span<const Scene> scenes, const Sun& sun, const Light& veil) {
         add_contrasts(scene, sun, veil, contrasts);
     std::array<std::vector<float>, 3> ratios;
     for (const Tile& tile : contrasts.ground)
-        if (const auto ratio = ratio_of(tile, kMinCells))
+        if (const auto ratio = measure_ratio(tile, kMinCells))
             for (std::size_t c = 0; c < 3; ++c)
                 ratios[c].push_back((*ratio)[c]);
     Light out{1, 1, 1};
@@ -166,8 +167,8 @@ Light sky_of(std::span<const Scene> scenes, const Sun& sun, const Light& veil) {
 }
 
 /// Median luminance in the sun, by kind.
-std::array<float, kKinds> typical_of(std::span<const Scene> scenes, const Sun& sun,
-                                     const Light& veil) {
+std::array<float, kKinds> find_typical(std::span<const Scene> scenes, const Sun& sun,
+                                       const Light& veil) {
     constexpr float kLit = 0.95F;
     std::array<std::vector<float>, kKinds> values;
     for (const Scene& scene : scenes) {
@@ -220,9 +221,9 @@ FlightLight measure_light(std::span<const Scene> scenes, const std::optional<Sun
     FlightLight out;
     out.sun = sun;
     if (sun) {
-        out.veil = veil_of(scenes);
-        out.sky = sky_of(scenes, *sun, out.veil);
-        out.typical = typical_of(scenes, *sun, out.veil);
+        out.veil = measure_veil(scenes);
+        out.sky = find_sky(scenes, *sun, out.veil);
+        out.typical = find_typical(scenes, *sun, out.veil);
     }
     const float air = clear_air_gain(out.veil);
     out.gain = {air, air, air};
@@ -257,21 +258,21 @@ constexpr double kRadian_deg = 180 / det::kPi;
 /// A direction as a unit vector: east, north, up.
 using Direction = std::array<double, 3>;
 
-Direction direction_of(const Sun& sun) noexcept {
+Direction to_direction(const Sun& sun) noexcept {
     const double level = det::cos(sun.altitude_deg / kRadian_deg);
     return {level * det::sin(sun.azimuth_deg / kRadian_deg),
             level * det::cos(sun.azimuth_deg / kRadian_deg),
             det::sin(sun.altitude_deg / kRadian_deg)};
 }
 
-Sun sun_of(const Direction& to) noexcept {
+Sun make_sun(const Direction& to) noexcept {
     const double level = std::sqrt(to[0] * to[0] + to[1] * to[1]);
     const double azimuth_deg = det::atan2(to[0], to[1]) * kRadian_deg;
     return {azimuth_deg < 0 ? azimuth_deg + 360 : azimuth_deg,
             det::atan2(to[2], level) * kRadian_deg};
 }
 
-LightField::Levels levels_of(const FlightLight& light) noexcept {
+LightField::Levels make_levels(const FlightLight& light) noexcept {
     return {light.sky, light.veil, light.gain};
 }
 
@@ -279,8 +280,8 @@ LightField::Levels levels_of(const FlightLight& light) noexcept {
 
 bool is_same_flight(const Sun& a, const Sun& b) noexcept {
     constexpr double kApart_deg = 5;
-    const Direction to_a = direction_of(a);
-    const Direction to_b = direction_of(b);
+    const Direction to_a = to_direction(a);
+    const Direction to_b = to_direction(b);
     return to_a[0] * to_b[0] + to_a[1] * to_b[1] + to_a[2] * to_b[2] >=
            det::cos(kApart_deg / kRadian_deg);
 }
@@ -294,7 +295,7 @@ FlightLight blended(std::span<const WeightedLight> lights) {
     float sum = 0;
     std::array<float, kKinds> known{};
     for (const WeightedLight& one : lights) {
-        const Direction to = direction_of(*one.light.sun);
+        const Direction to = to_direction(*one.light.sun);
         for (std::size_t c = 0; c < 3; ++c) {
             sun[c] += static_cast<double>(one.weight) * to[c];
             out.sky[c] += one.weight * one.light.sky[c];
@@ -316,19 +317,19 @@ FlightLight blended(std::span<const WeightedLight> lights) {
     for (std::size_t k = 0; k < kKinds; ++k)
         if (known[k] > 0)
             out.typical[k] /= known[k];
-    out.sun = sun_of(sun);
+    out.sun = make_sun(sun);
     return out;
 }
 
 LightField::LightField(const FlightLight& light) noexcept
     : middle(light),
-      corners{levels_of(light), levels_of(light), levels_of(light), levels_of(light)} {}
+      corners{make_levels(light), make_levels(light), make_levels(light), make_levels(light)} {}
 
 LightField::LightField(const FlightLight& of_middle,
                        const std::array<FlightLight, 4>& of_corners) noexcept
     : middle(of_middle),
-      corners{levels_of(of_corners[0]), levels_of(of_corners[1]), levels_of(of_corners[2]),
-              levels_of(of_corners[3])} {}
+      corners{make_levels(of_corners[0]), make_levels(of_corners[1]), make_levels(of_corners[2]),
+              make_levels(of_corners[3])} {}
 
 LightField::Levels LightField::at(float east, float south) const noexcept {
     const auto mix = [&](const Light Levels::* of) {

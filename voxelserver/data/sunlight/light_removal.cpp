@@ -79,12 +79,12 @@ namespace {
 
 /// Shares of the sun that are tried for a cell near the edge of a shadow.
 constexpr std::size_t kShares = 8;
-constexpr float share_of(std::size_t at) noexcept {
+constexpr float measure_share(std::size_t at) noexcept {
     return static_cast<float>(at) / static_cast<float>(kShares - 1);
 }
 using ByShare = std::array<float, kShares>;
 
-int reach_of(const Scene& scene) {
+int measure_reach(const Scene& scene) {
     constexpr double kReach_m = 6;
     constexpr int kMin = 3;
     return std::clamp(static_cast<int>(std::lround(kReach_m / scene.cell_m)), kMin,
@@ -98,7 +98,7 @@ ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
     : m_scene(scene),
       m_surface(surface),
       m_light(light),
-      m_reach(reach_of(scene)),
+      m_reach(measure_reach(scene)),
       m_sky(luminance(light.sky)),
       m_veil(luminance(light.veil)),
       m_seen(scene.size()),
@@ -112,7 +112,7 @@ ReceivedLight::ReceivedLight(const Scene& scene, const SurfaceLight& surface,
             m_seen[i].as = BrightCell::As::kLit;
             m_seen[i].light /= m_sky * surface.sky_seen[i] + (1 - m_sky) * surface.facing[i];
         }
-        const Light received = light_of(i, surface.lit[i] * surface.facing[i]);
+        const Light received = make_light(i, surface.lit[i] * surface.facing[i]);
         for (std::size_t c = 0; c < 3; ++c) {
             m_root[i][c] = std::sqrt(without_veil(scene.photo[i], light.veil)[c]);
             m_albedo_root[i][c] = m_root[i][c] / std::sqrt(received[c]);
@@ -132,7 +132,7 @@ float ReceivedLight::sun_at(int x, int z) const {
     return std::max(sun, min_sun(x, z));
 }
 
-Light ReceivedLight::light_of(std::size_t i, float sun) const noexcept {
+Light ReceivedLight::make_light(std::size_t i, float sun) const noexcept {
     Light out{};
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = m_light.sky[c] * m_surface.sky_seen[i] + (1 - m_light.sky[c]) * sun;
@@ -150,7 +150,7 @@ std::optional<float> ReceivedLight::lit_by_photo(int x, int z) const {
     const std::size_t i = m_scene.index(x, z);
     std::array<ByShare, 3> own{};
     for (std::size_t s = 0; s < kShares; ++s) {
-        const Light received = light_of(i, share_of(s) * m_surface.facing[i]);
+        const Light received = make_light(i, measure_share(s) * m_surface.facing[i]);
         for (std::size_t c = 0; c < 3; ++c)
             own[c][s] = m_root[i][c] / std::sqrt(received[c]);
     }
@@ -179,10 +179,10 @@ std::optional<float> ReceivedLight::lit_by_photo(int x, int z) const {
     float sum = 0;
     float weights = 0;
     for (std::size_t s = 0; s < kShares; ++s) {
-        const float off = share_of(s) - m_surface.lit[i];
+        const float off = measure_share(s) - m_surface.lit[i];
         const float likely = density[s] / (highest * (1 + kSurface * off * off));
         const float weight = likely * likely * likely * likely;
-        sum += weight * share_of(s);
+        sum += weight * measure_share(s);
         weights += weight;
     }
     return sum / weights;

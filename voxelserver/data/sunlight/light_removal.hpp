@@ -70,7 +70,7 @@ public:
     [[nodiscard]] float sun_at(int x, int z) const;
 
 private:
-    [[nodiscard]] Light light_of(std::size_t i, float sun) const noexcept;
+    [[nodiscard]] Light make_light(std::size_t i, float sun) const noexcept;
     [[nodiscard]] std::optional<float> lit_by_photo(int x, int z) const;
     [[nodiscard]] float min_sun(int x, int z) const;
     [[nodiscard]] float max_brightness(int x, int z, Kind kind) const;

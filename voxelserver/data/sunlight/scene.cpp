@@ -32,7 +32,7 @@ void each_neighbour(const Surface& surface, std::size_t i, const Visit& visit) {
             visit(surface.index(nx, nz));
 }
 
-Neighbours neighbours_of(const Surface& surface, std::size_t i) {
+Neighbours find_neighbours(const Surface& surface, std::size_t i) {
     Neighbours out;
     each_neighbour(surface, i, [&](std::size_t j) {
         if (!is_known(surface.top_m[j]))
@@ -78,13 +78,13 @@ void fill_gaps(Surface& surface, int reach) {
         front.push_back(i);
     };
     for (std::size_t i = 0; i < surface.size(); ++i)
-        if (!is_known(surface.top_m[i]) && neighbours_of(surface, i).count > 0)
+        if (!is_known(surface.top_m[i]) && find_neighbours(surface, i).count > 0)
             add_to_front(i);
     std::vector<Filled> filled;
     for (int round = 0; round < reach && !front.empty(); ++round) {
         filled.clear();
         for (const std::size_t i : front) {
-            const Neighbours near = neighbours_of(surface, i);
+            const Neighbours near = find_neighbours(surface, i);
             // Wide gaps are water, or what lies behind a roof.
             const bool small = round < kSmallGap;
             filled.push_back({i, small ? near.sum / near.count : near.lowest,
@@ -145,7 +145,7 @@ Scene halved(const Scene& scene) {
     return out;
 }
 
-std::vector<Slope> slopes_of(const Surface& surface) {
+std::vector<Slope> measure_slopes(const Surface& surface) {
     const int border = std::max(surface.margin, 1);
     // Steeper than this between two cells is an edge, not a slope.
     constexpr float kEdge = 2.5F;

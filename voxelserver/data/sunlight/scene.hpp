@@ -78,7 +78,7 @@ struct Slope {
     }
 };
 /// @return valid for inner cells that are not at an edge of the surface
-[[nodiscard]] std::vector<Slope> slopes_of(const Surface& surface);
+[[nodiscard]] std::vector<Slope> measure_slopes(const Surface& surface);
 
 /// Relative luminance of linear sRGB. Ref: IEC 61966-2-1.
 [[nodiscard]] constexpr float luminance(const Light& light) noexcept {

@@ -19,7 +19,7 @@ constexpr float kSky = 0.3F;
 
 /// The natural logarithm of [0.3, 1.7], to 0.0012: the search evaluates some million. The series of
 /// the inverse hyperbolic tangent.
-float log_of(float light) noexcept {
+float to_log_light(float light) noexcept {
     const float z = (light - 1) / (light + 1);
     const float square = z * z;
     return 2 * z * (1 + square * (1.0F / 3 + square * (1.0F / 5 + square * (1.0F / 7))));
@@ -30,8 +30,8 @@ float log_of(float light) noexcept {
 class Compared {
 public:
     explicit Compared(const Scene& scene) : m_scene(scene) {
-        const std::vector<Slope> slopes = slopes_of(scene);
-        for (const std::vector<std::size_t>& group : groups_of(scene))
+        const std::vector<Slope> slopes = measure_slopes(scene);
+        for (const std::vector<std::size_t>& group : make_groups(scene))
             add_group(group, slopes);
     }
 
@@ -105,7 +105,7 @@ private:
                                   facing.on(m_cells.east[i], m_cells.south[i], m_cells.up[i]),
                               2.0F);
         for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = m_cells.weight[i] * log_of(kSky + (1 - kSky) * out[i]);
+            out[i] = m_cells.weight[i] * to_log_light(kSky + (1 - kSky) * out[i]);
         return out;
     }
 
@@ -117,7 +117,7 @@ private:
     }
 
     /// Cells of one kind in one tile, where these are enough.
-    static std::vector<std::vector<std::size_t>> groups_of(const Scene& scene) {
+    static std::vector<std::vector<std::size_t>> make_groups(const Scene& scene) {
         const int tile = std::max(4, static_cast<int>(std::lround(kTile_m / scene.cell_m)));
         const int across = (scene.width + tile - 1) / tile;
         const int down = (scene.height + tile - 1) / tile;
@@ -140,7 +140,7 @@ private:
     }
 
     void add_group(const std::vector<std::size_t>& group, const std::vector<Slope>& slopes) {
-        const std::vector<double> brightness = brightness_of(group);
+        const std::vector<double> brightness = measure_brightness(group);
         const std::size_t begin = m_cells.index.size();
         const std::size_t padded = (group.size() + kLanes - 1) / kLanes * kLanes;
         for (std::size_t k = 0; k < padded; ++k) {
@@ -159,7 +159,8 @@ private:
         m_groups.push_back({begin, begin + padded, static_cast<double>(group.size())});
     }
 
-    [[nodiscard]] std::vector<double> brightness_of(const std::vector<std::size_t>& group) const {
+    [[nodiscard]] std::vector<double> measure_brightness(
+        const std::vector<std::size_t>& group) const {
         constexpr double kDarkest = 0.004;
         constexpr double kOutlier = 1.2;
         std::vector<double> out;
@@ -243,7 +244,7 @@ private:
     std::vector<Compared> m_parts;
 };
 
-const Trial& best_of(const std::vector<Trial>& trials) {
+const Trial& choose_best(const std::vector<Trial>& trials) {
     return *std::max_element(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
         return a.correlation < b.correlation;
     });
@@ -252,9 +253,9 @@ const Trial& best_of(const std::vector<Trial>& trials) {
 /// The middle of the trials that are nearly as good as the best: shadows in cells hardly change
 /// with small turns.
 /// @param centre of the trials
-Trial middle_of(const Sun& centre, const std::vector<Trial>& trials) {
+Trial find_middle(const Sun& centre, const std::vector<Trial>& trials) {
     constexpr double kNearly = 0.997;
-    const double best = best_of(trials).correlation;
+    const double best = choose_best(trials).correlation;
     const double least = std::min(kNearly * best, best);  // also of a best one below 0
     double turn_sum = 0;
     double altitude_sum = 0;
@@ -294,15 +295,15 @@ std::optional<SunEstimate> find_sun(std::span<const Scene> scenes) {
     std::vector<Trial> trials;
     for (double azimuth = 0; azimuth < 360; azimuth += kAzimuthStep_deg)
         coarse.at_azimuth(azimuth, kAltitudes_deg, trials);
-    const Trial first = best_of(trials);
+    const Trial first = choose_best(trials);
     double elsewhere = 0;
     for (const Trial& trial : trials)
         if (is_elsewhere(trial.sun, first.sun))
             elsewhere = std::max(elsewhere, trial.correlation);
 
-    Trial best = best_of(coarse.around(first.sun, 3, 4, 4, 2.5));
-    best = best_of(fine.around(best.sun, 2, 2, 3, 2));
-    best = middle_of(best.sun, fine.around(best.sun, 5, 0.5, 4, 0.5));
+    Trial best = choose_best(coarse.around(first.sun, 3, 4, 4, 2.5));
+    best = choose_best(fine.around(best.sun, 2, 2, 3, 2));
+    best = find_middle(best.sun, fine.around(best.sun, 5, 0.5, 4, 0.5));
     SunEstimate out{best.sun, best.correlation, 0};
     if (first.correlation > 0)
         out.margin = std::clamp(1 - elsewhere / first.correlation, 0.0, 1.0);

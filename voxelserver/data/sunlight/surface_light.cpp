@@ -101,7 +101,7 @@ Slope shading_slope(const Slope& slope, Kind kind) noexcept {
 }
 
 /// Limited, as slopes are not exact.
-float facing_of(const Facing& facing, const Slope& slope) noexcept {
+float find_facing(const Facing& facing, const Slope& slope) noexcept {
     constexpr float kMin = 0.15F;
     constexpr float kMax = 2.5F;
     return std::clamp(facing.on(slope), kMin, kMax);
@@ -116,12 +116,12 @@ void find_shading(const Surface& surface, const Sun& sun, SurfaceLight& out) {
     // Slopes need two cells around; the margin may be many times as large as the inner part.
     constexpr int kAround = 2;
     const Surface near = inner_cells(surface, std::min(surface.margin, kAround));
-    const std::vector<Slope> slopes = slopes_of(near);
+    const std::vector<Slope> slopes = measure_slopes(near);
     const Facing facing(sun);
     each_inner(near, 0, [&](int x, int z, std::size_t i) {
         const std::size_t there = near.index(x, z);
         const Slope slope = shading_slope(slopes[there], near.kind[there]);
-        out.facing[i] = facing_of(facing, slope);
+        out.facing[i] = find_facing(facing, slope);
         out.sky_seen[i] = sky_seen_by(slope);
     });
 }

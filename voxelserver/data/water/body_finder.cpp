@@ -210,7 +210,7 @@ private:
     };
 
     Answer answer_for(CellPlace place) {
-        const PatchIndex patch = patch_of(place);
+        const PatchIndex patch = make_patch(place);
         if (const auto known = recall(place))
             return *known;
         const auto cells = checked_cells(m_source, patch, m_side);
@@ -219,7 +219,7 @@ private:
         return {kNoLevel, {patch.x, patch.z, patch.x + 1, patch.z + 1}};
     }
 
-    [[nodiscard]] PatchIndex patch_of(CellPlace place) const noexcept {
+    [[nodiscard]] PatchIndex make_patch(CellPlace place) const noexcept {
         return {floor_div(place.x, m_side), floor_div(place.z, m_side)};
     }
     [[nodiscard]] std::size_t index_in(PatchIndex patch, CellPlace place) const noexcept {
@@ -228,7 +228,7 @@ private:
     }
 
     [[nodiscard]] std::optional<Answer> recall(CellPlace place) const {
-        const PatchIndex patch = patch_of(place);
+        const PatchIndex patch = make_patch(place);
         const std::size_t i = index_in(patch, place);
         const std::shared_lock lock(m_known);
         const auto found = m_records.find(patch);
@@ -309,14 +309,14 @@ private:
         found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { note(p, flags, reach); });
         for (std::size_t b = 0; b < bodies.size(); ++b)
             write(bodies[b].body.places, levels[b]);
-        return m_records.find(patch_of(place))->second.answer(index_in(patch_of(place), place));
+        return m_records.find(make_patch(place))->second.answer(index_in(make_patch(place), place));
     }
 
     void write(const std::vector<CellPlace>& places, const std::vector<float>& levels) {
         PatchIndex patch;
         Record* r = nullptr;
         for (std::size_t k = 0; k < places.size(); ++k) {
-            if (const PatchIndex p = patch_of(places[k]); !r || !(p == patch)) {
+            if (const PatchIndex p = make_patch(places[k]); !r || !(p == patch)) {
                 patch = p;
                 r = &m_records.find(p)->second;
             }

@@ -162,7 +162,7 @@ private:
     [[nodiscard]] Shore shore(const Members& members) {
         for (const std::int32_t i : members)
             m_chosen[static_cast<std::size_t>(i)] = 1;
-        Shore out = shore_of(m_candidates, m_adjacency, members, m_chosen);
+        Shore out = find_shore(m_candidates, m_adjacency, members, m_chosen);
         for (const std::int32_t i : members)
             m_chosen[static_cast<std::size_t>(i)] = 0;
         return out;
@@ -259,8 +259,8 @@ std::vector<float> Shore::heights() const {
     return out;
 }
 
-Shore shore_of(const Candidates& candidates, const Adjacency& adjacency,
-               const std::vector<std::int32_t>& members, const std::vector<char>& chosen) {
+Shore find_shore(const Candidates& candidates, const Adjacency& adjacency,
+                 const std::vector<std::int32_t>& members, const std::vector<char>& chosen) {
     constexpr std::array<CellPlace, 4> kSteps{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
     std::vector<CellPlace> ring;
     for (const std::int32_t i : members)

@@ -75,9 +75,9 @@ struct Shore {
 };
 
 /// @param chosen for each candidate: not 0 = inside
-[[nodiscard]] Shore shore_of(const Candidates& candidates, const Adjacency& adjacency,
-                             const std::vector<std::int32_t>& members,
-                             const std::vector<char>& chosen);
+[[nodiscard]] Shore find_shore(const Candidates& candidates, const Adjacency& adjacency,
+                               const std::vector<std::int32_t>& members,
+                               const std::vector<char>& chosen);
 
 /// Whether this is the shore of standing water: enough of it is ground; the lower half of its
 /// heights spreads less than `flat_shore_m` (the upper half is banks); and on each of the four

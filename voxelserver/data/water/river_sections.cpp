@@ -15,7 +15,7 @@ constexpr int kNotch = 3;  // sections
 constexpr int kNotchRounds = 3;
 
 // The cell reached last by a flood fill is at an end of the body.
-std::int32_t end_of(const Adjacency& adjacency) {
+std::int32_t find_end(const Adjacency& adjacency) {
     std::vector<char> seen(to_index(adjacency.size()));
     std::vector<std::int32_t> queue{0};
     seen[0] = 1;
@@ -204,7 +204,7 @@ bool merge_notches(RiverSections& s, const Adjacency& adjacency) {
 }  // namespace
 
 RiverSections make_sections(const Adjacency& adjacency, double cell_m) {
-    std::vector<std::int32_t> ring = distances(adjacency, end_of(adjacency));
+    std::vector<std::int32_t> ring = distances(adjacency, find_end(adjacency));
     for (std::int32_t& r : ring)
         r /= kRing;
     RiverSections out;

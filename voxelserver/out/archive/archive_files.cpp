@@ -151,7 +151,7 @@ std::uint64_t Summary::holes() const noexcept {
     return count;
 }
 
-Summary summary_of(const ArchiveFiles& archive) {
+Summary make_summary(const ArchiveFiles& archive) {
     const auto source = archive.open();
     const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Summary out;
@@ -183,7 +183,7 @@ Summary summary_of(const ArchiveFiles& archive) {
     return out;
 }
 
-std::string text_of(const Summary& summary) {
+std::string to_text(const Summary& summary) {
     const voxel::WorldInfo world = voxel::world_from_json(summary.facts, "the archive");
     const auto row = [](std::string_view name, const std::string& text) {
         return fmt::format("{:<12} {}\n", name, util::printable(text));
@@ -218,7 +218,7 @@ std::string text_of(const Summary& summary) {
     return out;
 }
 
-std::string json_of(const Summary& summary) {
+std::string to_json(const Summary& summary) {
     nlohmann::ordered_json out;
     out["bytes"] = summary.file_bytes;
     out["damage"] = summary.damage;

@@ -69,13 +69,13 @@ struct Summary {
 };
 
 /// @throws Error when it is not an archive, or is unfinished or damaged
-[[nodiscard]] Summary summary_of(const ArchiveFiles& archive);
+[[nodiscard]] Summary make_summary(const ArchiveFiles& archive);
 
 /// The summary in lines for people.
-[[nodiscard]] std::string text_of(const Summary& summary);
+[[nodiscard]] std::string to_text(const Summary& summary);
 /// The same as a JSON object: `bytes`, `damage`, of a shard `shard` and `shards`, of a change
 /// `replaced_columns`, `levels` (with
 /// `boxes`, `holes`, `bytes` each) and `world`, the facts.
-[[nodiscard]] std::string json_of(const Summary& summary);
+[[nodiscard]] std::string to_json(const Summary& summary);
 
 }  // namespace terravox::archive_tools

@@ -19,29 +19,29 @@ using voxel::archive::Record;
 /// are used.
 constexpr std::size_t kRead_bytes = std::size_t{1} << 20;
 
-std::uint64_t begin_of(const Entry& entry) {
+std::uint64_t find_begin(const Entry& entry) {
     return entry.offset - sizeof(Record);
 }
 
-std::uint64_t end_of(const Entry& entry) {
+std::uint64_t find_end(const Entry& entry) {
     return entry.offset + entry.bytes;
 }
 
 /// One after the last of the entries that follow the first in the file, without gaps.
 std::size_t end_of_run(std::span<const Entry> entries, std::size_t first) {
     std::size_t end = first + 1;
-    while (end < entries.size() && begin_of(entries[end]) == end_of(entries[end - 1]) &&
-           end_of(entries[end - 1]) - begin_of(entries[first]) < kRead_bytes)
+    while (end < entries.size() && find_begin(entries[end]) == find_end(entries[end - 1]) &&
+           find_end(entries[end - 1]) - find_begin(entries[first]) < kRead_bytes)
         ++end;
     return end;
 }
 
 }  // namespace
 
-std::optional<std::string> problem_of(const Record& record, const Entry& entry,
-                                      std::span<const std::byte> frame) {
-    const voxel::BoxKey key = voxel::archive::key_of(entry.key);
-    if (voxel::archive::key_of(record.key) != key || record.bytes != entry.bytes ||
+std::optional<std::string> find_problem(const Record& record, const Entry& entry,
+                                        std::span<const std::byte> frame) {
+    const voxel::BoxKey key = voxel::archive::to_key(entry.key);
+    if (voxel::archive::to_key(record.key) != key || record.bytes != entry.bytes ||
         record.kind != entry.kind)
         return "box " + voxel::to_string(key) + ": its record is that of another box";
     if (record.checksum != XXH64(frame.data(), frame.size(), 0))
@@ -54,12 +54,12 @@ void visit_records(ByteSource& source, std::span<const Entry> entries, const Vis
     for (std::size_t first = 0; first < entries.size();) {
         if (entries[first].offset < sizeof(Record))
             throw util::Error("read " + source.name() + ": box " +
-                              voxel::to_string(voxel::archive::key_of(entries[first].key)) +
+                              voxel::to_string(voxel::archive::to_key(entries[first].key)) +
                               " lies before the first record");
         const std::size_t end = end_of_run(entries, first);
-        const std::uint64_t at = begin_of(entries[first]);
+        const std::uint64_t at = find_begin(entries[first]);
         const auto bytes =
-            source.read(at, static_cast<std::size_t>(end_of(entries[end - 1]) - at), room);
+            source.read(at, static_cast<std::size_t>(find_end(entries[end - 1]) - at), room);
         for (; first < end; ++first) {
             const auto offset = static_cast<std::size_t>(entries[first].offset - at);
             Record record{};
@@ -74,7 +74,7 @@ void read_records(ByteSource& source, std::span<const Entry> entries, const char
     visit_records(
         source, entries,
         [&](const Entry& entry, const Record& record, std::span<const std::byte> frame) {
-            if (const auto problem = problem_of(record, entry, frame))
+            if (const auto problem = find_problem(record, entry, frame))
                 throw util::Error(std::string(attempt) + " " + source.name() + ": " + *problem);
             use(entry, frame);
         });
@@ -102,7 +102,7 @@ IndexedFile::IndexedFile(const std::filesystem::path& file, voxel::archive::Arch
       m_finder(std::make_unique<voxel::archive::EntryFinder>(*m_index)) {}
 
 MadeRecord IndexedFile::record(const voxel::archive::Entry& entry) const {
-    MadeRecord out{voxel::archive::key_of(entry.key), entry.kind, {}};
+    MadeRecord out{voxel::archive::to_key(entry.key), entry.kind, {}};
     read_records(*m_source, std::span(&entry, 1), "read",
                  [&](const voxel::archive::Entry&, std::span<const std::byte> frame) {
                      out.frame.assign(frame.begin(), frame.end());

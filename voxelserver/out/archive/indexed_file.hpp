@@ -15,9 +15,9 @@
 namespace terravox::archive_tools {
 
 /// Why a record is not what its entry, or its checksum, says; nullopt: it is.
-[[nodiscard]] std::optional<std::string> problem_of(const voxel::archive::Record& record,
-                                                    const voxel::archive::Entry& entry,
-                                                    std::span<const std::byte> frame);
+[[nodiscard]] std::optional<std::string> find_problem(const voxel::archive::Record& record,
+                                                      const voxel::archive::Entry& entry,
+                                                      std::span<const std::byte> frame);
 
 /// Called with an entry, what precedes its frame in the file, and its frame, which is valid until
 /// the call returns.

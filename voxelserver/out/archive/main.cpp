@@ -35,19 +35,19 @@ struct Arguments {
     int threads = 0;
 };
 
-std::vector<std::filesystem::path> paths_of(const std::vector<std::string>& names) {
+std::vector<std::filesystem::path> list_paths(const std::vector<std::string>& names) {
     return {names.begin(), names.end()};
 }
 
-archive_tools::ArchiveFiles files_of(const Arguments& arguments) {
+archive_tools::ArchiveFiles list_files(const Arguments& arguments) {
     return archive_tools::ArchiveFiles(
-        archive_tools::in_order_of_numbers(paths_of(arguments.files)));
+        archive_tools::in_order_of_numbers(list_paths(arguments.files)));
 }
 
 util::ExitCode info(const Arguments& arguments) {
-    const archive_tools::Summary summary = archive_tools::summary_of(files_of(arguments));
-    std::cout << (arguments.json ? archive_tools::json_of(summary) + "\n"
-                                 : archive_tools::text_of(summary));
+    const archive_tools::Summary summary = archive_tools::make_summary(list_files(arguments));
+    std::cout << (arguments.json ? archive_tools::to_json(summary) + "\n"
+                                 : archive_tools::to_text(summary));
     return summary.holes() > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
@@ -56,7 +56,7 @@ std::string counted(std::uint64_t count, const std::string& one, const std::stri
 }
 
 util::ExitCode verify(const Arguments& arguments) {
-    const archive_tools::Summary summary = archive_tools::summary_of(files_of(arguments));
+    const archive_tools::Summary summary = archive_tools::make_summary(list_files(arguments));
     std::uint64_t records = summary.holes();
     for (const archive_tools::LevelSummary& level : summary.levels)
         records += level.boxes;
@@ -67,8 +67,8 @@ util::ExitCode verify(const Arguments& arguments) {
     };
     const auto found =
         arguments.only_checksums
-            ? archive_tools::verify_stored(files_of(arguments), arguments.threads, progress)
-            : archive_tools::verify(files_of(arguments), arguments.threads, progress);
+            ? archive_tools::verify_stored(list_files(arguments), arguments.threads, progress)
+            : archive_tools::verify(list_files(arguments), arguments.threads, progress);
     meter.finish();
     for (const std::string& problem : found.first_problems)
         std::cerr << "terravox: verify " << util::printable(arguments.files.front()) << ": "
@@ -94,7 +94,7 @@ util::ExitCode merge(const Arguments& arguments) {
     const std::filesystem::path out = arguments.out;
     check_free(out, arguments.overwrite, "merge to");
     const std::vector<std::filesystem::path> shards =
-        archive_tools::in_order_of_numbers(paths_of(arguments.others));
+        archive_tools::in_order_of_numbers(list_paths(arguments.others));
     if (archive_tools::is_first_part(shards.front())) {
         const auto joined = archive_tools::join_parts(shards, out, arguments.threads);
         std::cout << arguments.out << ": " << counted(joined.boxes, "box", "boxes") << ", "
@@ -123,7 +123,7 @@ util::ExitCode patch(const Arguments& arguments) {
     const std::filesystem::path out = arguments.out.empty() ? arguments.file : arguments.out;
     if (!arguments.out.empty())
         check_free(out, arguments.overwrite, "patch to");
-    const std::vector<std::filesystem::path> changes = paths_of(arguments.others);
+    const std::vector<std::filesystem::path> changes = list_paths(arguments.others);
     constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("patch", kSteps, arguments.quiet);
     std::uint64_t shown = 0;

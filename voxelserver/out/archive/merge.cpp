@@ -58,7 +58,7 @@ ClosedShard look_at(const std::filesystem::path& file) {
             shard.index->header().root_offset};
 }
 
-std::string name_of(const ClosedShard& shard) {
+std::string to_name(const ClosedShard& shard) {
     return "shard " + std::to_string(shard.facts.number) + " of " + std::to_string(shard.facts.of);
 }
 
@@ -80,14 +80,14 @@ void check_complete(std::vector<ClosedShard>& shards) {
     for (const ClosedShard& shard : shards) {
         if (shard.facts.job != first.facts.job || shard.facts.of != first.facts.of ||
             shard.world != first.world)
-            throw util::UsageError("merge " + shard.file.string() + ": " + name_of(shard) +
+            throw util::UsageError("merge " + shard.file.string() + ": " + to_name(shard) +
                                    " is of another conversion than " + first.file.string() +
                                    "; allowed: the same data, options and version");
     }
     for (std::size_t i = 0; i < shards.size(); ++i) {
         const int wanted = static_cast<int>(i) + 1;
         if (shards[i].facts.number < wanted)
-            throw util::UsageError("merge " + shards[i].file.string() + ": " + name_of(shards[i]) +
+            throw util::UsageError("merge " + shards[i].file.string() + ": " + to_name(shards[i]) +
                                    " is there twice; allowed: each once");
         if (shards[i].facts.number > wanted)
             throw util::UsageError("merge: shard " + std::to_string(wanted) + " of " +
@@ -101,7 +101,7 @@ void check_complete(std::vector<ClosedShard>& shards) {
 /// The entries of a shard in the order of their records, which follow each other without gaps from
 /// the facts on.
 /// @throws Error where they do not
-std::vector<Entry> entries_of(const OpenShard& shard) {
+std::vector<Entry> collect_entries(const OpenShard& shard) {
     std::vector<Entry> out = all_entries(*shard.index);
     std::sort(out.begin(), out.end(),
               [](const Entry& a, const Entry& b) { return a.offset < b.offset; });
@@ -140,9 +140,9 @@ MergeReport merge(std::span<const std::filesystem::path> files, const std::files
     for (const ClosedShard& closed : shards) {
         const OpenShard shard = open_again(closed);
         damage.insert(shard.facts.damage.begin(), shard.facts.damage.end());
-        read_records(*shard.source, entries_of(shard), "merge",
+        read_records(*shard.source, collect_entries(shard), "merge",
                      [&](const Entry& entry, std::span<const std::byte> frame) {
-                         writer.add(voxel::archive::key_of(entry.key), entry.kind, frame);
+                         writer.add(voxel::archive::to_key(entry.key), entry.kind, frame);
                          if (progress)
                              progress(done + entry.offset, total);
                      });

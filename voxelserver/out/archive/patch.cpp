@@ -49,9 +49,9 @@ public:
         std::uint64_t out = 0;
         const auto add = [&](const IndexedFile& file) {
             file.each_entry([&](const Entry& entry) {
-                const BoxKey key = voxel::archive::key_of(entry.key);
+                const BoxKey key = voxel::archive::to_key(entry.key);
                 if (key.level == 0 && (columns == nullptr || columns->touches(key)) &&
-                    source_of(key) == &file)
+                    find_source(key) == &file)
                     ++out;
             });
         };
@@ -61,7 +61,7 @@ public:
         return out;
     }
     [[nodiscard]] std::optional<SourcedRecord> find(const BoxKey& key) const {
-        const IndexedFile* const file = source_of(key);
+        const IndexedFile* const file = find_source(key);
         const auto entry = file == nullptr ? std::nullopt : file->find(key);
         if (!entry)
             return std::nullopt;
@@ -70,12 +70,12 @@ public:
 
 private:
     /// @return nullptr: the archive has air there, or what is of the change
-    [[nodiscard]] const IndexedFile* source_of(const BoxKey& key) const {
+    [[nodiscard]] const IndexedFile* find_source(const BoxKey& key) const {
         if (!m_replaced.touches(key))
             return &m_archive;
         if (m_change.facts.replaced.touches(key))
             return nullptr;
-        const OpenChange* const change = change_of(m_changes, key);
+        const OpenChange* const change = find_change(m_changes, key);
         return change == nullptr ? nullptr : &change->file;
     }
 
@@ -90,7 +90,7 @@ bool are_alike(const OtherRecords& others, const OpenChange& change) {
     std::uint64_t compared = 0;
     bool is_alike = true;
     change.file.each_entry([&](const Entry& entry) {
-        const BoxKey key = voxel::archive::key_of(entry.key);
+        const BoxKey key = voxel::archive::to_key(entry.key);
         if (!is_alike || !change.facts.compared.touches(key))
             return;
         ++compared;
@@ -117,7 +117,7 @@ OpenChange open_change(const std::filesystem::path& path) {
     return {std::move(file), std::move(facts)};
 }
 
-const OpenChange* change_of(std::span<const OpenChange> changes, const BoxKey& key) {
+const OpenChange* find_change(std::span<const OpenChange> changes, const BoxKey& key) {
     const auto found = std::find_if(changes.begin(), changes.end(), [&](const OpenChange& change) {
         return change.facts.replaced.touches(key);
     });
@@ -311,7 +311,7 @@ private:
         for (Placed& record : placed) {
             if (record.is_old)
                 out.records.push_back(
-                    {voxel::archive::key_of(record.old.key), record.old.kind, std::move(*frame++)});
+                    {voxel::archive::to_key(record.old.key), record.old.kind, std::move(*frame++)});
             else
                 out.records.push_back(std::move(record.made));
         }
@@ -329,7 +329,7 @@ private:
         if (key.level > 0)
             for (int i = 0; i < 8; ++i)
                 children[static_cast<std::size_t>(i)] =
-                    place(voxel::archive::child_of(key, i), is_made, out);
+                    place(voxel::archive::find_child(key, i), is_made, out);
         if (!is_made) {
             const auto there = m_old->find(key);
             if (!there)
@@ -338,7 +338,7 @@ private:
             return wanted ? m_old->box(*there) : MadeBox{};
         }
         if (key.level == 0) {
-            const OpenChange* const change = change_of(m_changes, key);
+            const OpenChange* const change = find_change(m_changes, key);
             const auto entry = change == nullptr ? std::nullopt : change->file.find(key);
             if (!entry)
                 return {};
@@ -346,7 +346,7 @@ private:
             return change->file.box(*entry);
         }
         MadeBox made = voxel::archive::coarse_box(key, children);
-        if (MadeRecord record = voxel::archive::record_of(key, made); !record.frame.empty())
+        if (MadeRecord record = voxel::archive::make_record(key, made); !record.frame.empty())
             out.push_back({{}, std::move(record), false});
         return made;
     }

@@ -20,8 +20,8 @@ struct OpenChange {
 
 /// The change from which a patched archive has a box of level 0.
 /// @return nullptr: none of them replaces it
-[[nodiscard]] const OpenChange* change_of(std::span<const OpenChange> changes,
-                                          const voxel::BoxKey& key);
+[[nodiscard]] const OpenChange* find_change(std::span<const OpenChange> changes,
+                                            const voxel::BoxKey& key);
 
 /// Refuses changes of another world than that of an archive, or of another one than each other.
 /// @param changes not empty

@@ -115,13 +115,13 @@ struct ChunkResult {
     std::vector<std::string> problems;
 };
 
-BoxKey parent_of(const BoxKey& key) noexcept {
+BoxKey find_parent(const BoxKey& key) noexcept {
     return {key.level + 1, voxel::floor_div(key.bx, 2), voxel::floor_div(key.by, 2),
             voxel::floor_div(key.bz, 2)};
 }
 
 bool before(const BoxKey& a, const BoxKey& b) {
-    return voxel::archive::before(voxel::archive::key_of(a), voxel::archive::key_of(b));
+    return voxel::archive::before(voxel::archive::to_key(a), voxel::archive::to_key(b));
 }
 
 /// The children of one box, as they come.
@@ -129,14 +129,14 @@ class Siblings {
 public:
     void add(const Content& content, std::shared_ptr<const Box> box) {
         const BoxKey& key = content.key;
-        m_parent = parent_of(key);
+        m_parent = find_parent(key);
         m_hole = m_hole || content.state == State::kHole;
         m_unknown = m_unknown || content.state == State::kUnknown;
         m_children[static_cast<std::size_t>((key.bx & 1) + 2 * (key.bz & 1) + 4 * (key.by & 1))] =
             std::move(box);
     }
     [[nodiscard]] bool take(const BoxKey& key) const {
-        return !m_parent || *m_parent == parent_of(key);
+        return !m_parent || *m_parent == find_parent(key);
     }
     /// What their parent must hold; nullopt: air. Forgets them.
     [[nodiscard]] std::optional<Content> parent() {
@@ -191,8 +191,8 @@ private:
                     const Entry& entry = entries[i];
                     auto& level = m_chunks[static_cast<std::size_t>(entry.key.level)];
                     if (level.empty() || (count >= kChunkEntries && last &&
-                                          parent_of(voxel::archive::key_of(last->key)) !=
-                                              parent_of(voxel::archive::key_of(entry.key)))) {
+                                          find_parent(voxel::archive::to_key(last->key)) !=
+                                              find_parent(voxel::archive::to_key(entry.key)))) {
                         level.push_back({{leaf, i}, {}});
                         count = 0;
                     }
@@ -280,7 +280,7 @@ private:
             const std::size_t first = leaf == chunk.begin.leaf ? chunk.begin.entry : 0;
             const std::size_t end = leaf == chunk.end.leaf ? chunk.end.entry : entries.size();
             for (std::size_t i = first; i < end; ++i) {
-                const auto key = voxel::archive::key_of(entries[i].key);
+                const auto key = voxel::archive::to_key(entries[i].key);
                 std::shared_ptr<const Box> box;
                 const Content content{key, read(entries[i], box, out.problems),
                                       box ? box->checksum() : 0};
@@ -309,7 +309,7 @@ private:
     /// @param box set for a box that is whole
     [[nodiscard]] State read(const Entry& entry, std::shared_ptr<const Box>& box,
                              std::vector<std::string>& problems) const {
-        const std::string name = name_of(entry);
+        const std::string name = to_name(entry);
         if (entry.offset < sizeof(Record)) {
             problems.push_back("box " + name + " lies before the first record");
             return State::kUnknown;
@@ -328,7 +328,7 @@ private:
         Record record{};
         std::memcpy(&record, bytes.data(), sizeof record);
         const auto frame = bytes.subspan(sizeof record);
-        if (const auto problem = problem_of(record, entry, frame)) {
+        if (const auto problem = find_problem(record, entry, frame)) {
             problems.push_back(*problem);
             return State::kUnknown;
         }
@@ -340,7 +340,7 @@ private:
             problems.emplace_back(e.what());
             return State::kUnknown;
         }
-        if (box->key() == voxel::archive::key_of(entry.key))
+        if (box->key() == voxel::archive::to_key(entry.key))
             return State::kBox;
         problems.push_back("box " + name + ": its frame is that of box " +
                            voxel::to_string(box->key()));
@@ -348,8 +348,8 @@ private:
         return State::kUnknown;
     }
 
-    [[nodiscard]] static std::string name_of(const Entry& entry) {
-        return voxel::to_string(voxel::archive::key_of(entry.key));
+    [[nodiscard]] static std::string to_name(const Entry& entry) {
+        return voxel::to_string(voxel::archive::to_key(entry.key));
     }
 
     ByteSource& m_source;

@@ -31,7 +31,7 @@ std::uint64_t batch_bytes(const std::vector<Entry>& entries, int threads) {
 }
 
 /// One after the last entry of each batch.
-std::vector<std::size_t> batches_of(const std::vector<Entry>& entries, std::uint64_t batch) {
+std::vector<std::size_t> make_batches(const std::vector<Entry>& entries, std::uint64_t batch) {
     std::vector<std::size_t> out;
     std::uint64_t bytes = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -50,7 +50,7 @@ std::vector<std::string> problems_in(voxel::archive::ByteSource& source,
     std::vector<std::string> out;
     try {
         visit_records(source, entries, [&](const Entry& entry, const auto& record, auto frame) {
-            if (const auto problem = problem_of(record, entry, frame))
+            if (const auto problem = find_problem(record, entry, frame))
                 out.push_back(*problem);
         });
     } catch (const voxel::ChangedError&) {
@@ -93,7 +93,7 @@ private:
         std::sort(entries.begin(), entries.end(),
                   [](const Entry& a, const Entry& b) { return a.offset < b.offset; });
         const std::vector<std::size_t> ends =
-            batches_of(entries, batch_bytes(entries, thread::thread_count(m_threads)));
+            make_batches(entries, batch_bytes(entries, thread::thread_count(m_threads)));
         thread::in_order(
             ends.size(), m_threads,
             [&](std::size_t i) {

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// All files that the options name, also those that cannot be opened.
-voxelize::LidarWorldOptions options_of(const worlds::WorldOptions& world) {
+voxelize::LidarWorldOptions make_options(const worlds::WorldOptions& world) {
     for (const std::string& input : world.inputs)
         if (!worlds::is_store(input) && !worlds::is_lidar(input))
             throw util::UsageError("plan the country: " + input +
@@ -31,22 +31,22 @@ voxelize::LidarWorldOptions options_of(const worlds::WorldOptions& world) {
     return worlds::lidar_world_options(world);
 }
 
-std::string identity_of(const fs::path& file) {
-    return voxel::hex_of(voxel::file_identity(file, "point cloud"));
+std::string make_identity(const fs::path& file) {
+    return voxel::to_hex(voxel::file_identity(file, "point cloud"));
 }
 
-std::uint64_t size_of(const fs::path& file) {
+std::uint64_t measure_size(const fs::path& file) {
     std::error_code failed;
     const auto size = fs::file_size(file, failed);
     return failed ? 0 : size;
 }
 
-std::vector<PlannedFile> images_of(const voxelize::LidarWorldOptions& options) {
+std::vector<PlannedFile> list_images(const voxelize::LidarWorldOptions& options) {
     std::vector<PlannedFile> out;
     if (options.orthophotos.empty())
         return out;
     for (const fs::path& file : imagery::orthophoto_files(options.orthophotos))
-        out.push_back({file, size_of(file), 0, voxel::hex_of(imagery::image_identity(file))});
+        out.push_back({file, measure_size(file), 0, voxel::to_hex(imagery::image_identity(file))});
     return out;
 }
 
@@ -54,7 +54,7 @@ void add_missing_of_store(const std::string& folder, std::vector<MissingSquare>&
     for (const store::StoredSquare& square : store::read_grabber_store(folder).squares)
         if (square.state != store::StoredState::kFetched)
             missing.push_back({square.name, square.error.empty() ? std::string("the store says: ") +
-                                                                       store::name_of(square.state)
+                                                                       store::to_name(square.state)
                                                                  : square.error});
 }
 
@@ -101,8 +101,8 @@ std::string look_at(PlannedFile& file) {
         // Opening the world reads the same points, and fails where they are damaged.
         (void)source->sample(voxelize::kSampledPoints);
         file.points = source->info().point_count;
-        file.bytes = size_of(file.file);
-        file.identity = identity_of(file.file);
+        file.bytes = measure_size(file.file);
+        file.identity = make_identity(file.file);
         return "";
     } catch (const util::Error& e) {
         return e.what();
@@ -110,7 +110,7 @@ std::string look_at(PlannedFile& file) {
 }
 
 Inputs look_at_inputs(const worlds::WorldOptions& world) {
-    const voxelize::LidarWorldOptions options = options_of(world);
+    const voxelize::LidarWorldOptions options = make_options(world);
     Inputs out;
     for (const fs::path& file : voxelize::lidar_files(options))
         out.squares.push_back({file, 0, 0, ""});
@@ -135,11 +135,11 @@ Inputs look_at_inputs(const worlds::WorldOptions& world) {
             add_missing_of_store(input, out.missing);
     std::sort(out.missing.begin(), out.missing.end(),
               [](const MissingSquare& a, const MissingSquare& b) { return a.name < b.name; });
-    out.images = images_of(options);
+    out.images = list_images(options);
     return out;
 }
 
-std::string text_of(const FileChange& change) {
+std::string to_text(const FileChange& change) {
     switch (change.kind) {
         case FileChange::Kind::kNew: return change.file.string() + " is new";
         case FileChange::Kind::kChanged: return change.file.string() + " has changed";
@@ -150,13 +150,13 @@ std::string text_of(const FileChange& change) {
 }
 
 InputChanges compare_inputs(const Plan& plan, const worlds::WorldOptions& world) {
-    const voxelize::LidarWorldOptions options = options_of(world);
+    const voxelize::LidarWorldOptions options = make_options(world);
     std::vector<fs::path> images;
     if (!options.orthophotos.empty())
         images = imagery::orthophoto_files(options.orthophotos);
-    return {compare(plan.squares, voxelize::lidar_files(options), identity_of),
+    return {compare(plan.squares, voxelize::lidar_files(options), make_identity),
             compare(plan.images, images, [](const fs::path& file) {
-                return voxel::hex_of(imagery::image_identity(file));
+                return voxel::to_hex(imagery::image_identity(file));
             })};
 }
 
@@ -170,7 +170,7 @@ std::vector<std::string> changes_since(const Plan& plan) {
     std::vector<std::string> out;
     for (const auto* list : {&changes.squares, &changes.images})
         for (const FileChange& change : *list)
-            out.push_back(text_of(change));
+            out.push_back(to_text(change));
     return out;
 }
 

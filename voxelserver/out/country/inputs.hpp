@@ -32,7 +32,7 @@ struct FileChange {
     std::filesystem::path file;
     std::string error;  ///< of one that cannot be read; of others empty
 };
-[[nodiscard]] std::string text_of(const FileChange& change);
+[[nodiscard]] std::string to_text(const FileChange& change);
 
 /// As changes_since(), of squares and of images apart.
 struct InputChanges {

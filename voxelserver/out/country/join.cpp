@@ -34,7 +34,7 @@ bool can_be_opened(const fs::path& archive) {
 
 JoinReport report_of_patched(const fs::path& archive) {
     const archive_tools::Summary summary =
-        archive_tools::summary_of(archive_tools::ArchiveFiles(archive));
+        archive_tools::make_summary(archive_tools::ArchiveFiles(archive));
     JoinReport out;
     out.holes = summary.levels.empty() ? 0 : summary.levels.front().holes;
     out.damage = summary.damage;
@@ -123,7 +123,7 @@ bool is_joined(const PlanFolder& folder, const Plan& plan, const fs::path& archi
     return is_new && can_be_opened(archive);
 }
 
-JoinReport report_of(const PlanFolder& folder, const Plan& plan) {
+JoinReport make_report(const PlanFolder& folder, const Plan& plan) {
     if (const auto archive = patched_archive(folder, plan))
         return report_of_patched(*archive);
     JoinReport out;
@@ -134,7 +134,7 @@ JoinReport report_of(const PlanFolder& folder, const Plan& plan) {
         if (!shard)
             continue;
         damage.insert(shard->damage.begin(), shard->damage.end());
-        const Holes holes = holes_of(folder, number);
+        const Holes holes = list_holes(folder, number);
         out.holes += holes.boxes;
         reasons.insert(holes.reasons.begin(), holes.reasons.end());
     }
@@ -159,7 +159,7 @@ JoinReport join(const PlanFolder& folder, const Plan& plan, const fs::path& arch
     Target target = read_target(folder).value_or(Target{plan.id(), archive, "", "", ""});
     target.after = state_of_file(archive);
     write_target(folder, target);
-    JoinReport out = report_of(folder, plan);
+    JoinReport out = make_report(folder, plan);
     out.boxes = merged.records - merged.holes;
     return out;
 }

@@ -67,7 +67,7 @@ struct JoinReport {
 /// What the finished archive of a plan lacks: as its shards say, or itself where it was patched
 /// since.
 /// @throws Error when an archive that was patched cannot be read
-[[nodiscard]] JoinReport report_of(const PlanFolder& folder, const Plan& plan);
+[[nodiscard]] JoinReport make_report(const PlanFolder& folder, const Plan& plan);
 
 /// Joins the shards to the archive, and notes that it is done. The shards stay.
 /// @param threads 0: one for each core

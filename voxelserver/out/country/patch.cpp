@@ -81,7 +81,7 @@ private:
     void leave_as_it_is() {
         if (m_goes_on)  // a patch had begun, and its data were taken back
             write_target(m_folder, {m_old.id(), m_target.archive, "", m_target.before, "", true});
-        const JoinReport lacks = report_of(m_folder, m_old);
+        const JoinReport lacks = make_report(m_folder, m_old);
         m_outcome.report.holes = lacks.holes;
         m_outcome.damage = lacks.reasons;
         m_outcome.missing = m_old.missing;
@@ -99,7 +99,7 @@ private:
         m_plan.world.left_out.clear();
         const InputChanges changes = compare_inputs(m_old, m_plan.world);
         if (!changes.images.empty())
-            throw util::Error(attempt() + ": " + text_of(changes.images.front()) +
+            throw util::Error(attempt() + ": " + to_text(changes.images.front()) +
                               "; squares can be patched, photographs cannot: plan again");
         std::map<fs::path, PlannedFile> planned;
         for (const PlannedFile& file : m_old.squares)
@@ -112,7 +112,7 @@ private:
             } else if (!take(change, planned)) {
                 continue;
             }
-            m_outcome.changes.push_back(text_of(change));
+            m_outcome.changes.push_back(to_text(change));
         }
         m_plan.squares.clear();
         for (auto& [path, file] : planned)
@@ -245,7 +245,7 @@ private:
                 changed.insert(i);
         const voxelize::DependentColumns found = voxelize::columns_that_depend_on(
             country.world(), changed, m_options.threads,
-            {rects_before(country.world()), has_known_squares_of(m_folder, m_old)});
+            {rects_before(country.world()), has_known_squares(m_folder, m_old)});
         exports::ChangedColumns out = exports::changed_columns(
             country.part(), columns_at({found.dependent.begin(), found.dependent.end()}),
             columns_at(found.neighbours));

@@ -28,7 +28,7 @@ std::string Plan::id() const {
     }
     out.add(std::string_view(world.title));
     out.add(shards.size());
-    return voxel::hex_of(out.fingerprint());
+    return voxel::to_hex(out.fingerprint());
 }
 
 namespace {
@@ -70,14 +70,14 @@ bool names_file(const std::string& classes) {
     return fs::path(classes).extension() == ".toml";
 }
 
-Json json_of(const Measured& measured) {
+Json to_json(const Measured& measured) {
     return {{"value", measured.value}, {"error", measured.error}};
 }
-Measured measured_of(const Json& json) {
+Measured parse_measured(const Json& json) {
     return {json.at("value").get<double>(), json.at("error").get<double>()};
 }
 
-Json json_of(const std::vector<PlannedFile>& files, const Paths& paths) {
+Json to_json(const std::vector<PlannedFile>& files, const Paths& paths) {
     Json out = Json::array();
     for (const PlannedFile& f : files)
         out.push_back({{"file", paths.written(f.file)},
@@ -86,7 +86,7 @@ Json json_of(const std::vector<PlannedFile>& files, const Paths& paths) {
                        {"identity", f.identity}});
     return out;
 }
-std::vector<PlannedFile> files_of(const Json& json, const Paths& paths) {
+std::vector<PlannedFile> list_files(const Json& json, const Paths& paths) {
     std::vector<PlannedFile> out;
     for (const Json& f : json)
         out.push_back({paths.read(f.at("file").get<std::string>()),
@@ -95,7 +95,7 @@ std::vector<PlannedFile> files_of(const Json& json, const Paths& paths) {
     return out;
 }
 
-Json json_of(const worlds::WorldOptions& world, const Paths& paths) {
+Json to_json(const worlds::WorldOptions& world, const Paths& paths) {
     Json inputs = Json::array();
     for (const std::string& input : world.inputs)
         inputs.push_back(paths.written(input));
@@ -118,7 +118,7 @@ Json json_of(const worlds::WorldOptions& world, const Paths& paths) {
             {"voxel_m", world.voxel_m},
             {"memory_mib", world.memory_bytes >> 20}};
 }
-worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
+worlds::WorldOptions parse_world(const Json& json, const Paths& paths) {
     worlds::WorldOptions out;
     for (const Json& input : json.at("inputs"))
         out.inputs.push_back(paths.read(input.get<std::string>()).string());
@@ -143,11 +143,11 @@ worlds::WorldOptions world_of(const Json& json, const Paths& paths) {
     return out;
 }
 
-Plan plan_of(const Json& json, const Paths& paths) {
+Plan parse_plan(const Json& json, const Paths& paths) {
     Plan out;
     out.program = json.at("program").get<std::string>();
     out.box_recipe = json.at("box_recipe").get<std::uint32_t>();
-    out.world = world_of(json.at("world"), paths);
+    out.world = parse_world(json.at("world"), paths);
     out.area = json.at("area").get<std::vector<double>>();
     // Plans of before the option have none.
     if (json.contains("heights"))
@@ -159,8 +159,8 @@ Plan plan_of(const Json& json, const Paths& paths) {
     out.voxel_m = json.at("voxel_m").get<double>();
     out.bounds.min = json.at("bounds").at("min").get<std::array<std::int32_t, 3>>();
     out.bounds.max = json.at("bounds").at("max").get<std::array<std::int32_t, 3>>();
-    out.squares = files_of(json.at("squares"), paths);
-    out.images = files_of(json.at("images"), paths);
+    out.squares = list_files(json.at("squares"), paths);
+    out.images = list_files(json.at("images"), paths);
     for (const Json& m : json.at("missing"))
         out.missing.push_back({m.at("name").get<std::string>(), m.at("reason").get<std::string>()});
     out.scratch_bytes = json.at("scratch_bytes").get<std::uint64_t>();
@@ -171,10 +171,10 @@ Plan plan_of(const Json& json, const Paths& paths) {
                               s.at("scratch_bytes").get<std::uint64_t>()});
     const Json& estimate = json.at("estimate");
     out.estimate.sampled_columns = estimate.at("sampled_columns").get<std::uint64_t>();
-    out.estimate.cpu_s = measured_of(estimate.at("cpu_s"));
-    out.estimate.one_machine_cpu_s = measured_of(estimate.at("one_machine_cpu_s"));
+    out.estimate.cpu_s = parse_measured(estimate.at("cpu_s"));
+    out.estimate.one_machine_cpu_s = parse_measured(estimate.at("one_machine_cpu_s"));
     out.estimate.memory_mib = estimate.at("memory_mib").get<double>();
-    out.estimate.output_bytes = measured_of(estimate.at("output_bytes"));
+    out.estimate.output_bytes = parse_measured(estimate.at("output_bytes"));
     return out;
 }
 
@@ -215,7 +215,7 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
              {"fingerprint", plan.fingerprint},
              {"fingerprint_of_all_boxes", plan.fingerprint_of_all_boxes},
              {"known_squares", plan.known_squares},
-             {"world", json_of(plan.world, paths)},
+             {"world", to_json(plan.world, paths)},
              {"area", plan.area},
              {"heights", plan.heights},
              {"crs", plan.crs},
@@ -224,10 +224,10 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
              {"missing", Json::array()},
              {"estimate",
               {{"sampled_columns", plan.estimate.sampled_columns},
-               {"cpu_s", json_of(plan.estimate.cpu_s)},
-               {"one_machine_cpu_s", json_of(plan.estimate.one_machine_cpu_s)},
+               {"cpu_s", to_json(plan.estimate.cpu_s)},
+               {"one_machine_cpu_s", to_json(plan.estimate.one_machine_cpu_s)},
                {"memory_mib", plan.estimate.memory_mib},
-               {"output_bytes", json_of(plan.estimate.output_bytes)}}},
+               {"output_bytes", to_json(plan.estimate.output_bytes)}}},
              {"scratch_bytes", plan.scratch_bytes}};
     for (const MissingSquare& m : plan.missing)
         out["missing"].push_back({{"name", m.name}, {"reason", m.reason}});
@@ -238,8 +238,8 @@ void write_plan(const PlanFolder& folder, const Plan& plan) {
                                  {"squares", s.squares},
                                  {"cpu_s", s.cpu_s},
                                  {"scratch_bytes", s.scratch_bytes}});
-    out["squares"] = json_of(plan.squares, paths);
-    out["images"] = json_of(plan.images, paths);
+    out["squares"] = to_json(plan.squares, paths);
+    out["images"] = to_json(plan.images, paths);
     try {
         util::write_file_atomically(folder.plan(), out.dump(1) + "\n", util::Links::kReplace);
     } catch (const Json::type_error&) {
@@ -271,7 +271,7 @@ Plan read_plan(const PlanFolder& folder) {
             throw damaged("format " + (format.is_number() ? format.dump() : "unknown") +
                           "; allowed: " + std::to_string(kPlanVersion) +
                           "; plan again with this program");
-        Plan plan = plan_of(json, Paths(folder));
+        Plan plan = parse_plan(json, Paths(folder));
         if (const std::string wrong = wrong_in(plan); !wrong.empty())
             throw damaged(wrong);
         return plan;
@@ -331,10 +331,10 @@ void PlanFolder::make_folders() const {
 std::string fingerprint_of_known(std::string_view bytes) {
     voxel::ByteWriter out;
     out.add(std::string(bytes));
-    return voxel::hex_of(out.fingerprint());
+    return voxel::to_hex(out.fingerprint());
 }
 
-bool has_known_squares_of(const PlanFolder& folder, const Plan& plan) {
+bool has_known_squares(const PlanFolder& folder, const Plan& plan) {
     std::ifstream in(folder.known_squares(), std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     return in && fingerprint_of_known(bytes) == plan.known_squares;

@@ -132,7 +132,7 @@ private:
 /// Names the bytes of PlanFolder::known_squares(): 32 hexadecimal digits.
 [[nodiscard]] std::string fingerprint_of_known(std::string_view bytes);
 /// Whether the facts that are there are those of the plan (Plan::known_squares).
-[[nodiscard]] bool has_known_squares_of(const PlanFolder& folder, const Plan& plan);
+[[nodiscard]] bool has_known_squares(const PlanFolder& folder, const Plan& plan);
 
 /// Writes plan.json, whole or not at all. Paths of the plan that were given relative to the current
 /// folder are written relative to the plan's, so that both can be moved together, or mounted

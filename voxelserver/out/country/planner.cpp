@@ -79,19 +79,19 @@ private:
                  const exports::ArchiveColumns& columns) {
         const std::size_t all = columns.columns.count();
         const Workload together =
-            workload_of(survey, columns.columns, 0, all, m_options.scratch_bytes);
+            measure_workload(survey, columns.columns, 0, all, m_options.scratch_bytes);
         const auto squares = survey.squares().size();
         const int shards = m_options.shards > 0
                                ? m_options.shards
-                               : usual_shards(estimate_of(sample, {together}, together, squares));
+                               : usual_shards(make_estimate(sample, {together}, together, squares));
         std::vector<Workload> works;
         for (int number = 1; number <= shards; ++number) {
             const auto [first, end] = exports::columns_of_shard({number, shards}, all);
             works.push_back(
-                workload_of(survey, columns.columns, first, end, m_options.scratch_bytes));
+                measure_workload(survey, columns.columns, first, end, m_options.scratch_bytes));
             m_plan.shards.push_back(planned(sample, works.back(), columns.rows));
         }
-        m_plan.estimate = estimate_of(sample, works, together, squares);
+        m_plan.estimate = make_estimate(sample, works, together, squares);
         for (const MissingSquare& square : sample.damaged)
             m_plan.missing.push_back(square);
     }

@@ -14,14 +14,14 @@ std::int32_t middle_patch(std::int32_t min, std::int32_t max) noexcept {
     return voxel::floor_div(min + (max - min) / 2, grid::kPatchSize);
 }
 
-double points_of(const Survey& survey, const exports::Columns::At& column) {
+double count_points(const Survey& survey, const exports::Columns::At& column) {
     double sum = 0;
     for (const std::size_t i : survey.read_by(column))
         sum += static_cast<double>(survey.squares()[i].points);
     return sum;
 }
 
-std::vector<voxelize::SquareState> states_of(const voxelize::LidarWorld& world) {
+std::vector<voxelize::SquareState> list_states(const voxelize::LidarWorld& world) {
     std::vector<voxelize::SquareState> out;
     for (const voxelize::SquareInfo& square : world.squares())
         out.push_back(square.state);
@@ -37,12 +37,12 @@ public:
     void measure(const exports::Columns::At& column) {
         for (const std::size_t i : m_survey.read_by(column))
             decode(i);
-        const auto before = states_of(m_world);
+        const auto before = list_states(m_world);
         const double start = used_cpu_s();
         const exports::MadeColumn made = exports::make_archive_column(m_job, column);
         double used = used_cpu_s() - start;
         // Water that reaches far may have needed squares that are none of its neighbours.
-        const auto after = states_of(m_world);
+        const auto after = list_states(m_world);
         for (std::size_t i = 0; i < after.size(); ++i)
             if (before[i] == voxelize::SquareState::kFetched && after[i] != before[i])
                 used -= rate() * static_cast<double>(m_survey.squares()[i].points);
@@ -108,7 +108,7 @@ std::vector<std::size_t> columns_to_sample(const Survey& survey, const exports::
         const std::size_t begin = first + static_cast<std::size_t>(shift * width);
         std::size_t best = begin;
         for (std::size_t i = begin; i < std::min(end, begin + kCandidates); ++i)
-            if (points_of(survey, columns.at(i)) < points_of(survey, columns.at(best)) &&
+            if (count_points(survey, columns.at(i)) < count_points(survey, columns.at(best)) &&
                 survey.covered(columns.at(i)) > 0)
                 best = i;
         out.push_back(best);
@@ -130,14 +130,14 @@ Sample take_sample(voxelize::LidarWorld& world, exports::Job& job, const Survey&
 
 namespace {
 
-std::vector<SizeAndValue> cpu_of(const std::vector<SampledCost>& costs) {
+std::vector<SizeAndValue> list_cpu(const std::vector<SampledCost>& costs) {
     std::vector<SizeAndValue> out;
     for (const SampledCost& cost : costs)
         out.push_back({cost.size, cost.cpu_s});
     return out;
 }
 
-std::vector<SizeAndValue> bytes_of(const std::vector<SampledCost>& costs) {
+std::vector<SizeAndValue> measure_bytes(const std::vector<SampledCost>& costs) {
     std::vector<SizeAndValue> out;
     for (const SampledCost& cost : costs)
         out.push_back({cost.size, cost.bytes});
@@ -157,14 +157,14 @@ struct Rates {
     }
 };
 
-Rates rates_of(const Sample& sample, double squares, double columns) {
-    return {ratio_of(cpu_of(sample.decoded), squares), ratio_of(cpu_of(sample.made), columns),
-            sample.open_cpu_s};
+Rates measure_rates(const Sample& sample, double squares, double columns) {
+    return {measure_ratio(list_cpu(sample.decoded), squares),
+            measure_ratio(list_cpu(sample.made), columns), sample.open_cpu_s};
 }
 
 }  // namespace
 
-Measured ratio_of(const std::vector<SizeAndValue>& measured, double population) {
+Measured measure_ratio(const std::vector<SizeAndValue>& measured, double population) {
     const auto count = static_cast<double>(measured.size());
     double size = 0;
     double value = 0;
@@ -188,28 +188,28 @@ Measured ratio_of(const std::vector<SizeAndValue>& measured, double population) 
     return {ratio, kErrors * std::sqrt(variance)};
 }
 
-Estimate estimate_of(const Sample& sample, const std::vector<Workload>& shards,
-                     const Workload& together, std::uint64_t squares) {
+Estimate make_estimate(const Sample& sample, const std::vector<Workload>& shards,
+                       const Workload& together, std::uint64_t squares) {
     Workload alone;
     for (const Workload& shard : shards) {
         alone.points += shard.points;
         alone.covered += shard.covered;
     }
     const auto columns = static_cast<double>(together.columns);
-    const Rates rates = rates_of(sample, static_cast<double>(squares), columns);
+    const Rates rates = measure_rates(sample, static_cast<double>(squares), columns);
     Estimate out;
     out.sampled_columns = sample.made.size();
     out.cpu_s = rates.of(alone, shards.size());
     out.one_machine_cpu_s = rates.of(together, shards.size());
     out.memory_mib = sample.peak_mib;
-    const Measured bytes = ratio_of(bytes_of(sample.made), columns);
+    const Measured bytes = measure_ratio(measure_bytes(sample.made), columns);
     out.output_bytes = {bytes.value * together.covered, bytes.error * together.covered};
     return out;
 }
 
 PlannedShard planned(const Sample& sample, const Workload& shard, std::uint64_t rows) {
     return {shard.columns, shard.columns * rows, shard.squares,
-            rates_of(sample, 0, 0).of(shard, 1).value, shard.scratch_bytes};
+            measure_rates(sample, 0, 0).of(shard, 1).value, shard.scratch_bytes};
 }
 
 }  // namespace terravox::country

@@ -51,13 +51,13 @@ struct SizeAndValue {
     double size = 0;
     double value = 0;
 };
-[[nodiscard]] Measured ratio_of(const std::vector<SizeAndValue>& measured, double population);
+[[nodiscard]] Measured measure_ratio(const std::vector<SizeAndValue>& measured, double population);
 
 /// The whole from its parts.
 /// @param shards each made alone
 /// @param together all of them after each other, on one machine
-[[nodiscard]] Estimate estimate_of(const Sample& sample, const std::vector<Workload>& shards,
-                                   const Workload& together, std::uint64_t squares);
+[[nodiscard]] Estimate make_estimate(const Sample& sample, const std::vector<Workload>& shards,
+                                     const Workload& together, std::uint64_t squares);
 /// What a shard takes, made alone.
 /// @param rows subtrees of each column of boxes
 [[nodiscard]] PlannedShard planned(const Sample& sample, const Workload& shard, std::uint64_t rows);

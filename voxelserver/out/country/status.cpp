@@ -38,7 +38,7 @@ TaskStatus status_of_task(const PlanFolder& folder, const Plan& plan, int number
         out.state = TaskState::kDone;
         out.share = 1;
         if (!is_of_plan || record->state != TaskRecord::State::kDone)
-            out.holes = holes_of(folder, number).boxes;
+            out.holes = list_holes(folder, number).boxes;
         return out;
     }
     out.holes = 0;
@@ -58,7 +58,7 @@ TaskStatus status_of_task(const PlanFolder& folder, const Plan& plan, int number
 }
 
 /// Seconds of the plan that one second of a running task makes.
-double speed_of(const CountryStatus& status, const Plan& plan) {
+double measure_speed(const CountryStatus& status, const Plan& plan) {
     double planned_s = 0;
     double wall_s = 0;
     for (const TaskStatus& task : status.tasks) {
@@ -72,7 +72,7 @@ double speed_of(const CountryStatus& status, const Plan& plan) {
     return wall_s > 0 ? planned_s / wall_s : 0;
 }
 
-constexpr const char* name_of(TaskState state) noexcept {
+constexpr const char* to_name(TaskState state) noexcept {
     switch (state) {
         case TaskState::kWaiting: return "waiting";
         case TaskState::kRunning: return "running";
@@ -96,7 +96,7 @@ std::uint64_t CountryStatus::holes() const noexcept {
     return sum;
 }
 
-CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
+CountryStatus find_status(const PlanFolder& folder, const Plan& plan) {
     CountryStatus out;
     out.patched = patched_archive(folder, plan);
     if (out.patched) {
@@ -106,7 +106,7 @@ CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
             task.state = TaskState::kDone;
             task.share = 1;
         }
-        out.patched_holes = report_of(folder, plan).holes;
+        out.patched_holes = make_report(folder, plan).holes;
         out.share = 1;
         return out;
     }
@@ -123,7 +123,7 @@ CountryStatus status_of(const PlanFolder& folder, const Plan& plan) {
     else if (out.count(TaskState::kDone) == static_cast<int>(out.tasks.size()))
         out.share = 1;
     const int running = out.count(TaskState::kRunning);
-    if (const double speed = speed_of(out, plan); speed > 0 && running > 0)
+    if (const double speed = measure_speed(out, plan); speed > 0 && running > 0)
         out.left_s = (all_s - made_s) / (speed * running);
     return out;
 }
@@ -138,7 +138,7 @@ std::string duration_text(double seconds) {
     return fmt::format("{:.1f} h", seconds / kHour_s);
 }
 
-std::string text_of(const CountryStatus& status, const Plan& plan) {
+std::string to_text(const CountryStatus& status, const Plan& plan) {
     std::string out = fmt::format(
         "{} of {} shards done, {} running, {} failed, {} waiting; {:.0f} % of the work\n",
         status.count(TaskState::kDone), plan.shards.size(), status.count(TaskState::kRunning),
@@ -164,7 +164,7 @@ std::string text_of(const CountryStatus& status, const Plan& plan) {
     return out;
 }
 
-std::string json_of(const CountryStatus& status, const Plan& plan) {
+std::string to_json(const CountryStatus& status, const Plan& plan) {
     using Json = nlohmann::ordered_json;
     Json out{{"shards", plan.shards.size()},
              {"done", status.count(TaskState::kDone)},
@@ -182,7 +182,7 @@ std::string json_of(const CountryStatus& status, const Plan& plan) {
     for (const TaskStatus& task : status.tasks) {
         const PlannedShard& shard = plan.shards[static_cast<std::size_t>(task.number) - 1];
         out["tasks"].push_back({{"task", task.number},
-                                {"state", name_of(task.state)},
+                                {"state", to_name(task.state)},
                                 {"share", task.share},
                                 {"planned_cpu_s", shard.cpu_s},
                                 {"cpu_s", task.cpu_s},

@@ -40,10 +40,10 @@ struct CountryStatus {
 };
 
 /// What shards, locks, journals and records of the plan's folder say.
-[[nodiscard]] CountryStatus status_of(const PlanFolder& folder, const Plan& plan);
+[[nodiscard]] CountryStatus find_status(const PlanFolder& folder, const Plan& plan);
 
-[[nodiscard]] std::string text_of(const CountryStatus& status, const Plan& plan);
-[[nodiscard]] std::string json_of(const CountryStatus& status, const Plan& plan);
+[[nodiscard]] std::string to_text(const CountryStatus& status, const Plan& plan);
+[[nodiscard]] std::string to_json(const CountryStatus& status, const Plan& plan);
 
 /// A time for people: "45 s", "12 min", "3.2 h".
 [[nodiscard]] std::string duration_text(double seconds);

@@ -142,7 +142,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using voxel::archive::ArchiveIndex;
 
-std::string attempt_of(const Plan& plan, int number) {
+std::string describe_attempt(const Plan& plan, int number) {
     return "make shard " + std::to_string(number) + " of " + std::to_string(plan.shards.size());
 }
 
@@ -185,7 +185,7 @@ private:
     }
 
     TaskOutcome make() {
-        check_current(m_plan, attempt_of(m_plan, m_number));
+        check_current(m_plan, describe_attempt(m_plan, m_number));
         const ScratchFolder own(m_folder.scratch() / std::to_string(m_number));
         worlds::WorldOptions options = m_plan.world;
         options.threads = m_options.threads;
@@ -199,24 +199,24 @@ private:
         if (const auto changes = changes_since(m_plan); !changes.empty()) {
             std::error_code ignored;
             fs::remove(m_folder.shard(m_number), ignored);
-            throw util::Error(attempt_of(m_plan, m_number) +
+            throw util::Error(describe_attempt(m_plan, m_number) +
                               ": the data changed meanwhile: " + changes.front());
         }
         TaskOutcome out;
         out.made = true;
         const auto finished = finished_shard(m_folder, m_plan, m_number);
         if (!finished)
-            throw util::Error(attempt_of(m_plan, m_number) + ": " +
+            throw util::Error(describe_attempt(m_plan, m_number) + ": " +
                               m_folder.shard(m_number).string() + " cannot be read back");
         out.shard = *finished;
-        out.holes = holes_of(m_folder, m_number);
+        out.holes = list_holes(m_folder, m_number);
         return out;
     }
 
     void write(const worlds::WorldOptions& options) {
         OpenedCountry country(options, m_plan.selection());
         if (country.fingerprint() != m_plan.fingerprint || country.part().bounds != m_plan.bounds)
-            throw util::Error(attempt_of(m_plan, m_number) +
+            throw util::Error(describe_attempt(m_plan, m_number) +
                               ": settings, class table or palette have changed since the plan was "
                               "made; plan again");
         const PlannedShard& shard = m_plan.shards[static_cast<std::size_t>(m_number) - 1];
@@ -271,7 +271,7 @@ std::optional<FinishedShard> finished_shard(const PlanFolder& folder, const Plan
     }
 }
 
-Holes holes_of(const PlanFolder& folder, int number) {
+Holes list_holes(const PlanFolder& folder, int number) {
     const auto source = voxel::archive::file_source(folder.shard(number));
     const ArchiveIndex index(*source, ArchiveIndex::Of::kAnyFile);
     Holes out;
@@ -302,14 +302,14 @@ TaskOutcome make_shard(const PlanFolder& folder, const Plan& plan, int number,
     folder.make_folders();
     const auto lock = util::FileLock::try_take(folder.lock(number));
     if (!lock)
-        throw util::Error(attempt_of(plan, number) + ": " +
+        throw util::Error(describe_attempt(plan, number) + ": " +
                           util::FileLock::holder(folder.lock(number)) + " makes it");
     if (const auto there = finished_shard(folder, plan, number))
-        return {false, *there, holes_of(folder, number)};
+        return {false, *there, list_holes(folder, number)};
     // Who writes an archive follows a link that a user has named; these names are our own.
     std::error_code ignored;
     if (fs::is_symlink(folder.shard(number), ignored))
-        throw util::Error(attempt_of(plan, number) + ": " + folder.shard(number).string() +
+        throw util::Error(describe_attempt(plan, number) + ": " + folder.shard(number).string() +
                           " is a symbolic link, which is not followed; allowed: none");
     return Task(folder, plan, number, options).run();
 }

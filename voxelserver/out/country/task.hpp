@@ -83,7 +83,7 @@ struct Holes {
     static constexpr std::size_t kMaxReasons = 20;
 };
 /// @throws Error when the shard cannot be read
-[[nodiscard]] Holes holes_of(const PlanFolder& folder, int number);
+[[nodiscard]] Holes list_holes(const PlanFolder& folder, int number);
 
 struct TaskOptions {
     int threads = 0;  ///< 0: one for each core

@@ -12,7 +12,7 @@
 namespace terravox::country {
 namespace {
 
-std::uint64_t key_of(std::int32_t bx, std::int32_t bz) noexcept {
+std::uint64_t to_key(std::int32_t bx, std::int32_t bz) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(bx)) << 32 |
            static_cast<std::uint32_t>(bz);
 }
@@ -63,22 +63,22 @@ Survey::Survey(std::vector<SurveySquare> squares, std::int32_t edge)
              bz <= voxel::floor_div(reach.max_z - 1, edge); ++bz)
             for (std::int32_t bx = voxel::floor_div(reach.min_x, edge);
                  bx <= voxel::floor_div(reach.max_x - 1, edge); ++bx)
-                m_read_by[key_of(bx, bz)].push_back(i);
+                m_read_by[to_key(bx, bz)].push_back(i);
     }
 }
 
-grid::ColumnRect Survey::rect_of(const exports::Columns::At& column) const noexcept {
+grid::ColumnRect Survey::to_rect(const exports::Columns::At& column) const noexcept {
     return {column.bx * m_edge, column.bz * m_edge, (column.bx + 1) * m_edge,
             (column.bz + 1) * m_edge};
 }
 
 std::vector<std::size_t> Survey::read_by(const exports::Columns::At& column) const {
-    const auto found = m_read_by.find(key_of(column.bx, column.bz));
+    const auto found = m_read_by.find(to_key(column.bx, column.bz));
     return found == m_read_by.end() ? std::vector<std::size_t>{} : found->second;
 }
 
 double Survey::covered(const exports::Columns::At& column) const {
-    const grid::ColumnRect of = rect_of(column);
+    const grid::ColumnRect of = to_rect(column);
     double sum = 0;
     for (const std::size_t i : read_by(column)) {
         const grid::ColumnRect& square = m_squares[i].bounds;
@@ -88,8 +88,8 @@ double Survey::covered(const exports::Columns::At& column) const {
     return std::min(sum, static_cast<double>(m_edge) * static_cast<double>(m_edge));
 }
 
-Workload workload_of(const Survey& survey, const exports::Columns& columns, std::size_t first,
-                     std::size_t end, std::uint64_t scratch_bytes) {
+Workload measure_workload(const Survey& survey, const exports::Columns& columns, std::size_t first,
+                          std::size_t end, std::uint64_t scratch_bytes) {
     Workload out;
     Scratch scratch(survey, scratch_bytes);
     for (std::size_t i = first; i < end; ++i) {
@@ -104,11 +104,11 @@ Workload workload_of(const Survey& survey, const exports::Columns& columns, std:
 
 OpenedCountry::OpenedCountry(const worlds::WorldOptions& options, const exports::Selection& part)
     : m_world(voxelize::open_lidar_world(worlds::lidar_world_options(options), m_times)),
-      m_part(exports::part_of(m_world->info(), part)) {}
+      m_part(exports::make_part(m_world->info(), part)) {}
 
 std::string OpenedCountry::fingerprint() const {
     const voxel::BoxRange all = voxel::boxes_over(m_world->info().bounds, 0);
-    return voxel::hex_of(
+    return voxel::to_hex(
         m_world->fingerprint({all.min.bx - 1, all.min.bz - 1, all.max.bx + 1, all.max.bz + 1}));
 }
 
@@ -117,7 +117,7 @@ std::string OpenedCountry::fingerprint_of_all_boxes() const {
     voxel::ByteWriter out;
     out.add(of.everywhere);
     out.add(of.palette);
-    return voxel::hex_of(out.fingerprint());
+    return voxel::to_hex(out.fingerprint());
 }
 
 std::vector<SurveySquare> OpenedCountry::squares() const {

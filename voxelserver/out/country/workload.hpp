@@ -41,7 +41,7 @@ public:
     [[nodiscard]] double covered(const exports::Columns::At& column) const;
 
 private:
-    [[nodiscard]] grid::ColumnRect rect_of(const exports::Columns::At& column) const noexcept;
+    [[nodiscard]] grid::ColumnRect to_rect(const exports::Columns::At& column) const noexcept;
 
     std::vector<SurveySquare> m_squares;
     std::int32_t m_edge;
@@ -59,14 +59,15 @@ struct Workload {
 };
 /// @param first, end of the columns that are made
 /// @param scratch_bytes limit of the folder: the squares used longest ago are dropped
-[[nodiscard]] Workload workload_of(const Survey& survey, const exports::Columns& columns,
-                                   std::size_t first, std::size_t end, std::uint64_t scratch_bytes);
+[[nodiscard]] Workload measure_workload(const Survey& survey, const exports::Columns& columns,
+                                        std::size_t first, std::size_t end,
+                                        std::uint64_t scratch_bytes);
 
 /// The world of a plan, and the part of it that is made.
 class OpenedCountry {
 public:
     /// @param part of level 0
-    /// @throws UsageError, Error as voxelize::open_lidar_world() and exports::part_of()
+    /// @throws UsageError, Error as voxelize::open_lidar_world() and exports::make_part()
     OpenedCountry(const worlds::WorldOptions& options, const exports::Selection& part);
 
     [[nodiscard]] voxelize::LidarWorld& world() noexcept { return *m_world; }

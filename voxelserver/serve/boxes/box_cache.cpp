@@ -63,7 +63,7 @@ KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame
     return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
 }
 
-Item item_of(const KeptBox& kept) {
+Item to_item(const KeptBox& kept) {
     return {kept.checksum, kept.frame, kept.reach};
 }
 
@@ -238,7 +238,7 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
         ++m_made_ahead;
     if (m_disk)
         m_disk->put(
-            Kind::kBox, key, item_of(*kept),
+            Kind::kBox, key, to_item(*kept),
             origin == Origin::kPrefetch ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
     if (origin == Origin::kCaller)
         queue_neighbours(key);

@@ -57,13 +57,13 @@ std::int64_t now_s() {
         .count();
 }
 
-std::int64_t morton_of(const voxel::BoxKey& key) {
+std::int64_t to_morton(const voxel::BoxKey& key) {
     return static_cast<std::int64_t>(voxel::morton_encode(key.bx, key.by, key.bz));
 }
 
 // Covers the whole row: bits that were corrupted on the disk must not become voxels.
-std::uint64_t checksum_of(Kind kind, const voxel::BoxKey& key, const voxel::Fingerprint& print,
-                          const Item& item) {
+std::uint64_t compute_checksum(Kind kind, const voxel::BoxKey& key, const voxel::Fingerprint& print,
+                               const Item& item) {
     const std::int64_t facts[] = {static_cast<int>(kind),
                                   key.level,
                                   key.bx,
@@ -94,7 +94,7 @@ voxel::Fingerprint fingerprint_at(const Statement& row, int column) {
 void bind_key(Statement& s, Kind kind, const voxel::BoxKey& key) {
     s.bind(1, static_cast<int>(kind))
         .bind(2, key.level)
-        .bind(3, morton_of(key))
+        .bind(3, to_morton(key))
         .bind(4, key.bx)
         .bind(5, key.by)
         .bind(6, key.bz);
@@ -133,7 +133,7 @@ public:
     std::optional<Statement> evict;
 };
 
-DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint)
+DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, MakeFingerprint fingerprint)
     : m_file(std::move(file)), m_limit_bytes(limit_bytes), m_fingerprint(std::move(fingerprint)) {
     std::error_code failed;
     fs::create_directories(m_file.parent_path(), failed);
@@ -191,7 +191,8 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
                 continue;
             item.tag = static_cast<std::uint64_t>(row.integer(8));
             item.bytes = row.bytes(10);
-            if (checksum_of(kind, key, print, item) != static_cast<std::uint64_t>(row.integer(9))) {
+            if (compute_checksum(kind, key, print, item) !=
+                static_cast<std::uint64_t>(row.integer(9))) {
                 damaged_row = row.integer(0);
                 continue;
             }
@@ -295,7 +296,7 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
                 .bind(11, w.item.reach.max_bx)
                 .bind(12, w.item.reach.max_bz);
             put.bind(13, now_s()).bind(14, static_cast<std::int64_t>(w.item.tag));
-            put.bind(15, static_cast<std::int64_t>(checksum_of(w.kind, w.key, print, w.item)))
+            put.bind(15, static_cast<std::int64_t>(compute_checksum(w.kind, w.key, print, w.item)))
                 .bind_bytes(16, w.item.bytes.get());
             put.step();
             ++count;

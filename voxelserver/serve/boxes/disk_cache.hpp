@@ -47,11 +47,11 @@ struct DiskStats {
 /// writer; no lock is held while another is taken.
 class DiskCache {
 public:
-    using FingerprintOf = std::function<voxel::Fingerprint(const voxel::InputExtent&)>;
+    using MakeFingerprint = std::function<voxel::Fingerprint(const voxel::InputExtent&)>;
 
     /// @param limit_bytes limit of the file; its write-ahead log (some MiB) is not included
     /// @param fingerprint thread-safe; outlives the cache
-    DiskCache(std::filesystem::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint);
+    DiskCache(std::filesystem::path file, std::uint64_t limit_bytes, MakeFingerprint fingerprint);
     ~DiskCache();  ///< writes the queued items first
     DiskCache(const DiskCache&) = delete;
     DiskCache& operator=(const DiskCache&) = delete;
@@ -104,7 +104,7 @@ private:
 
     const std::filesystem::path m_file;
     const std::uint64_t m_limit_bytes;
-    const FingerprintOf m_fingerprint;
+    const MakeFingerprint m_fingerprint;
     std::atomic<bool> m_broken{false};
     std::atomic<bool> m_read_only{false};
     Counters m_counters;

@@ -14,7 +14,7 @@
 namespace terravox::gkot {
 
 std::uint32_t block_word(voxel::Material material) noexcept {
-    const voxel::OldBlock block = voxel::traits_of(material).old_block;
+    const voxel::OldBlock block = voxel::find_traits(material).old_block;
     return std::uint32_t{block.data} << 8 | block.id;
 }
 
@@ -53,15 +53,15 @@ void append_number(std::string& out, const char* name, double value) {
 
 }  // namespace
 
-std::int64_t voxel_of(double value, double unit) noexcept {
+std::int64_t find_voxel(double value, double unit) noexcept {
     // 2^53: beyond any world, and integers are still exact.
     constexpr double kMax = 9007199254740992.0;
     return static_cast<std::int64_t>(std::clamp(std::floor(value / unit), -kMax, kMax));
 }
 
-double height_of(std::int64_t y, double voxel_m) noexcept {
+double find_height(std::int64_t y, double voxel_m) noexcept {
     double height = static_cast<double>(y) * voxel_m;
-    while (voxel_of(height, voxel_m) < y)
+    while (find_voxel(height, voxel_m) < y)
         height = std::nextafter(height, std::numeric_limits<double>::infinity());
     return height;
 }
@@ -74,10 +74,10 @@ Origin find_origin(const voxel::WorldInfo& info, const OriginRequest& request,
     if (info.bounds.empty())
         return out;
     const double unit = info.crs_units_per_voxel;
-    const auto tops =
-        tops_around(info.bounds, voxel_of(request.tmx, unit), voxel_of(-request.tmy, unit), fetch);
-    out.tmz = out.zmin = height_of(tops ? tops->low : info.bounds.min[1], info.voxel_m);
-    out.zmax = height_of(tops ? tops->high : info.bounds.max[1] - 1, info.voxel_m);
+    const auto tops = tops_around(info.bounds, find_voxel(request.tmx, unit),
+                                  find_voxel(-request.tmy, unit), fetch);
+    out.tmz = out.zmin = find_height(tops ? tops->low : info.bounds.min[1], info.voxel_m);
+    out.zmax = find_height(tops ? tops->high : info.bounds.max[1] - 1, info.voxel_m);
     out.zrange = out.zmax - out.zmin;
     return out;
 }
@@ -152,10 +152,10 @@ private:
             if ((cell.detail >> bit & 1) == 0)
                 fill_hidden(child, side);
             else if (side > 1)
-                children(box, box.cells()[cell.index_of(bit)], child, side / 4);
+                children(box, box.cells()[cell.compute_index(bit)], child, side / 4);
             else
                 word_at(child[0], child[1], child[2]) =
-                    solid_word(box.attrs()[cell.index_of(bit)].material);
+                    solid_word(box.attrs()[cell.compute_index(bit)].material);
         }
     }
     void fill_hidden(const Corner& c, int side) {
@@ -210,8 +210,8 @@ private:
 };
 
 /// Local y of the topmost block of each column, -1 where there is none.
-std::vector<std::int32_t> tops_of(const BoxRequest& request,
-                                  const std::vector<std::uint32_t>& blocks) {
+std::vector<std::int32_t> find_tops(const BoxRequest& request,
+                                    const std::vector<std::uint32_t>& blocks) {
     const auto layer = static_cast<std::size_t>(request.sx) * static_cast<std::size_t>(request.sz);
     std::vector<std::int32_t> tops(layer, -1);
     for (std::int32_t y = 0; y < request.sy; ++y)
@@ -223,7 +223,7 @@ std::vector<std::int32_t> tops_of(const BoxRequest& request,
 
 }  // namespace
 
-Region region_of(const voxel::WorldInfo& info, const BoxRequest& request, const FetchBox& fetch) {
+Region find_region(const voxel::WorldInfo& info, const BoxRequest& request, const FetchBox& fetch) {
     const double unit = info.crs_units_per_voxel;
     const double tmz = request.tmz ? *request.tmz : find_origin(info, request.origin, fetch).tmz;
     Region out;
@@ -231,14 +231,14 @@ Region region_of(const voxel::WorldInfo& info, const BoxRequest& request, const 
     out.sy = request.sy;
     out.sz = request.sz;
     // At most 2^53 + 2^31 * 2^9: far from overflow.
-    out.x = voxel_of(request.origin.tmx, unit) + std::int64_t{request.x} * request.sx;
-    out.y = voxel_of(tmz, info.voxel_m) + std::int64_t{request.y} * request.sy;
-    out.z = voxel_of(-request.origin.tmy, unit) + std::int64_t{request.z} * request.sz;
+    out.x = find_voxel(request.origin.tmx, unit) + std::int64_t{request.x} * request.sx;
+    out.y = find_voxel(tmz, info.voxel_m) + std::int64_t{request.y} * request.sy;
+    out.z = find_voxel(-request.origin.tmy, unit) + std::int64_t{request.z} * request.sz;
     return out;
 }
 
-std::vector<std::uint32_t> blocks_of(const voxel::VoxelBounds& bounds, const Region& region,
-                                     const FetchBox& fetch) {
+std::vector<std::uint32_t> read_blocks(const voxel::VoxelBounds& bounds, const Region& region,
+                                       const FetchBox& fetch) {
     std::vector<std::uint32_t> out(static_cast<std::size_t>(region.sx) *
                                    static_cast<std::size_t>(region.sy) *
                                    static_cast<std::size_t>(region.sz));
@@ -258,23 +258,24 @@ std::vector<std::uint32_t> blocks_of(const voxel::VoxelBounds& bounds, const Reg
 }
 
 std::string encode_reply(const BoxRequest& request, const std::vector<std::uint32_t>& blocks) {
-    const std::vector<std::int32_t> tops = tops_of(request, blocks);
+    const std::vector<std::int32_t> tops = find_tops(request, blocks);
     const std::int32_t highest = *std::ranges::max_element(tops);
-    const auto unsigned_of = [](std::int32_t number) { return static_cast<std::uint32_t>(number); };
+    const auto to_unsigned = [](std::int32_t number) { return static_cast<std::uint32_t>(number); };
     Words out(6 + blocks.size() + tops.size());
     for (const std::int32_t number : {request.x, request.y, request.z, highest < 0 ? -2 : highest})
-        out.put(unsigned_of(number));
+        out.put(to_unsigned(number));
     out.put(static_cast<std::uint32_t>(blocks.size()));
     out.put_all(blocks);
     out.put(static_cast<std::uint32_t>(tops.size()));
     for (const std::int32_t top : tops)
-        out.put(unsigned_of(top));
+        out.put(to_unsigned(top));
     return out.take();
 }
 
 std::string box_reply(const voxel::WorldInfo& info, const BoxRequest& request,
                       const FetchBox& fetch) {
-    return encode_reply(request, blocks_of(info.bounds, region_of(info, request, fetch), fetch));
+    return encode_reply(request,
+                        read_blocks(info.bounds, find_region(info, request, fetch), fetch));
 }
 
 std::vector<std::int64_t> column_tops(const voxel::VoxelBounds& bounds, std::int64_t x,

@@ -53,11 +53,11 @@ struct Origin {
 /// @param value finite
 /// @param unit above 0
 /// @return clamped to +-2^53
-[[nodiscard]] std::int64_t voxel_of(double value, double unit) noexcept;
+[[nodiscard]] std::int64_t find_voxel(double value, double unit) noexcept;
 
-/// The smallest height that voxel_of() maps to y, so that a reported height leads back to its voxel
-/// in spite of rounding.
-[[nodiscard]] double height_of(std::int64_t y, double voxel_m) noexcept;
+/// The smallest height that find_voxel() maps to y, so that a reported height leads back to its
+/// voxel in spite of rounding.
+[[nodiscard]] double find_height(std::int64_t y, double voxel_m) noexcept;
 
 /// A block of voxels in the world's absolute grid of level 0; it may lie anywhere, also far outside
 /// of the world.
@@ -70,15 +70,15 @@ struct Region {
 /// `voxel_m` here.
 /// @param fetch used when the request has no tmz
 /// @throws what `fetch` throws
-[[nodiscard]] Region region_of(const voxel::WorldInfo& info, const BoxRequest& request,
-                               const FetchBox& fetch);
+[[nodiscard]] Region find_region(const voxel::WorldInfo& info, const BoxRequest& request,
+                                 const FetchBox& fetch);
 
 /// The blocks of a region as block words, index x + z * sx + y * sx * sz (local coordinates); 0 for
 /// air. A block of the world has the same word in every region that contains it. Boxes that do not
 /// intersect `bounds` are not requested.
 /// @throws what `fetch` throws; std::bad_alloc
-[[nodiscard]] std::vector<std::uint32_t> blocks_of(const voxel::VoxelBounds& bounds,
-                                                   const Region& region, const FetchBox& fetch);
+[[nodiscard]] std::vector<std::uint32_t> read_blocks(const voxel::VoxelBounds& bounds,
+                                                     const Region& region, const FetchBox& fetch);
 
 /// Encodes the reply to /gkot/box?format=raw, big-endian 32-bit words: x, y, z of the request,
 /// maxHeight, the number of blocks, the blocks, the number of columns (sx * sz), and for each
@@ -91,7 +91,7 @@ struct Region {
 [[nodiscard]] std::string encode_reply(const BoxRequest& request,
                                        const std::vector<std::uint32_t>& blocks);
 
-/// Calls region_of, blocks_of and encode_reply. Peak memory is about 130 MiB.
+/// Calls find_region, read_blocks and encode_reply. Peak memory is about 130 MiB.
 [[nodiscard]] std::string box_reply(const voxel::WorldInfo& info, const BoxRequest& request,
                                     const FetchBox& fetch);
 

@@ -119,11 +119,11 @@ private:
     std::map<std::string, std::string> m_values;
 };
 
-OriginRequest origin_of(const Parameters& parameters) {
+OriginRequest parse_origin(const Parameters& parameters) {
     return {parameters.number("tmx", kMaxCoordinate), parameters.number("tmy", kMaxCoordinate)};
 }
 
-std::int32_t size_of(const Parameters& parameters, const std::string& name) {
+std::int32_t parse_size(const Parameters& parameters, const std::string& name) {
     const std::string allowed = "a power of two, 1 to " + std::to_string(kMaxSide);
     const std::int32_t size = parameters.integer(name, allowed);
     if (size < 1 || size > kMaxSide || !std::has_single_bit(static_cast<std::uint32_t>(size)))
@@ -131,7 +131,7 @@ std::int32_t size_of(const Parameters& parameters, const std::string& name) {
     return size;
 }
 
-std::int32_t coordinate_of(const Parameters& parameters, const std::string& name) {
+std::int32_t parse_coordinate(const Parameters& parameters, const std::string& name) {
     using Limits = std::numeric_limits<std::int32_t>;
     return parameters.integer(name, "a whole number from " + std::to_string(Limits::min()) +
                                         " to " + std::to_string(Limits::max()));
@@ -140,7 +140,7 @@ std::int32_t coordinate_of(const Parameters& parameters, const std::string& name
 }  // namespace
 
 OriginRequest parse_origin_request(std::string_view query) {
-    return origin_of({query, "find the origin", " tmx tmy "});
+    return parse_origin({query, "find the origin", " tmx tmy "});
 }
 
 BoxRequest parse_box_request(std::string_view query) {
@@ -148,15 +148,15 @@ BoxRequest parse_box_request(std::string_view query) {
     if (const std::string& format = parameters.text("format", "raw"); format != "raw")
         parameters.fail("format", "= " + in_quotes(format), "raw");
     BoxRequest out;
-    out.origin = origin_of(parameters);
+    out.origin = parse_origin(parameters);
     if (parameters.has("tmz"))
         out.tmz = parameters.number("tmz", kMaxHeight_m);
-    out.x = coordinate_of(parameters, "x");
-    out.y = coordinate_of(parameters, "y");
-    out.z = coordinate_of(parameters, "z");
-    out.sx = size_of(parameters, "sx");
-    out.sy = size_of(parameters, "sy");
-    out.sz = size_of(parameters, "sz");
+    out.x = parse_coordinate(parameters, "x");
+    out.y = parse_coordinate(parameters, "y");
+    out.z = parse_coordinate(parameters, "z");
+    out.sx = parse_size(parameters, "sx");
+    out.sy = parse_size(parameters, "sy");
+    out.sz = parse_size(parameters, "sz");
     const std::int64_t voxels = std::int64_t{out.sx} * out.sy * out.sz;
     if (voxels > kMaxVoxels)
         parameters.fail("sx * sy * sz", "= " + std::to_string(voxels),

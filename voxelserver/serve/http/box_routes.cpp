@@ -28,7 +28,7 @@ constexpr std::string_view kIdentityTag = "i1";
 constexpr std::string_view kAirTag = "\"air\"";
 
 template <std::size_t N>
-std::optional<std::array<std::int32_t, N>> numbers_of(const PathParts& parts) {
+std::optional<std::array<std::int32_t, N>> list_numbers(const PathParts& parts) {
     std::array<std::int32_t, N> out{};
     for (std::size_t i = 0; i < N; ++i) {
         const auto number = parse_int32(parts.part[i + 2]);
@@ -42,7 +42,7 @@ std::optional<std::array<std::int32_t, N>> numbers_of(const PathParts& parts) {
 }  // namespace
 
 Response answer_box(Service& service, const RouteRequest& call) {
-    const auto numbers = numbers_of<4>(call.parts);
+    const auto numbers = list_numbers<4>(call.parts);
     if (!numbers)
         return not_numbers(call.request);
     const auto [level, bx, by, bz] = *numbers;
@@ -55,8 +55,8 @@ Response answer_box(Service& service, const RouteRequest& call) {
     const auto kept = service.boxes.get(key);
     const bool packed = coding == Coding::kZstd;
     const std::string etag = kept->air() ? std::string(kAirTag)
-                                         : etag_of(packed ? kept->frame_hash : kept->checksum,
-                                                   packed ? kZstdTag : kIdentityTag);
+                                         : make_etag(packed ? kept->frame_hash : kept->checksum,
+                                                     packed ? kZstdTag : kIdentityTag);
     if (etag_matches(call.request.header("If-None-Match"), etag))
         return not_modified(etag).add("Vary", "Accept-Encoding");
     Response out;
@@ -79,7 +79,7 @@ Response answer_box(Service& service, const RouteRequest& call) {
 }
 
 Response answer_column(Service& service, const RouteRequest& call) {
-    const auto numbers = numbers_of<3>(call.parts);
+    const auto numbers = list_numbers<3>(call.parts);
     if (!numbers)
         return not_numbers(call.request);
     const auto [level, bx, bz] = *numbers;
@@ -135,7 +135,7 @@ public:
                            std::to_string(kMaxBatchBoxes) + " boxes, whole numbers of 32 bits");
 }
 
-std::vector<BoxKey> keys_of(std::string_view body, int levels) {
+std::vector<BoxKey> list_keys(std::string_view body, int levels) {
     const json in = util::parse_json(body);
     if (!in.is_object() || !in.contains("boxes") || !in["boxes"].is_array())
         refuse("not JSON of that form");
@@ -195,7 +195,7 @@ boxes::KeptBoxPtr get_with_retries(boxes::BoxCache& cache, const BoxKey& key) {
     }
 }
 
-std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
+std::string make_record(boxes::BoxCache& cache, const BoxKey& key) {
     try {
         const auto kept = get_with_retries(cache, key);
         return kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame);
@@ -227,7 +227,7 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
     const auto lane = [&] {
         try {
             for (std::size_t i = next++; i < missing.size() && !gone; i = next++) {
-                const std::string bytes = record_of(cache, missing[i]);
+                const std::string bytes = make_record(cache, missing[i]);
                 const std::lock_guard lock(writing);
                 if (!gone && !write(bytes))
                     gone = true;
@@ -260,7 +260,7 @@ Response answer_batch(Service& service, const RouteRequest& call) {
             415, "read the list of boxes: Content-Type '" + type + "'; allowed: application/json");
     std::vector<BoxKey> keys;
     try {
-        keys = keys_of(call.request.body, service.world.info().levels);
+        keys = list_keys(call.request.body, service.world.info().levels);
     } catch (const util::UsageError& e) {
         return problem(400, e.what());
     }

@@ -148,7 +148,7 @@ bool send_stream(mg_connection* connection, const Response& r, bool chunked, boo
 
 }  // namespace
 
-Request request_of(const mg_request_info& info) {
+Request make_request(const mg_request_info& info) {
     Request out;
     out.method = info.request_method;
     out.path = info.local_uri_raw;  // not decoded: no path of the interface needs escapes

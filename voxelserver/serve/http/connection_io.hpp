@@ -12,7 +12,7 @@ struct mg_request_info;
 namespace terravox::http {
 
 /// What a client has asked, in our own form. The views live as long as `info`.
-[[nodiscard]] Request request_of(const mg_request_info& info);
+[[nodiscard]] Request make_request(const mg_request_info& info);
 
 /// Whether the connection stays open for another request: the decision that CivetWeb makes from the
 /// same header, needed earlier for the reply's header.

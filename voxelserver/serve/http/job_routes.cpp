@@ -14,7 +14,7 @@ using nlohmann::json;
 constexpr const char* kOff =
     "this server makes no analyses; its operator turns them on by the option --jobs";
 
-std::string_view word_of(jobs::JobState state) {
+std::string_view to_word(jobs::JobState state) {
     switch (state) {
         case jobs::JobState::kWaiting: return "waiting";
         case jobs::JobState::kRunning: return "running";
@@ -24,10 +24,10 @@ std::string_view word_of(jobs::JobState state) {
     return {};
 }
 
-json json_of(const jobs::JobStatus& job) {
+json to_json(const jobs::JobStatus& job) {
     json out = {{"id", job.id},
                 {"kind", job.kind},
-                {"state", word_of(job.state)},
+                {"state", to_word(job.state)},
                 {"progress", job.progress}};
     if (job.state == jobs::JobState::kWaiting)
         out["before"] = job.before;
@@ -64,7 +64,7 @@ Response submit(jobs::JobQueue& queue, const Service& service, const RouteReques
     status.id = *id;
     if (const auto now = queue.status(*id))
         status = *now;
-    Response out = reply(201, "application/json", text_of_json(json_of(status)));
+    Response out = reply(201, "application/json", text_of_json(to_json(status)));
     return out.add("Location", "jobs/" + *id).add("Cache-Control", "no-store");
 }
 
@@ -102,7 +102,7 @@ Response answer_job(Service& service, const RouteRequest& call) {
         return out;
     }
     const auto status = service.jobs->status(id);
-    return status ? json_reply(text_of_json(json_of(*status)), call.request) : no_such_job();
+    return status ? json_reply(text_of_json(to_json(*status)), call.request) : no_such_job();
 }
 
 Response answer_job_result(Service& service, const RouteRequest& call) {

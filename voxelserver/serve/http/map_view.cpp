@@ -27,7 +27,7 @@ std::uint64_t appearance_hash(const map::TopColours& colours) {
     return XXH3_64bits(facts.data(), facts.size());
 }
 
-voxel::BoxKey key_of(int z, std::int32_t x, std::int32_t y) {
+voxel::BoxKey to_key(int z, std::int32_t x, std::int32_t y) {
     return {z, x, 0, y};
 }
 
@@ -59,20 +59,20 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
     boxes::DiskCache* disk = m_cache.disk();
     const bool has_zoom = z >= 0 && z < m_tiles.zooms();
     if (disk != nullptr && has_zoom)
-        if (const auto kept = disk->find(boxes::Kind::kMapTile, key_of(z, x, y));
+        if (const auto kept = disk->find(boxes::Kind::kMapTile, to_key(z, x, y));
             kept && kept->tag == m_look)
             return {kept->bytes, true, kept->reach};
     const boxes::Slots::Permit permit(m_cache.slots());
     const map::Tile tile = m_tiles.get(z, x, y);
     // Outside the world there are infinitely many empty tiles, which need not be stored.
     if (disk != nullptr && tile.complete && !tile.reach.empty())
-        disk->put(boxes::Kind::kMapTile, key_of(z, x, y), {m_look, tile.png, tile.reach});
+        disk->put(boxes::Kind::kMapTile, to_key(z, x, y), {m_look, tile.png, tile.reach});
     return tile;
 }
 
 const std::shared_ptr<const std::string>& MapView::empty_tile() {
     static const auto tile = std::make_shared<const std::string>(
-        map::png_of(std::vector<map::Rgba8>(std::size_t{map::kTilePx} * map::kTilePx), map::kTilePx,
+        map::to_png(std::vector<map::Rgba8>(std::size_t{map::kTilePx} * map::kTilePx), map::kTilePx,
                     map::kTilePx));
     return tile;
 }
@@ -144,7 +144,7 @@ Response answer_map_tile(Service& service, const RouteRequest& call) {
     const auto& png = tile.png ? tile.png : MapView::empty_tile();
     Response out;
     if (tile.complete) {
-        const std::string etag = etag_of(XXH64(png->data(), png->size(), 0), "m");
+        const std::string etag = make_etag(XXH64(png->data(), png->size(), 0), "m");
         if (etag_matches(call.request.header("If-None-Match"), etag))
             return not_modified(etag);
         add_validators(out, etag);

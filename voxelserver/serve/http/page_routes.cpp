@@ -12,7 +12,7 @@ namespace {
 
 // Bytes compiled into the program: their tag changes only with the program.
 Response fixed(std::string_view content_type, std::string_view bytes, const Request& request) {
-    const std::string etag = etag_of(XXH64(bytes.data(), bytes.size(), 0), "p");
+    const std::string etag = make_etag(XXH64(bytes.data(), bytes.size(), 0), "p");
     if (etag_matches(request.header("If-None-Match"), etag))
         return not_modified(etag);
     Response out;

@@ -86,7 +86,7 @@ namespace {
 
 std::string neighbourhood_of_host(const std::string& address) {
     const bool is_ipv6 = address.find(':') != std::string::npos;
-    return sockets::neighbourhood_of((is_ipv6 ? "[" + address + "]" : address) + ":0");
+    return sockets::to_neighbourhood((is_ipv6 ? "[" + address + "]" : address) + ":0");
 }
 
 }  // namespace
@@ -122,7 +122,7 @@ Response and_close(Response out) {
 }
 
 // Proxies and this server must not interpret a request differently. Ref: RFC 9112, 3.2 and 5.1.
-std::string fault_of(const Request& request) {
+std::string describe_fault(const Request& request) {
     const auto is_token = [](char c) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos;
@@ -138,7 +138,7 @@ std::string fault_of(const Request& request) {
 }
 
 std::optional<Response> refuse_headers(const Request& request) {
-    if (const std::string wrong = fault_of(request); !wrong.empty())
+    if (const std::string wrong = describe_fault(request); !wrong.empty())
         return and_close(problem(400, "read the request: " + wrong));
     return std::nullopt;
 }
@@ -171,7 +171,7 @@ std::optional<Response> refuse_path(const RouteFacts& route, const Request& requ
 std::optional<Response> refuse_method(const RouteFacts& route, const Request& request) {
     if (is_allowed(route.methods, request.method))
         return std::nullopt;
-    const std::string allowed(text_of(route.methods));
+    const std::string allowed(to_text(route.methods));
     return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed)
         .add("Allow", allowed);
 }

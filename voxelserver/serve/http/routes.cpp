@@ -63,7 +63,7 @@ bool fits(std::string_view pattern, const PathParts& parts) noexcept {
 
 }  // namespace
 
-std::string_view text_of(Methods methods) noexcept {
+std::string_view to_text(Methods methods) noexcept {
     switch (methods) {
         case Methods::kGet: return "GET, HEAD";
         case Methods::kPost: return "POST";
@@ -93,7 +93,7 @@ std::span<const RouteFacts> routes() noexcept {
     return kRoutes;
 }
 
-const RouteFacts& facts_of(Route route) noexcept {
+const RouteFacts& collect_facts(Route route) noexcept {
     return kRoutes[static_cast<std::size_t>(route)];
 }
 
@@ -113,7 +113,7 @@ std::optional<PathParts> split_path(std::string_view path) noexcept {
     }
 }
 
-Route route_of(const PathParts& parts) noexcept {
+Route find_route(const PathParts& parts) noexcept {
     for (const RouteFacts& r : kRoutes)
         if (fits(r.path, parts))
             return r.route;
@@ -123,8 +123,8 @@ Route route_of(const PathParts& parts) noexcept {
 RouteMatch match_route(std::string_view path) noexcept {
     const auto parts = split_path(path);
     if (!parts)
-        return {facts_of(Route::kUnknown), {}};
-    return {facts_of(route_of(*parts)), *parts};
+        return {collect_facts(Route::kUnknown), {}};
+    return {collect_facts(find_route(*parts)), *parts};
 }
 
 }  // namespace terravox::http

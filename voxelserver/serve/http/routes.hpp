@@ -47,7 +47,7 @@ enum class Methods {
     kGetDelete,  ///< GET, HEAD and DELETE
 };
 /// The methods as the header Allow has them.
-[[nodiscard]] std::string_view text_of(Methods methods) noexcept;
+[[nodiscard]] std::string_view to_text(Methods methods) noexcept;
 [[nodiscard]] bool is_allowed(Methods methods, std::string_view method) noexcept;
 
 /// Description of one route.
@@ -62,7 +62,7 @@ struct RouteFacts {
     bool shared = false;  ///< pages of origins that the operator names may read it (SharedOrigins)
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
-[[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;
+[[nodiscard]] const RouteFacts& collect_facts(Route route) noexcept;
 
 /// The parts of a path between its slashes.
 struct PathParts {
@@ -71,7 +71,7 @@ struct PathParts {
 };
 /// @return nullopt for a path that does not begin with a slash, or has more parts than any route
 [[nodiscard]] std::optional<PathParts> split_path(std::string_view path) noexcept;
-[[nodiscard]] Route route_of(const PathParts& parts) noexcept;
+[[nodiscard]] Route find_route(const PathParts& parts) noexcept;
 
 /// The route of a request, and the parts of its path, which are views into it.
 struct RouteMatch {

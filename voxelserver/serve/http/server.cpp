@@ -46,7 +46,7 @@ struct Address {
     socklen_t length = 0;
 };
 
-Address address_of(const ServerOptions& o) {
+Address to_address(const ServerOptions& o) {
     if (o.port < 0 || o.port > 65535)
         throw util::UsageError("listen: port " + std::to_string(o.port) + "; allowed: 0 to 65535");
     Address out;
@@ -76,7 +76,7 @@ Address address_of(const ServerOptions& o) {
 }
 
 // Keeps an eighth of the threads, at least one, free of clients that do not finish their requests.
-sockets::SlowClients::Limits limits_of(const ServerOptions& options) {
+sockets::SlowClients::Limits make_limits(const ServerOptions& options) {
     const int threads = std::max(options.request_threads, 1);
     return {std::max(threads - (threads + 7) / 8, 1), options.timeout};
 }
@@ -89,7 +89,7 @@ struct Setting {
 
 // There is no document_root: CivetWeb serves no files. Its check of Host against a domain is not
 // used: the server has only one world.
-std::vector<Setting> settings_of(const ServerOptions& options) {
+std::vector<Setting> make_settings(const ServerOptions& options) {
     const bool secure = !options.tls_certificate.empty();
     std::vector<Setting> out = {
         {"listening_ports", endpoint(options.bind, options.port) + (secure ? "s" : "")},
@@ -141,7 +141,7 @@ void check_can_listen(const ServerOptions& options) {
         throw util::UsageError("read the TLS certificate " + options.tls_certificate + ": " +
                                std::strerror(errno) +
                                "; allowed: a PEM file with certificate and private key");
-    const Address address = address_of(options);
+    const Address address = to_address(options);
     const int probe = socket(address.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (probe < 0)
         fail_to_listen(options, std::strerror(errno));
@@ -162,7 +162,7 @@ void check_can_listen(const ServerOptions& options) {
 class Server::Impl {
 public:
     Impl(RequestHandler& handler, const ServerOptions& options)
-        : m_handler(handler), m_options(options), m_slow_clients(limits_of(options)) {
+        : m_handler(handler), m_options(options), m_slow_clients(make_limits(options)) {
         check_can_listen(options);
         init_library(!options.tls_certificate.empty());
         start();
@@ -203,7 +203,7 @@ private:
     /// @throws Error when it cannot start, with its last message
     void start() {
         const mg_callbacks callbacks = callbacks_of_this();
-        const std::vector<Setting> settings = settings_of(m_options);
+        const std::vector<Setting> settings = make_settings(m_options);
         std::vector<const char*> words;
         for (const Setting& setting : settings) {
             words.push_back(setting.name);
@@ -308,7 +308,7 @@ private:
         const Running running(*this);
         try {
             const mg_request_info& info = *mg_get_request_info(connection);
-            Request request = request_of(info);
+            Request request = make_request(info);
             const util::Stopwatch clock;
             std::string body;
             std::optional<Response> refused =

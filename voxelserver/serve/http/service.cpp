@@ -144,7 +144,7 @@ Response no_such_level(int level, int levels) {
         404, "level " + std::to_string(level) + "; allowed: 0 to " + std::to_string(levels - 1));
 }
 
-std::string etag_of(std::uint64_t hash, std::string_view tail) {
+std::string make_etag(std::uint64_t hash, std::string_view tail) {
     static constexpr char kHex[] = "0123456789abcdef";
     std::string out(18 + tail.size() + 1, '-');
     out[0] = '"';

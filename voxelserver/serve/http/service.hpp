@@ -131,7 +131,7 @@ void add_validators(Response& out, std::string_view etag);
 [[nodiscard]] Response not_numbers(const Request& request);
 [[nodiscard]] Response no_such_level(int level, int levels);
 /// "16 hex digits-tail", in quotes.
-[[nodiscard]] std::string etag_of(std::uint64_t hash, std::string_view tail);
+[[nodiscard]] std::string make_etag(std::uint64_t hash, std::string_view tail);
 /// Accepts only the canonical form of a number: no +1, -0, 007.
 [[nodiscard]] std::optional<std::int32_t> parse_int32(std::string_view text) noexcept;
 

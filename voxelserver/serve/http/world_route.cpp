@@ -53,11 +53,11 @@ struct Heights {
 // Heights that may be solid at a place, as far as that is known without a box, apart from what
 // flies over it; nullopt: air.
 std::optional<Heights> heights_at(voxel::World& world, double x, double z) {
-    const auto column_of = [](double at, int size) {
+    const auto find_column = [](double at, int size) {
         return static_cast<std::int32_t>(std::floor(at / size));
     };
     const voxel::ColumnExtent column =
-        world.column(0, column_of(x, voxel::kBoxSizeX), column_of(z, voxel::kBoxSizeZ));
+        world.column(0, find_column(x, voxel::kBoxSizeX), find_column(z, voxel::kBoxSizeZ));
     if (column.empty())
         return std::nullopt;
     const voxel::VoxelBounds bounds = world.info().at_typical_heights(world.info().bounds);
@@ -126,7 +126,7 @@ std::string shortened(const std::string& text) {
     return text.substr(0, end) + kMore;
 }
 
-std::int64_t columns_of(const voxel::WorldInfo& info, int level) {
+std::int64_t find_columns(const voxel::WorldInfo& info, int level) {
     const voxel::BoxRange range = voxel::boxes_over(info.bounds, level);
     return (std::int64_t{range.max.bx} - range.min.bx) *
            (std::int64_t{range.max.bz} - range.min.bz);
@@ -152,10 +152,10 @@ int coarsest_for_viewer(Service& service) {
     if (!service.boxes.makes_coarse_from_fine() || info.bounds.empty())
         return last;
     int level = last;
-    for (; level > 0 && columns_of(info, level) <= kMaxColumns; --level)
+    for (; level > 0 && find_columns(info, level) <= kMaxColumns; --level)
         if (all_are_kept(service, level))
             return std::min(level + kSoon, last);
-    while (level < last && (level < kSoon || columns_of(info, level) > kMaxColumns))
+    while (level < last && (level < kSoon || find_columns(info, level) > kMaxColumns))
         ++level;
     return level;
 }
@@ -188,7 +188,7 @@ std::string world_text(const voxel::WorldInfo& info) {
 WorldRoute::WorldRoute(const voxel::WorldInfo& info, std::string edition)
     : m_edition(std::move(edition)),
       m_json(world_text(info)),
-      m_etag(etag_of(XXH64(m_json.data(), m_json.size(), 0), "w")) {}
+      m_etag(make_etag(XXH64(m_json.data(), m_json.size(), 0), "w")) {}
 
 Response WorldRoute::answer(const Request& request) const {
     if (etag_matches(request.header("If-None-Match"), m_etag))

@@ -47,7 +47,7 @@ bool is_withheld(std::string_view name) {
            name.ends_with("_PROXY");
 }
 
-std::vector<std::string> environment_of(const ProcessStart& start) {
+std::vector<std::string> make_environment(const ProcessStart& start) {
     std::vector<std::string> out;
     for (char** one = environ; *one != nullptr; ++one)
         if (const std::string_view text = *one; !is_withheld(text.substr(0, text.find('='))))
@@ -120,7 +120,7 @@ int become(const Prepared& p) noexcept {
 JobProcess::JobProcess(const ProcessStart& start) {
     std::vector<std::string> words{start.program.string()};
     words.insert(words.end(), start.words.begin(), start.words.end());
-    const std::vector<std::string> variables = environment_of(start);
+    const std::vector<std::string> variables = make_environment(start);
     const std::vector<char*> argv = pointers_to(words);
     const std::vector<char*> environment = pointers_to(variables);
     const std::string folder = start.folder.string();

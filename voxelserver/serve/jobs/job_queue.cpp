@@ -39,7 +39,7 @@ std::string new_id() {
     return out;
 }
 
-std::uint64_t file_bytes_of(const JobRequest& request) {
+std::uint64_t measure_file_bytes(const JobRequest& request) {
     return kFileBytes + static_cast<std::uint64_t>(request.cells) * kCellBytes;
 }
 
@@ -50,7 +50,7 @@ std::uint64_t room_in(const fs::path& folder) {
     return failed ? 0 : space.available;
 }
 
-std::uint64_t size_of(const fs::path& file) {
+std::uint64_t measure_size(const fs::path& file) {
     std::error_code failed;
     const std::uint64_t size = fs::file_size(file, failed);
     return failed ? 0 : size;
@@ -81,7 +81,7 @@ JobStatus ended(int code, const std::string& said, const fs::path& file) {
     out.state = JobState::kDone;
     out.progress = 1;
     out.has_holes = has_holes;
-    out.bytes = size_of(file);
+    out.bytes = measure_size(file);
     return out;
 }
 
@@ -113,7 +113,7 @@ void JobQueue::stop() noexcept {
 }
 
 std::optional<std::string> JobQueue::submit(JobRequest request) {
-    const bool has_room = room_in(m_folder.path()) > 4 * file_bytes_of(request);
+    const bool has_room = room_in(m_folder.path()) > 4 * measure_file_bytes(request);
     if (!has_room)
         util::log_warn("a job is refused: too little room on the disk of {}",
                        m_folder.path().string());
@@ -169,7 +169,7 @@ std::optional<fs::path> JobQueue::result(const std::string& id) {
     const auto found = find(id);
     if (found == m_jobs.end() || found->status.state != JobState::kDone)
         return std::nullopt;
-    return folder_of(id) / kResult;
+    return find_folder(id) / kResult;
 }
 
 JobCounts JobQueue::counts() {
@@ -221,9 +221,10 @@ void JobQueue::run_jobs() {
 }
 
 JobStatus JobQueue::run(const std::string& id, const JobRequest& request) {
-    const fs::path folder = folder_of(id);
+    const fs::path folder = find_folder(id);
     fs::create_directory(folder);
-    ProcessStart start{m_options.program, words_of(request), folder, {}, file_bytes_of(request)};
+    ProcessStart start{
+        m_options.program, list_words(request), folder, {}, measure_file_bytes(request)};
     if (!m_options.token.empty())
         start.environment = {{"TERRAVOX_SERVER_TOKEN", m_options.token},
                              {"TERRAVOX_SERVER_ORIGIN", m_options.world}};
@@ -260,16 +261,16 @@ void JobQueue::set_progress(const std::string& id, double progress) {
         found->status.progress = progress;
 }
 
-fs::path JobQueue::folder_of(const std::string& id) const {
+fs::path JobQueue::find_folder(const std::string& id) const {
     return m_folder.path() / id;
 }
 
 void JobQueue::remove_folder(const std::string& id) const noexcept {
     std::error_code ignored;
-    fs::remove_all(folder_of(id), ignored);
+    fs::remove_all(find_folder(id), ignored);
 }
 
-std::vector<std::string> JobQueue::words_of(const JobRequest& request) const {
+std::vector<std::string> JobQueue::list_words(const JobRequest& request) const {
     std::vector<std::string> out = {"analyse", request.kind, m_options.world, "-o", kResult};
     out.insert(out.end(), request.words.begin(), request.words.end());
     // A half for boxes leaves as much for all else.
@@ -298,13 +299,13 @@ JobQueue::Jobs::iterator JobQueue::find_next() {
     if (next == m_jobs.end())
         return next;
     std::size_t kept = 1;
-    std::uint64_t bytes = file_bytes_of(next->request);
+    std::uint64_t bytes = measure_file_bytes(next->request);
     for (const Job& job : m_jobs) {
         const bool is_running = job.status.state == JobState::kRunning;
         if (!is_running && !must_stay(job))
             continue;
         ++kept;
-        bytes += is_running ? file_bytes_of(job.request) : job.status.bytes;
+        bytes += is_running ? measure_file_bytes(job.request) : job.status.bytes;
     }
     const bool has_room = kept <= m_options.max_kept && bytes <= m_options.max_kept_bytes;
     return has_room || kept == 1 ? next : m_jobs.end();

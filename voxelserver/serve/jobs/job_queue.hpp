@@ -127,9 +127,9 @@ private:
     [[nodiscard]] JobStatus run(const std::string& id, const JobRequest& request);
     [[nodiscard]] bool is_wanted(const std::string& id);
     void set_progress(const std::string& id, double progress);
-    [[nodiscard]] std::filesystem::path folder_of(const std::string& id) const;
+    [[nodiscard]] std::filesystem::path find_folder(const std::string& id) const;
     void remove_folder(const std::string& id) const noexcept;
-    [[nodiscard]] std::vector<std::string> words_of(const JobRequest& request) const;
+    [[nodiscard]] std::vector<std::string> list_words(const JobRequest& request) const;
     // With the lock held:
     [[nodiscard]] Jobs::iterator find(const std::string& id);
     /// @return the job to begin next; the end: none waits, or there is no room for its result

@@ -24,7 +24,7 @@ constexpr std::size_t kMaxObservers = 16;
 }
 
 /// The shortest text that is this number again.
-std::string text_of(double number) {
+std::string to_text(double number) {
     std::array<char, 40> text{};
     char* const last = text.data() + text.size();
     auto end = std::to_chars(text.data(), last, number, std::chars_format::fixed);
@@ -60,7 +60,7 @@ bool is_zone(std::string_view text) {
            });
 }
 
-bool is_one_of(std::string_view kind, std::initializer_list<std::string_view> kinds) {
+bool is_among(std::string_view kind, std::initializer_list<std::string_view> kinds) {
     return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
@@ -79,14 +79,14 @@ public:
         read_cells();
         if (m_out.kind != "terrain")
             word("surface", {"top", "ground"});
-        if (is_one_of(m_out.kind, {"sky", "sun", "energy"}))
+        if (is_among(m_out.kind, {"sky", "sun", "energy"}))
             if (const auto given = truth("thin_blocks"))
                 add("thin-blocks", *given ? "yes" : "no");
-        if (is_one_of(m_out.kind, {"sky", "energy"}))
+        if (is_among(m_out.kind, {"sky", "energy"}))
             number("directions", "directions", 16, 1024, true);
-        if (is_one_of(m_out.kind, {"sky", "sight"}))
+        if (is_among(m_out.kind, {"sky", "sight"}))
             number("range_m", "range-m", 0, 1e6);
-        if (is_one_of(m_out.kind, {"sun", "energy"}))
+        if (is_among(m_out.kind, {"sun", "energy"}))
             read_time();
         if (m_out.kind == "energy")
             number("linke", "linke", 1, 10);
@@ -115,18 +115,18 @@ private:
         m_out.words.push_back("--" + option + "=" + value);
     }
 
-    static double number_of(const json& value, const std::string& name, double min, double max,
+    static double to_number(const json& value, const std::string& name, double min, double max,
                             bool is_whole = false) {
         const double number = value.is_number() ? value.get<double>() : NAN;
         if (!(number >= min && number <= max) || (is_whole && number != std::floor(number)))
             refuse("'" + name + "' is " + shown(value),
-                   text_of(min) + " to " + text_of(max) + (is_whole ? ", whole" : ""));
+                   to_text(min) + " to " + to_text(max) + (is_whole ? ", whole" : ""));
         return number;
     }
     void number(const char* name, const char* option, double min, double max,
                 bool is_whole = false) {
         if (const json* value = member(name))
-            add(option, text_of(number_of(*value, name, min, max, is_whole)));
+            add(option, to_text(to_number(*value, name, min, max, is_whole)));
     }
     void word(const char* name, std::initializer_list<std::string_view> words) {
         const json* value = member(name);
@@ -176,8 +176,8 @@ private:
         std::array<double, 4> sides{};
         std::string text;
         for (std::size_t i = 0; i < 4; ++i) {
-            sides[i] = number_of((*area)[i], "area", -1e9, 1e9);
-            text += (i == 0 ? "" : ",") + text_of(sides[i]);
+            sides[i] = to_number((*area)[i], "area", -1e9, 1e9);
+            text += (i == 0 ? "" : ",") + to_text(sides[i]);
         }
         if (!(sides[0] < sides[2] && sides[1] < sides[3]))
             refuse("'area' is empty", kArea);
@@ -185,15 +185,15 @@ private:
         const json* given = member("resolution_m");
         const double edge_m = given == nullptr
                                   ? m_world.voxel_m
-                                  : number_of(*given, "resolution_m", m_world.voxel_m, 100'000);
-        add("resolution", text_of(edge_m));
+                                  : to_number(*given, "resolution_m", m_world.voxel_m, 100'000);
+        add("resolution", to_text(edge_m));
         const double unit = m_world.crs.empty() ? 1 : m_world.crs_units_per_voxel;
         const double cell = edge_m / m_world.voxel_m * unit;
         const double columns = std::ceil((sides[2] - sides[0]) / cell) + 1;
         const double rows = std::ceil((sides[3] - sides[1]) / cell) + 1;
         if (!(columns <= kMaxSide && rows <= kMaxSide &&
               columns * rows <= static_cast<double>(m_limits.max_cells)))
-            refuse(text_of(columns) + " x " + text_of(rows) + " cells",
+            refuse(to_text(columns) + " x " + to_text(rows) + " cells",
                    "up to " + std::to_string(m_limits.max_cells) +
                        " in all, by a smaller area or larger cells");
         m_out.cells = static_cast<std::int64_t>(columns * rows);
@@ -227,9 +227,9 @@ private:
         for (const json& one : *observers) {
             if (!one.is_array() || one.size() != 3)
                 refuse("one of the 'observers' is not three numbers", kForm);
-            add("observer", text_of(number_of(one[0], "observers", -1e9, 1e9)) + "," +
-                                text_of(number_of(one[1], "observers", -1e9, 1e9)) + ",+" +
-                                text_of(number_of(one[2], "observers", 0, 10'000)));
+            add("observer", to_text(to_number(one[0], "observers", -1e9, 1e9)) + "," +
+                                to_text(to_number(one[1], "observers", -1e9, 1e9)) + ",+" +
+                                to_text(to_number(one[2], "observers", 0, 10'000)));
         }
         number("target_m", "target-height", 0, 10'000);
     }

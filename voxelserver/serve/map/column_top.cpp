@@ -24,7 +24,7 @@ voxel::Rgb8 mixed(voxel::Rgb8 plain, voxel::Rgb8 shown, int shown_percent) {
 }
 
 /// One layer of a cell's mask as 16 adjacent columns, bit = x + 4 z.
-constexpr std::uint32_t layer_of(std::uint64_t mask, int layer) {
+constexpr std::uint32_t to_layer(std::uint64_t mask, int layer) {
     return static_cast<std::uint32_t>(mask >> (16 * layer)) & 0xffffU;
 }
 
@@ -50,12 +50,13 @@ private:
 
     void look_into_root(const Box& box, const TreeCell& root, std::int32_t y) {
         for (int layer = 3; layer >= 0; --layer)
-            for (std::uint32_t left = layer_of(root.mask, layer); left != 0; left &= left - 1) {
+            for (std::uint32_t left = to_layer(root.mask, layer); left != 0; left &= left - 1) {
                 const int place = std::countr_zero(left);
                 const int bit = layer * 16 + place;
                 const int bx = (place & 3) * 4, bz = (place >> 2) * 4;  // in bricks
                 if ((root.detail >> bit & 1) != 0)
-                    look_into_middle(box, box.cells()[root.index_of(bit)], bx, bz, y + layer * 16);
+                    look_into_middle(box, box.cells()[root.compute_index(bit)], bx, bz,
+                                     y + layer * 16);
                 else
                     for (int i = 0; i < 16; ++i)
                         meet(bx + (i & 3), bz + (i >> 2), 0xffff, y + layer * 16 + 15);
@@ -65,7 +66,7 @@ private:
     void look_into_middle(const Box& box, const TreeCell& middle, int bx0, int bz0,
                           std::int32_t y) {
         for (int layer = 3; layer >= 0; --layer)
-            for (std::uint32_t left = layer_of(middle.mask, layer); left != 0; left &= left - 1) {
+            for (std::uint32_t left = to_layer(middle.mask, layer); left != 0; left &= left - 1) {
                 const int place = std::countr_zero(left);
                 const int bit = layer * 16 + place;
                 const int bx = bx0 + (place & 3);
@@ -73,7 +74,8 @@ private:
                 if (m_open[brick_index(bx, bz)] == 0)
                     continue;
                 if ((middle.detail >> bit & 1) != 0)
-                    look_into_brick(box, box.cells()[middle.index_of(bit)], bx, bz, y + layer * 4);
+                    look_into_brick(box, box.cells()[middle.compute_index(bit)], bx, bz,
+                                    y + layer * 4);
                 else
                     meet(bx, bz, 0xffff, y + layer * 4 + 3);
             }
@@ -82,12 +84,12 @@ private:
     void look_into_brick(const Box& box, const TreeCell& brick, int bx, int bz, std::int32_t y) {
         std::uint16_t& open = m_open[brick_index(bx, bz)];
         for (int layer = 3; layer >= 0 && open != 0; --layer) {
-            const std::uint32_t met = layer_of(brick.mask, layer) & open;
-            const std::uint32_t detailed = met & layer_of(brick.detail, layer);
+            const std::uint32_t met = to_layer(brick.mask, layer) & open;
+            const std::uint32_t detailed = met & to_layer(brick.detail, layer);
             for (std::uint32_t left = detailed; left != 0; left &= left - 1) {
                 const int place = std::countr_zero(left);
                 set(bx * 4 + (place & 3), bz * 4 + (place >> 2), y + layer,
-                    box.attrs()[brick.index_of(layer * 16 + place)]);
+                    box.attrs()[brick.compute_index(layer * 16 + place)]);
             }
             open = static_cast<std::uint16_t>(open & ~detailed);
             meet(bx, bz, met & ~detailed, y + layer);

@@ -114,7 +114,7 @@ FinestTile make_finest_tile(TopSource& source, const voxel::InputExtent& world, 
 
 namespace {
 
-voxel::InputExtent box_columns_of(const voxel::WorldInfo& info) {
+voxel::InputExtent list_box_columns(const voxel::WorldInfo& info) {
     if (info.bounds.empty())
         return {};
     const auto range = voxel::boxes_over(info.bounds, 0);
@@ -122,7 +122,7 @@ voxel::InputExtent box_columns_of(const voxel::WorldInfo& info) {
 }
 
 /// Colours are weighted by alpha, so that transparent pixels do not contribute.
-Rgba8 mean_of(const std::array<Rgba8, 4>& four) {
+Rgba8 measure_mean(const std::array<Rgba8, 4>& four) {
     std::uint32_t alpha = 0;
     std::array<std::uint32_t, 3> sums{};
     for (const Rgba8& p : four) {
@@ -150,7 +150,7 @@ void put_quarter(const std::vector<Rgba8>& from, int quarter, std::vector<Rgba8>
                 return from[static_cast<std::size_t>((2 * z + dz) * kTilePx + 2 * x + dx)];
             };
             to[static_cast<std::size_t>((z0 + z) * kTilePx + x0 + x)] =
-                mean_of({at(0, 0), at(1, 0), at(0, 1), at(1, 1)});
+                measure_mean({at(0, 0), at(1, 0), at(0, 1), at(1, 1)});
         }
 }
 
@@ -158,7 +158,7 @@ void put_quarter(const std::vector<Rgba8>& from, int quarter, std::vector<Rgba8>
 
 MapTiles::MapTiles(const voxel::WorldInfo& info, TopSource& source, std::size_t limit_bytes)
     : m_zooms(std::clamp(info.levels, 1, voxel::kMaxLevel + 1)),
-      m_world(box_columns_of(info)),
+      m_world(list_box_columns(info)),
       m_source(source),
       m_pixels(limit_bytes / 4 * 3),
       m_pngs(limit_bytes / 4) {}
@@ -201,7 +201,7 @@ MapTiles::PicturePtr MapTiles::picture_on_new_thread(const TileArea& area, Work&
 }
 
 MapTiles::PicturePtr MapTiles::picture(const TileArea& area, Work& work) {
-    const auto bytes_of = [](const PicturePtr& p) {
+    const auto measure_bytes = [](const PicturePtr& p) {
         return sizeof(Picture) + p->pixels.size() * sizeof(Rgba8);
     };
     if (work.make) {
@@ -209,7 +209,7 @@ MapTiles::PicturePtr MapTiles::picture(const TileArea& area, Work& work) {
             auto seen = m_pixels.find({area, kSeenWhole});
             return seen ? seen : compose(area, work);
         };
-        return m_pixels.get({area, kWhole}, make, bytes_of);
+        return m_pixels.get({area, kWhole}, make, measure_bytes);
     }
     if (auto found = m_pixels.find({area, kWhole}))
         return found;
@@ -225,10 +225,10 @@ MapTiles::PicturePtr MapTiles::picture(const TileArea& area, Work& work) {
     if (work.tiles_left <= 0)
         return std::make_shared<const Picture>(Picture{{}, false, true, {}});
     const PicturePtr made = compose(area, work);
-    return made->cut
-               ? made
-               : m_pixels.get(
-                     {area, made->complete ? kSeenWhole : version}, [&] { return made; }, bytes_of);
+    return made->cut ? made
+                     : m_pixels.get(
+                           {area, made->complete ? kSeenWhole : version}, [&] { return made; },
+                           measure_bytes);
 }
 
 MapTiles::PicturePtr MapTiles::compose(const TileArea& area, Work& work) {
@@ -270,7 +270,7 @@ std::shared_ptr<const std::string> MapTiles::png(const TileArea& area, const Pic
     if (picture.pixels.empty())
         return nullptr;
     const auto make = [&] {
-        return std::make_shared<const std::string>(png_of(picture.pixels, kTilePx, kTilePx));
+        return std::make_shared<const std::string>(to_png(picture.pixels, kTilePx, kTilePx));
     };
     if (picture.cut)
         return make();

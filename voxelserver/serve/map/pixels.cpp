@@ -49,7 +49,7 @@ Rgba8 shaded_pixel(const TopWindow& window) noexcept {
     return {channel(top.colour.r), channel(top.colour.g), channel(top.colour.b), 255};
 }
 
-std::string png_of(std::span<const Rgba8> pixels, int width, int height) {
+std::string to_png(std::span<const Rgba8> pixels, int width, int height) {
     constexpr int kMaxSide = 8192;
     constexpr int kChannels = 4;
     static_assert(sizeof(Rgba8) == kChannels);

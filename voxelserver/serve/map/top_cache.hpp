@@ -116,7 +116,7 @@ private:
         std::shared_ptr<const BoxTop> top;
         voxel::InputExtent reach;
     };
-    [[nodiscard]] std::shared_ptr<const Kept> kept_of(const ColumnBoxes& column) const;
+    [[nodiscard]] std::shared_ptr<const Kept> find_kept(const ColumnBoxes& column) const;
 
     const FetchColumn m_fetch;
     const TopColours m_colours;

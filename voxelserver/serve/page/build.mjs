@@ -5,7 +5,7 @@
 import { copyFile, mkdir, writeFile } from 'node:fs/promises';
 import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { licencesOf, packagesOf } from './licences.mjs';
+import { readLicences, listPackages } from './licences.mjs';
 
 const root = dirname(fileURLToPath(import.meta.url));
 const out = process.argv[2];
@@ -51,5 +51,5 @@ for (const { outputFiles } of built)
   }
 for (const name of ['index.html', 'viewer.html']) await copyFile(join(root, name), join(out, name));
 const about = 'This page holds parts of these packages.';
-const licences = await licencesOf(packagesOf(built), root, about);
+const licences = await readLicences(listPackages(built), root, about);
 await writeFile(join(out, 'licences.txt'), licences);

@@ -5,7 +5,7 @@ import { join } from 'node:path';
 const kRule = `\n${'-'.repeat(100)}\n\n`;
 
 /** Which packages the bundles of builds are made of, from the files that went into them. */
-export function packagesOf(builds) {
+export function listPackages(builds) {
   const used = new Set();
   for (const output of builds.flatMap(({ metafile }) => Object.values(metafile.outputs)))
     for (const [file, { bytesInOutput }] of Object.entries(output.inputs)) {
@@ -19,12 +19,12 @@ export function packagesOf(builds) {
  * @param root  folder of the node_modules with these packages
  * @param about the first line
  */
-export async function licencesOf(packages, root, about) {
-  const texts = await Promise.all(packages.map((name) => licenceOf(name, root)));
+export async function readLicences(packages, root, about) {
+  const texts = await Promise.all(packages.map((name) => readLicence(name, root)));
   return `${about}\n${kRule}${texts.join(kRule)}`;
 }
 
-async function licenceOf(name, root) {
+async function readLicence(name, root) {
   const folder = join(root, 'node_modules', name);
   const about = JSON.parse(await readFile(join(folder, 'package.json'), 'utf8'));
   const file = (await readdir(folder)).find((entry) => /^licen[cs]e(\.(md|txt))?$/i.test(entry));

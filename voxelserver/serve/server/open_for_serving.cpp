@@ -37,7 +37,7 @@ const char* state_name(voxelize::SquareState state) {
     return "fetched";
 }
 
-http::SquareEntry entry_of(const voxelize::SquareInfo& s) {
+http::SquareEntry make_entry(const voxelize::SquareInfo& s) {
     http::SquareEntry out;
     out.name = s.name;
     out.state = state_name(s.state);
@@ -94,8 +94,8 @@ void place(const std::string& crs, const voxel::WorldInfo& world, Placed& placed
     }
 }
 
-http::SquareEntry entry_of(const StoredSquare& s, const Extent& extent,
-                           const voxel::WorldInfo& info) {
+http::SquareEntry make_entry(const StoredSquare& s, const Extent& extent,
+                             const voxel::WorldInfo& info) {
     http::SquareEntry out;
     out.name = s.name;
     out.state = s.state == StoredState::kWanted ? "wanted" : "failed";
@@ -131,7 +131,7 @@ std::vector<http::SquareEntry> unfetched_squares(const GrabberStore& store,
         place(crs, world, placed);
         for (std::size_t i = 0; i < placed.squares.size(); ++i)
             if (placed.extents[i])
-                out.push_back(entry_of(*placed.squares[i], *placed.extents[i], world));
+                out.push_back(make_entry(*placed.squares[i], *placed.extents[i], world));
     }
     return out;
 }
@@ -147,7 +147,7 @@ std::vector<http::SquareEntry> SquareList::entries(std::span<const voxelize::Squ
                 by_file[s.file.string()] = &s;
     std::vector<http::SquareEntry> out;
     for (const voxelize::SquareInfo& s : opened) {
-        out.push_back(entry_of(s));
+        out.push_back(make_entry(s));
         if (const auto stored = by_file.find(s.file.string()); stored != by_file.end())
             add_terms(*stored->second, out.back());
     }

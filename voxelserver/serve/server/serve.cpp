@@ -186,7 +186,7 @@ util::ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar,
     return end.failed > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
 }
 
-http::Health health_of(const worlds::ServedWorld& world) {
+http::Health read_health(const worlds::ServedWorld& world) {
     using State = http::Health::State;
     if (std::string why = world.failure(); !why.empty())
         return {State::kFailed, std::move(why)};
@@ -230,9 +230,9 @@ void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
 }
 
 /// Identifies the state of all inputs of the boxes.
-std::string edition_of(const worlds::ServedWorld& world) {
+std::string make_edition(const worlds::ServedWorld& world) {
     const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
-    return voxel::hex_of(
+    return voxel::to_hex(
         world.fingerprint({range.min.bx, range.min.bz, range.max.bx, range.max.bz}));
 }
 
@@ -247,8 +247,8 @@ void set_up_process(const Options& options) {
 }
 
 /// @param opened, times, cache must outlive the service
-http::Service service_of(const Options& options, const OpenedForServing& opened,
-                         util::StageTimes& times, boxes::BoxCache& cache) {
+http::Service make_service(const Options& options, const OpenedForServing& opened,
+                           util::StageTimes& times, boxes::BoxCache& cache) {
     worlds::ServedWorld& world = *opened.world;
     http::Service out{world, times, cache};
     if (opened.lidar != nullptr)
@@ -256,8 +256,8 @@ http::Service service_of(const Options& options, const OpenedForServing& opened,
             const DeferredWorld& lidar = *opened.lidar;
             return list->entries(lidar.squares(), lidar.info());
         };
-    out.health = [&world] { return health_of(world); };
-    out.edition = edition_of(world);
+    out.health = [&world] { return read_health(world); };
+    out.edition = make_edition(world);
     out.archive = world.archive_file();
     out.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
     return out;
@@ -324,7 +324,7 @@ void serve_boxes(const Options& options, const Plan& plan, const OpenedForServin
     std::unique_ptr<boxes::Preparer> preparer;
     if (options.prepare)
         preparer = start_preparing(cache, plan.boxes.makers);
-    http::Service service = service_of(options, opened, times, cache);
+    http::Service service = make_service(options, opened, times, cache);
     service.map = &map;
     service.preparer = preparer.get();
     std::optional<Jobs> jobs;

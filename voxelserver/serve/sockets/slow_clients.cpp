@@ -42,7 +42,7 @@ struct Connection {
     bool unread = false;  ///< whether bytes of the client have not been read yet
 };
 
-std::optional<Endpoint> end_of(int fd, int (*name_of_end)(int, sockaddr*, socklen_t*)) noexcept {
+std::optional<Endpoint> find_end(int fd, int (*name_of_end)(int, sockaddr*, socklen_t*)) noexcept {
     Endpoint out;
     out.size_bytes = sizeof out.storage;
     if (name_of_end(fd, reinterpret_cast<sockaddr*>(&out.storage), &out.size_bytes) != 0)
@@ -53,11 +53,11 @@ std::optional<Endpoint> end_of(int fd, int (*name_of_end)(int, sockaddr*, sockle
 }
 
 /// @return the client's endpoint, if the descriptor is a connection to `port`
-std::optional<Endpoint> client_of(int fd, int port) noexcept {
-    const auto here = end_of(fd, ::getsockname);
+std::optional<Endpoint> find_client(int fd, int port) noexcept {
+    const auto here = find_end(fd, ::getsockname);
     if (!here || here->port() != port)
         return std::nullopt;
-    return end_of(fd, ::getpeername);  // a listening socket has none
+    return find_end(fd, ::getpeername);  // a listening socket has none
 }
 
 struct CloseFolder {
@@ -75,7 +75,7 @@ std::vector<Connection> connections_to(int port) {
         int fd = -1;
         if (std::from_chars(name.data(), name.data() + name.size(), fd).ec != std::errc())
             continue;  // . and ..
-        const auto client = client_of(fd, port);
+        const auto client = find_client(fd, port);
         if (!client)
             continue;
         int bytes = 0;
@@ -91,12 +91,12 @@ bool shut_down(const Connection& connection, int port) noexcept {
     const Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
     if (!same)
         return false;
-    const auto client = client_of(same.fd(), port);
+    const auto client = find_client(same.fd(), port);
     return client && client->text() == connection.name && ::shutdown(same.fd(), SHUT_RDWR) == 0;
 }
 
 // In the format of Endpoint::text(): without the zone of a link-local address, which CivetWeb adds.
-std::string name_of(const std::string& given, int port) {
+std::string to_name(const std::string& given, int port) {
     const std::string address = given.substr(0, given.find('%'));
     const bool brackets = address.find(':') != std::string::npos;
     return (brackets ? "[" + address + "]:" : address + ":") + std::to_string(port);
@@ -141,7 +141,7 @@ void SlowClients::watch(int port) {
 }
 
 SlowClients::Answering::Answering(SlowClients& clients, const std::string& address, int port)
-    : m_clients(clients), m_name(name_of(address, port)) {
+    : m_clients(clients), m_name(to_name(address, port)) {
     m_clients.begin(m_name);
 }
 SlowClients::Answering::~Answering() {

@@ -181,7 +181,7 @@ std::string Endpoint::neighbourhood() const {
     return host_text(AF_INET6, &upper) + "/64";
 }
 
-std::string neighbourhood_of(const std::string& peer) {
+std::string to_neighbourhood(const std::string& peer) {
     const std::string host = peer.substr(0, peer.rfind(':'));
     Endpoint endpoint;
     auto* address = reinterpret_cast<sockaddr_in6*>(&endpoint.storage);

@@ -61,7 +61,7 @@ struct Endpoint {
 
 /// Endpoint::neighbourhood() of an address in the format of Endpoint::text(); for any other text,
 /// the part before its last colon.
-[[nodiscard]] std::string neighbourhood_of(const std::string& peer);
+[[nodiscard]] std::string to_neighbourhood(const std::string& peer);
 
 using Deadline = std::chrono::steady_clock::time_point;
 

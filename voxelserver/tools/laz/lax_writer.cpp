@@ -85,7 +85,7 @@ public:
         for (std::uint32_t level = 0; level < m_levels; ++level)
             m_first += 1U << (2 * level);
     }
-    [[nodiscard]] std::uint32_t cell_of(double x, double y) const noexcept {
+    [[nodiscard]] std::uint32_t find_cell(double x, double y) const noexcept {
         float min_x = m_min_x;
         float max_x = m_max_x;
         float min_y = m_min_y;
@@ -177,8 +177,8 @@ Indexed write_lax(const std::filesystem::path& cloud) {
     const lidar::PointRange all{0, info.point_count};
     lidar::read_point_batches(info, {&all, 1}, [&](std::span<const lidar::RawPoint> batch) {
         for (const lidar::RawPoint& p : batch)
-            found.add(tree.cell_of(p.x * info.scale[0] + info.offset[0],
-                                   p.y * info.scale[1] + info.offset[1]),
+            found.add(tree.find_cell(p.x * info.scale[0] + info.offset[0],
+                                     p.y * info.scale[1] + info.offset[1]),
                       at++);
     });
     const std::filesystem::path path = lidar::lax_path(cloud);

@@ -174,7 +174,7 @@ void add_tail(const pointcloud::FileBytes& from, const Tail& tail, const lidar::
                           ": the disk did not take the records behind the points");
 }
 
-std::uint64_t digest_of(const lidar::LasInfo& info, Writer* copy) {
+std::uint64_t compute_digest(const lidar::LasInfo& info, Writer* copy) {
     PointStream points(info);
     PointDigest digest(info.point_format);
     while (points.next()) {
@@ -200,7 +200,7 @@ void check_same(const lidar::LasInfo& before, const fs::path& path, const fs::pa
     if (after.min != before.min || after.max != before.max || after.scale != before.scale ||
         after.offset != before.offset)
         fail("its header lies elsewhere");
-    if (digest_of(after, nullptr) != wanted)
+    if (compute_digest(after, nullptr) != wanted)
         fail("a point differs from " + before.path.string());
 }
 
@@ -223,7 +223,7 @@ Compressed compress(const fs::path& from, const fs::path& to) {
     {
         const PointStream header(info);
         Writer writer(file.temporary_path(), to, header.header());
-        digest = digest_of(info, &writer);
+        digest = compute_digest(info, &writer);
         writer.finish();
     }
     add_tail(bytes, tail, info, file.temporary_path(), to);

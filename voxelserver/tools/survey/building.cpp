@@ -11,24 +11,24 @@ constexpr double kMerlon_m = 0.9;  ///< height of a battlement
 bool separated_along(Vec2 axis, const Building& a, const Building& b, double margin_m) noexcept {
     const auto reach = [&](const Building& x) {
         return std::abs(dot(axis, x.direction)) * (x.half_length_m + margin_m) +
-               std::abs(dot(axis, left_of(x.direction))) * (x.half_width_m + margin_m);
+               std::abs(dot(axis, turn_left(x.direction))) * (x.half_width_m + margin_m);
     };
     return std::abs(dot(axis, b.centre - a.centre)) > reach(a) + reach(b);
 }
 
 }  // namespace
 
-const char* name_of(RoofType type) noexcept {
+const char* to_name(RoofType type) noexcept {
     constexpr std::array kNames = {"gable", "hip", "flat", "pyramid", "cone"};
     return kNames[static_cast<std::size_t>(type)];
 }
 
-const char* name_of(RoofColour colour) noexcept {
+const char* to_name(RoofColour colour) noexcept {
     constexpr std::array kNames = {"red", "grey", "pale", "copper"};
     return kNames[static_cast<std::size_t>(colour)];
 }
 
-const char* name_of(BuildingUse use) noexcept {
+const char* to_name(BuildingUse use) noexcept {
     constexpr std::array kNames = {"house",  "shed",    "farm",    "hotel",  "church",
                                    "castle", "balcony", "carport", "canopy", "passage"};
     return kNames[static_cast<std::size_t>(use)];
@@ -37,7 +37,7 @@ const char* name_of(BuildingUse use) noexcept {
 std::optional<double> Building::top_m(Vec2 p) const noexcept {
     const Vec2 from = p - centre;
     const double along = std::abs(dot(from, direction));
-    const double across = std::abs(dot(from, left_of(direction)));
+    const double across = std::abs(dot(from, turn_left(direction)));
     if (along > half_length_m || across > half_width_m)
         return std::nullopt;
     const double rise = ridge_m - eaves_m;
@@ -63,7 +63,7 @@ std::optional<double> Building::top_m(Vec2 p) const noexcept {
 
 std::array<Vec2, 4> Building::corners(double margin_m) const noexcept {
     const Vec2 a = direction * (half_length_m + margin_m);
-    const Vec2 b = left_of(direction) * (half_width_m + margin_m);
+    const Vec2 b = turn_left(direction) * (half_width_m + margin_m);
     return {centre - a - b, centre + a - b, centre + a + b, centre - a + b};
 }
 
@@ -77,7 +77,7 @@ std::vector<Vec2> Building::outline() const {
     Vec2 arm = direction * half_width_m;
     for (int i = 0; i < 12; ++i) {
         ring.push_back(centre + arm);
-        arm = arm * kCos30 + left_of(arm) * 0.5;
+        arm = arm * kCos30 + turn_left(arm) * 0.5;
     }
     return ring;
 }
@@ -94,7 +94,8 @@ Box2 Building::bounds() const noexcept {
 }
 
 bool footprints_overlap(const Building& a, const Building& b, double margin_m) noexcept {
-    for (const Vec2 axis : {a.direction, left_of(a.direction), b.direction, left_of(b.direction)})
+    for (const Vec2 axis :
+         {a.direction, turn_left(a.direction), b.direction, turn_left(b.direction)})
         if (separated_along(axis, a, b, margin_m))
             return false;
     return true;
@@ -118,8 +119,8 @@ struct Part {
 
 Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, BuildingUse use) {
     Building building;
-    building.centre = at + direction * part.east_m + left_of(direction) * part.north_m;
-    building.direction = part.across ? left_of(direction) : direction;
+    building.centre = at + direction * part.east_m + turn_left(direction) * part.north_m;
+    building.direction = part.across ? turn_left(direction) : direction;
     building.half_length_m = part.half_length_m;
     building.half_width_m = part.half_width_m;
     building.ground_m = base_m;
@@ -148,7 +149,7 @@ double lowest_ground(const Terrain& terrain, Vec2 at, Vec2 direction, double hal
         for (const double t : {-1.0, 1.0})
             lowest = std::min(lowest, terrain
                                           .at(at + direction * (s * half_length_m) +
-                                              left_of(direction) * (t * half_width_m))
+                                              turn_left(direction) * (t * half_width_m))
                                           .ground_m);
     return lowest;
 }
@@ -206,7 +207,7 @@ void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>&
     const std::vector<double> storeys = {5, 4};
     for (std::size_t i = 0; i < directions.size(); ++i) {
         const Vec2 at = lake.shore_point(directions[i]) + directions[i] * 23.0;
-        const Vec2 along = left_of(directions[i]);
+        const Vec2 along = turn_left(directions[i]);
         const double base = lowest_ground(terrain, at, along, 19, 7);
         const double top = 1.5 + 3.2 * storeys[i];
         const auto flat = RoofType::kFlat;
@@ -235,7 +236,7 @@ std::vector<Building> build_landmarks(const Terrain& terrain, const Site& site) 
         add_hotels(terrain, *site.lake, out);
     std::uint32_t count = 0;
     for (Building& building : out)
-        building.tint = static_cast<std::uint32_t>(hash_of(site.seed, 0xB1, count++));
+        building.tint = static_cast<std::uint32_t>(compute_hash(site.seed, 0xB1, count++));
     return out;
 }
 

@@ -26,9 +26,9 @@ enum class BuildingUse : std::uint8_t {
     kPassage
 };
 
-[[nodiscard]] const char* name_of(RoofType) noexcept;
-[[nodiscard]] const char* name_of(RoofColour) noexcept;
-[[nodiscard]] const char* name_of(BuildingUse) noexcept;
+[[nodiscard]] const char* to_name(RoofType) noexcept;
+[[nodiscard]] const char* to_name(RoofColour) noexcept;
+[[nodiscard]] const char* to_name(BuildingUse) noexcept;
 
 inline constexpr double kDownToGround_m = -1e6;  ///< the underside of what stands on the ground
 

@@ -14,7 +14,7 @@ constexpr double kFieldSlope = 0.16;
 constexpr double kLakeMeadow_m = 20;
 constexpr double kHighestField_m = 30;
 
-Cover crop_of(double dice) noexcept {
+Cover choose_crop(double dice) noexcept {
     if (dice < 0.34)
         return Cover::kMeadow;
     if (dice < 0.56)
@@ -39,14 +39,14 @@ Parcel parcel_at(std::uint64_t seed, Vec2 p) noexcept {
                       p.y - 0.15 * p.x + 9.0 * noise_2d(seed + 12, p.x / 120.0, p.y / 120.0)};
     const auto bx = static_cast<std::int64_t>(std::floor(warped.x / kBlock_m));
     const auto by = static_cast<std::int64_t>(std::floor(warped.y / kBlock_m));
-    const std::uint64_t block = hash_of(seed, 0xF1E1D, bx, by);
+    const std::uint64_t block = compute_hash(seed, 0xF1E1D, bx, by);
     const bool eastward = (block & 1U) != 0;
     const double across = eastward ? warped.y - static_cast<double>(by) * kBlock_m
                                    : warped.x - static_cast<double>(bx) * kBlock_m;
     const double width = kBlock_m / static_cast<double>(7 + (block >> 8) % 7);
     const auto strip = static_cast<std::int64_t>(std::floor(across / width));
-    Random random(hash_of(block, strip));
-    return {crop_of(random.unit()), random.range(-1.0, 1.0), across};
+    Random random(compute_hash(block, strip));
+    return {choose_crop(random.unit()), random.range(-1.0, 1.0), across};
 }
 
 double woodiness(std::uint64_t seed, const CoverSite& site) noexcept {
@@ -101,7 +101,7 @@ double likelihood(std::uint64_t seed, Vec2 p, const TreeGround& land) noexcept {
     }
 }
 
-TreeKind kind_of(std::uint64_t seed, Vec2 p, const TreeGround& land, Random& random) noexcept {
+TreeKind find_kind(std::uint64_t seed, Vec2 p, const TreeGround& land, Random& random) noexcept {
     if (land.cover == Cover::kScrub)
         return random.chance(0.55) ? TreeKind::kBush : TreeKind::kBroadleaf;
     if (land.cover == Cover::kRock)
@@ -140,7 +140,7 @@ Tree shaped(Tree tree, const TreeGround& land, Random& random) noexcept {
 
 }  // namespace
 
-const char* name_of(TreeKind kind) noexcept {
+const char* to_name(TreeKind kind) noexcept {
     constexpr std::array kNames = {"conifer", "broadleaf", "bush"};
     return kNames[static_cast<std::size_t>(kind)];
 }
@@ -171,7 +171,7 @@ std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area,
     };
     for (auto j = cell(area.y0); j <= cell(area.y1); ++j)
         for (auto i = cell(area.x0); i <= cell(area.x1); ++i) {
-            Random random(hash_of(seed, 0x7EE, i, j));
+            Random random(compute_hash(seed, 0x7EE, i, j));
             const Vec2 p{(static_cast<double>(i) + random.range(0.08, 0.92)) * kTreeCell_m,
                          (static_cast<double>(j) + random.range(0.08, 0.92)) * kTreeCell_m};
             if (!area.contains(p))
@@ -183,7 +183,7 @@ std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area,
             tree.at = p;
             tree.ground_m = here.ground_m;
             tree.tint = static_cast<std::uint32_t>(random.next());
-            tree.kind = kind_of(seed, p, here, random);
+            tree.kind = find_kind(seed, p, here, random);
             tree = shaped(tree, here, random);
             if (here.to_obstacle_m > std::max(1.2, 0.6 * tree.radius_m))
                 trees.push_back(tree);

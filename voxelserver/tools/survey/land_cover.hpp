@@ -56,7 +56,7 @@ struct Parcel {
 [[nodiscard]] double woodiness(std::uint64_t seed, const CoverSite& site) noexcept;
 
 enum class TreeKind : std::uint8_t { kConifer, kBroadleaf, kBush };
-[[nodiscard]] const char* name_of(TreeKind) noexcept;
+[[nodiscard]] const char* to_name(TreeKind) noexcept;
 
 /// A tree: a cone of needles or an ellipsoid of leaves.
 struct Tree {

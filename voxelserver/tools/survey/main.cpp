@@ -31,7 +31,7 @@ int run(int argc, char** argv) {
         return static_cast<int>(util::ExitCode::kDone);
     }
     const auto start = std::chrono::steady_clock::now();
-    const std::size_t count = survey::squares_of(*options).size();
+    const std::size_t count = survey::list_squares(*options).size();
     const auto reports =
         survey::run_survey(*options, [count](const survey::SquareReport& report, std::size_t done) {
             std::fprintf(stderr, "survey: %s done, %llu points in %.1f s (%zu of %zu squares)\n",

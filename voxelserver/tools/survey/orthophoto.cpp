@@ -11,7 +11,7 @@
 namespace terravox::survey {
 namespace {
 
-Colour base_of(Cover cover) noexcept {
+Colour find_base(Cover cover) noexcept {
     switch (cover) {
         case Cover::kMeadow: return {112, 138, 66};
         case Cover::kMownMeadow: return {146, 164, 86};
@@ -43,7 +43,7 @@ double stripe(double across_m, double width_m) noexcept {
     return half - std::floor(half) < 0.5 ? 1.0 : -1.0;
 }
 
-double tint_of(std::uint32_t tint) noexcept {
+double to_tint(std::uint32_t tint) noexcept {
     return static_cast<double>(tint & 0xFFFFU) / 32768.0 - 1.0;
 }
 
@@ -52,7 +52,7 @@ double tint_of(std::uint32_t tint) noexcept {
 Colour ground_colour(std::uint64_t seed, Cover cover, Vec2 p) noexcept {
     const double coarse = noise_2d(seed + 51, p.x / 23.0, p.y / 23.0);
     const double fine = noise_2d(seed + 52, p.x / 2.1, p.y / 2.1);
-    Colour colour = base_of(cover);
+    Colour colour = find_base(cover);
     double shade = 1.0 + 0.05 * coarse + 0.05 * fine;
     if (is_crop(cover)) {
         const Parcel parcel = parcel_at(seed, p);
@@ -92,11 +92,11 @@ Colour roof_colour(const Building& building, int side) noexcept {
         (side == 0 ? 1.0 : -1.0) * (building.direction.x - building.direction.y) * 0.05;
     const double flat = building.roof == RoofType::kFlat ? 0.0 : facing;
     return kRoofs[static_cast<std::size_t>(building.colour)] *
-           (1.0 + 0.10 * tint_of(building.tint) + flat);
+           (1.0 + 0.10 * to_tint(building.tint) + flat);
 }
 
 Colour crown_colour(const Tree& tree) noexcept {
-    const double tint = tint_of(tree.tint);
+    const double tint = to_tint(tree.tint);
     if (tree.kind == TreeKind::kConifer)
         return Colour{46, 78, 44} * (1.0 + 0.16 * tint);
     const Colour leaves = tree.kind == TreeKind::kBush ? Colour{96, 122, 58} : Colour{80, 116, 46};
@@ -172,7 +172,7 @@ private:
 
 /// The slope of a surface by its heights half a metre around; where it ends, of the inner half.
 template <class Height>
-Vec2 slope_of(Vec2 p, const Height& height_m) {
+Vec2 measure_slope(Vec2 p, const Height& height_m) {
     constexpr double kStep_m = 0.25;
     const auto along = [&](Vec2 step) {
         const std::optional<double> here = height_m(p);
@@ -248,7 +248,7 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
             if (!top)
                 return;
             const Vec2 from = p - building.centre;
-            const double across = dot(from, left_of(building.direction));
+            const double across = dot(from, turn_left(building.direction));
             const double along = dot(from, building.direction);
             Colour colour = roof_colour(building, across > 0 ? 0 : 1);
             // Rows of tiles, a lighter ridge, a rim on flat roofs.
@@ -262,7 +262,7 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
             else
                 colour = colour * (tiles - 2.0 * std::floor(tiles / 2.0) < 1.0 ? 1.02 : 0.98);
             canvas.put(column, row, *top, colour,
-                       canvas.is_shaded() ? Vec2{} : slope_of(p, [&](Vec2 at) {
+                       canvas.is_shaded() ? Vec2{} : measure_slope(p, [&](Vec2 at) {
                            return building.top_m(at);
                        }));
         });
@@ -282,7 +282,7 @@ void paint_trees(const SquareModel& model, Canvas& canvas) {
             const double lit =
                 (from.x * -0.6 - from.y * 0.6) / tree.radius_m;  // lighter towards the south-west
             const double grain =
-                static_cast<double>(hash_of(tree.tint, column, row) & 0xFFU) / 255.0 - 0.5;
+                static_cast<double>(compute_hash(tree.tint, column, row) & 0xFFU) / 255.0 - 0.5;
             canvas.put(column, row, *top, crown * (1.0 + 0.10 * lit + 0.16 * grain));
         });
     }

@@ -12,12 +12,12 @@ namespace {
 
 constexpr double kDegree = det::kPi / 180;
 
-double linear_of(double srgb) {
+double to_linear_value(double srgb) {
     const double s = srgb / 255;
     return s <= 0.04045 ? s / 12.92 : det::pow((s + 0.055) / 1.055, 2.4);
 }
 
-double srgb_of(double linear) {
+double to_srgb_value(double linear) {
     const double v = std::clamp(linear, 0.0, 1.0);
     return 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * det::pow(v, 1 / 2.4) - 0.055);
 }
@@ -42,7 +42,7 @@ public:
         const double blue = 1 - 0.6 * light.haze;
         m_sky = {sky * (1 - 0.25 * blue), sky, sky * (1 + 0.4 * blue)};
         for (std::size_t i = 0; i < m_linear.size(); ++i)
-            m_linear[i] = linear_of(static_cast<double>(i));
+            m_linear[i] = to_linear_value(static_cast<double>(i));
     }
 
     [[nodiscard]] Channels photo(int column, int row, Vec2 p) const {
@@ -128,9 +128,9 @@ LitPhoto take_photo(const SquareModel& model, const PhotoLight& light) {
             // The camera's noise.
             const auto east = static_cast<std::int64_t>(std::floor(p.x / kOrthophotoPixel_m));
             const auto north = static_cast<std::int64_t>(std::floor(p.y / kOrthophotoPixel_m));
-            Random random(hash_of(model.seed() + 92, east, north));
+            Random random(compute_hash(model.seed() + 92, east, north));
             for (std::size_t c = 0; c < 3; ++c) {
-                const double value = srgb_of(seen[c]) + 1.2 * random.normal();
+                const double value = to_srgb_value(seen[c]) + 1.2 * random.normal();
                 out.photo.pixels.push_back(
                     static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0)));
                 out.albedo.pixels.push_back(painting.rgb[at + c]);

@@ -29,7 +29,7 @@ struct Vec2 {
     return l > 0 ? v * (1.0 / l) : Vec2{1, 0};
 }
 /// A quarter turn to the left.
-[[nodiscard]] constexpr Vec2 left_of(Vec2 v) noexcept {
+[[nodiscard]] constexpr Vec2 turn_left(Vec2 v) noexcept {
     return {-v.y, v.x};
 }
 

@@ -8,7 +8,7 @@ constexpr double kSag_m = 4.5;
 constexpr double kArmDepth_m = 1.2;
 
 // Masts stand at multiples of the span in x; the line follows the large bends of the river.
-Vec2 foot_of(const River& river, std::int64_t number) {
+Vec2 find_foot(const River& river, std::int64_t number) {
     const double x = static_cast<double>(number) * kPylonSpan_m + 40.0;
     double y = 0;
     for (int k = -2; k <= 2; ++k)
@@ -19,8 +19,8 @@ Vec2 foot_of(const River& river, std::int64_t number) {
 void add_wires(const Pylon& a, const Pylon& b, PowerLine& line) {
     for (const double side : {-1.0, 0.0, 1.0}) {
         const double drop = side == 0.0 ? 0.0 : 1.0;
-        line.wires.push_back({a.at + left_of(a.along) * (side * kPylonArm_m),
-                              b.at + left_of(b.along) * (side * kPylonArm_m), a.top_m - drop,
+        line.wires.push_back({a.at + turn_left(a.along) * (side * kPylonArm_m),
+                              b.at + turn_left(b.along) * (side * kPylonArm_m), a.top_m - drop,
                               b.top_m - drop, side == 0.0 ? 0.7 * kSag_m : kSag_m});
     }
 }
@@ -34,7 +34,7 @@ double Pylon::half_width_m(double height_m) const noexcept {
 bool Pylon::holds(Vec2 p, double height_m) const noexcept {
     const Vec2 from = p - at;
     const double forward = std::abs(dot(from, along));
-    const double sideways = std::abs(dot(from, left_of(along)));
+    const double sideways = std::abs(dot(from, turn_left(along)));
     const bool arm = height_m > top_m - 1.0 - kArmDepth_m && height_m < top_m - 1.0 &&
                      sideways < kPylonArm_m && forward < 0.5;
     const double half = half_width_m(height_m);
@@ -53,8 +53,8 @@ PowerLine build_power_line(const Terrain& terrain, const Box2& area) {
         std::vector<Pylon> row;
         for (auto i = first; i <= last; ++i) {
             Pylon pylon;
-            pylon.at = foot_of(river, i);
-            pylon.along = unit(foot_of(river, i + 1) - foot_of(river, i - 1));
+            pylon.at = find_foot(river, i);
+            pylon.along = unit(find_foot(river, i + 1) - find_foot(river, i - 1));
             pylon.ground_m = terrain.at(pylon.at).ground_m;
             pylon.top_m = pylon.ground_m + kPylonHeight_m;
             if (!row.empty())

@@ -16,7 +16,8 @@ namespace terravox::survey {
 /// A hash of a seed and any number of integers (coordinates, counters); the order of the integers
 /// matters.
 template <class... Integers>
-[[nodiscard]] constexpr std::uint64_t hash_of(std::uint64_t seed, Integers... values) noexcept {
+[[nodiscard]] constexpr std::uint64_t compute_hash(std::uint64_t seed,
+                                                   Integers... values) noexcept {
     ((seed = mix64(seed ^ (static_cast<std::uint64_t>(values) * 0xD6E8FEB86659FD93ULL))), ...);
     return seed;
 }

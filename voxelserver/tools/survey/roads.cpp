@@ -184,7 +184,7 @@ void add_valley_road(const Terrain& terrain, const River& river, const Box2& are
 
 double Bridge::top_m(Vec2 p) const noexcept {
     const Vec2 from = p - centre;
-    const double across = std::abs(dot(from, left_of(direction)));
+    const double across = std::abs(dot(from, turn_left(direction)));
     if (std::abs(dot(from, direction)) > half_length_m || across > half_width_m)
         return kNoWater;
     return across > half_width_m - 0.4 ? deck_m + kParapet_m : deck_m;

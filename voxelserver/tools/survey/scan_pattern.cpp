@@ -13,14 +13,14 @@ constexpr double kStripTime_s = 20000;  ///< between the middles of two strips
 constexpr double kJitter = 0.22;        ///< of the spacing, each way
 
 // Degrees; the error is below 0.001 for the leans that occur (|lean| <= 0.28).
-double angle_of(double lean) noexcept {
+double to_angle(double lean) noexcept {
     const double s = lean * lean;
     return lean * (1.0 - s * (1.0 / 3.0 - s * (1.0 / 5.0 - s / 7.0))) * 57.29577951308232;
 }
 
 }  // namespace
 
-ScanPattern::ScanPattern(std::uint64_t seed, double density) : m_seed(hash_of(seed, 0x5CA)) {
+ScanPattern::ScanPattern(std::uint64_t seed, double density) : m_seed(compute_hash(seed, 0x5CA)) {
     const double strip_density = density * kStripDistance_m / kSwath_m;
     m_spacing_m = 1.0 / std::sqrt(strip_density);
     m_pulses_per_line = static_cast<std::int64_t>(kSwath_m / m_spacing_m);
@@ -59,7 +59,7 @@ ScanPattern::Line ScanPattern::line(std::int64_t strip, std::int64_t number) con
     // The aircraft's speed varies slowly: a triangle wave of 160 lines moves the lines by up to 8
     // spacings, so the density along the strip changes between 0.85 and 1.25 of its mean. Each
     // strip has its own phase.
-    const auto phase = static_cast<std::int64_t>(hash_of(m_seed, strip) % 160);
+    const auto phase = static_cast<std::int64_t>(compute_hash(m_seed, strip) % 160);
     const std::int64_t shifted = number + phase;
     const std::int64_t in_wave = ((shifted % 160) + 160) % 160;
     const double wave = in_wave < 80 ? static_cast<double>(in_wave) / 80.0
@@ -88,7 +88,7 @@ ScanPattern::Range ScanPattern::clip(const Line& line, const Box2& area) const n
 
 Pulse ScanPattern::pulse(const Line& line, std::int64_t number) const noexcept {
     Pulse pulse;
-    pulse.key = hash_of(m_seed, line.strip, line.number, number);
+    pulse.key = compute_hash(m_seed, line.strip, line.number, number);
     Random random(pulse.key);
     const double across =
         (static_cast<double>(number) + 0.5 + kJitter * random.range(-1, 1)) * m_spacing_m -
@@ -97,7 +97,7 @@ Pulse ScanPattern::pulse(const Line& line, std::int64_t number) const noexcept {
     pulse.foot = place(static_cast<double>(line.strip) * kStripDistance_m + across, forward);
     pulse.lean = kAcross * (-across / kFlightHeight_m);
     const bool north = flown_north(line.strip);
-    pulse.angle_deg = angle_of(across / kFlightHeight_m) * (north ? 1.0 : -1.0);
+    pulse.angle_deg = to_angle(across / kFlightHeight_m) * (north ? 1.0 : -1.0);
     pulse.strip = static_cast<std::uint16_t>(1 + ((line.strip % 65535) + 65535 + 20) % 65535);
     pulse.forward = (line.number & 1) == 0;
     pulse.strip_edge = number == 0 || number == m_pulses_per_line - 1;

@@ -130,7 +130,7 @@ double brightness(RoofColour colour) noexcept {
 constexpr double kWallBrightness = 21000;
 
 // Receivers are set anew for every flight line.
-double gain_of(std::uint16_t strip) noexcept {
+double to_gain(std::uint16_t strip) noexcept {
     constexpr double kLeast = 0.7;
     constexpr double kGreatest = 1.3;
     Random random(0x6A14ULL ^ strip);
@@ -143,7 +143,7 @@ struct Growth {
     double from_m;
     double to_m;
 };
-Growth growth_of(Cover cover) noexcept {
+Growth find_growth(Cover cover) noexcept {
     switch (cover) {
         case Cover::kMaize: return {0.55, 1.4, 2.3};
         case Cover::kWheat:
@@ -203,7 +203,7 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
     double low = std::max(b.ground_m - 3.0, b.underside_m);
     double high = b.top_of_all_m() + 0.01;
     const Vec2 from = ray.at(0) - b.centre;
-    const Vec2 right = left_of(b.direction);
+    const Vec2 right = turn_left(b.direction);
     const std::array<std::array<double, 3>, 2> slabs = {
         {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m},
          {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
@@ -367,7 +367,7 @@ void Scanner::reach_ground(Shot& shot) const noexcept {
             shot.add(*water, las_class::kWater, 7000);
         return;
     }
-    const Growth growth = growth_of(cover);
+    const Growth growth = find_growth(cover);
     if (growth.share > 0 && shot.crown_count == 0 && shot.random.chance(growth.share)) {
         const double height = shot.random.range(growth.from_m, growth.to_m);
         shot.add(shot.ray.foot_m + height, las_class::kLowVegetation, 30000);
@@ -387,7 +387,7 @@ Returns Scanner::shoot(const Pulse& pulse) const noexcept {
               {},
               0,
               1,
-              gain_of(pulse.strip),
+              to_gain(pulse.strip),
               {}};
     const double dice = shot.random.unit();
     if (dice < kDropout)

@@ -90,9 +90,9 @@ std::vector<Street> streets_of_the_place(const Lake& lake, Vec2 castle_gate) {
 
 Site the_place(std::uint64_t seed, const River& river) {
     Site site;
-    site.seed = hash_of(seed, 0x5173);
+    site.seed = compute_hash(seed, 0x5173);
     site.centre = plan(740, 450);
-    site.lake = Lake{plan(425, 540), 170, 122, kLakeLevel_m, 14, hash_of(seed, 0x1A4E)};
+    site.lake = Lake{plan(425, 540), 170, 122, kLakeLevel_m, 14, compute_hash(seed, 0x1A4E)};
     site.island = Island{plan(388, 522), 42, 31, kLakeLevel_m + 7.5};
     const Vec2 to_castle = unit({0.5, 1.0});
     site.castle =
@@ -149,7 +149,7 @@ std::vector<Street> streets_of_a_village(Random& random, Vec2 centre, double riv
 
 Site a_village(std::uint64_t seed, std::int64_t along, const River& river) {
     Site site;
-    site.seed = hash_of(seed, 0x5174, along, river.index());
+    site.seed = compute_hash(seed, 0x5174, along, river.index());
     Random random(site.seed);
     const double x = static_cast<double>(along) * kSiteSpacing_m + random.range(-220, 220);
     const double river_y = river.centre_y(x);

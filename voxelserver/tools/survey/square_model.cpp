@@ -190,7 +190,7 @@ void SquareModel::mark_obstacles() {
         near_nodes(b.centre, b.half_length_m + b.half_width_m + 4.0, [&](Vec2 p, std::size_t n) {
             const Vec2 from = p - b.centre;
             closer(n, std::max(std::abs(dot(from, b.direction)) - b.half_length_m,
-                               std::abs(dot(from, left_of(b.direction))) - b.half_width_m));
+                               std::abs(dot(from, turn_left(b.direction))) - b.half_width_m));
         });
     for (const Bridge& bridge : m_roads.bridges)
         near_nodes(bridge.centre, bridge.half_length_m + 6.0, [&](Vec2 p, std::size_t n) {

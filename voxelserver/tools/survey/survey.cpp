@@ -43,7 +43,7 @@ constexpr const char* kAbout =
 }
 
 template <class Number>
-Number number_of(const std::string& option, const std::string& text, const std::string& allowed) {
+Number to_number(const std::string& option, const std::string& text, const std::string& allowed) {
     Number value{};
     const char* const end = text.data() + text.size();
     const auto [stopped, failed] = std::from_chars(text.data(), end, value);
@@ -77,8 +77,8 @@ std::pair<std::string, std::string> halves(const std::string& option, const std:
 void read_squares(const std::string& text, SurveyOptions& options) {
     const std::string allowed = "<east>x<north>, each 1 to " + std::to_string(kMaxSquares);
     const auto [east, north] = halves("--squares", text, 'x', allowed);
-    options.squares_east = number_of<int>("--squares", east, allowed);
-    options.squares_north = number_of<int>("--squares", north, allowed);
+    options.squares_east = to_number<int>("--squares", east, allowed);
+    options.squares_north = to_number<int>("--squares", north, allowed);
     const auto good = [](int n) { return n >= 1 && n <= kMaxSquares; };
     if (!good(options.squares_east) || !good(options.squares_north))
         refuse("--squares", text, allowed);
@@ -87,7 +87,7 @@ void read_squares(const std::string& text, SurveyOptions& options) {
 void read_square_m(const std::string& text, SurveyOptions& options) {
     const std::string allowed =
         "1000, or a multiple of 16 from " + std::to_string(kMinSquare_m) + " to 992";
-    const int side = number_of<int>("--square-m", text, allowed);
+    const int side = to_number<int>("--square-m", text, allowed);
     if (side != kKilometre_m &&
         (side % kSquareStep_m != 0 || side < kMinSquare_m || side > kKilometre_m))
         refuse("--square-m", text, allowed);
@@ -96,7 +96,7 @@ void read_square_m(const std::string& text, SurveyOptions& options) {
 
 std::int64_t whole_metres(const std::string& text, const std::string& all,
                           const std::string& allowed) {
-    const double km = number_of<double>("--origin", text, allowed);
+    const double km = to_number<double>("--origin", text, allowed);
     const double metres = std::floor(km * 1000.0 + 0.5);
     if (!(km >= 0 && km <= kMaxOrigin_km) || std::abs(metres - km * 1000.0) > 1e-3)
         refuse("--origin", all, allowed);
@@ -119,11 +119,11 @@ void read_origin(const std::string& text, SurveyOptions& options) {
     options.origin_north_m = whole_metres(north, text, allowed);
 }
 
-double share_of(const std::string& option, const std::string& text) {
+double parse_share(const std::string& option, const std::string& text) {
     const std::string allowed = "0 to 1";
     if (text.empty())
         return 0;
-    const double share = number_of<double>(option, text, allowed);
+    const double share = to_number<double>(option, text, allowed);
     if (!(share >= 0 && share <= 1))
         refuse(option, text, allowed);
     return share;
@@ -141,28 +141,28 @@ std::optional<PhotoLight> photo_light(const Texts& texts) {
     }
     const auto [azimuth, altitude] = halves("--photo-sun", texts.photo_sun, ',', allowed);
     PhotoLight light;
-    light.azimuth_deg = number_of<double>("--photo-sun", azimuth, allowed);
-    light.altitude_deg = number_of<double>("--photo-sun", altitude, allowed);
+    light.azimuth_deg = to_number<double>("--photo-sun", azimuth, allowed);
+    light.altitude_deg = to_number<double>("--photo-sun", altitude, allowed);
     if (!(light.azimuth_deg >= 0 && light.azimuth_deg <= 360 && light.altitude_deg >= 10 &&
           light.altitude_deg <= 85))
         refuse("--photo-sun", texts.photo_sun, allowed);
-    light.haze = share_of("--photo-haze", texts.photo_haze);
-    light.clouds = share_of("--photo-clouds", texts.photo_clouds);
+    light.haze = parse_share("--photo-haze", texts.photo_haze);
+    light.clouds = parse_share("--photo-clouds", texts.photo_clouds);
     return light;
 }
 
 SurveyOptions checked(const Texts& texts) {
     SurveyOptions options;
-    options.seed = number_of<std::uint64_t>("--seed", texts.seed, "0 to 18446744073709551615");
+    options.seed = to_number<std::uint64_t>("--seed", texts.seed, "0 to 18446744073709551615");
     const std::string densities = "0.1 to 200 pulses per square metre";
-    options.density = number_of<double>("--density", texts.density, densities);
+    options.density = to_number<double>("--density", texts.density, densities);
     if (!(options.density >= kMinDensity && options.density <= kMaxDensity))
         refuse("--density", texts.density, densities);
     read_squares(texts.squares, options);
     read_square_m(texts.square_m, options);
     read_origin(texts.origin, options);
     const std::string threads = "0 (one for each core) to " + std::to_string(kMaxThreads);
-    options.threads = number_of<int>("--threads", texts.threads, threads);
+    options.threads = to_number<int>("--threads", texts.threads, threads);
     if (options.threads < 0 || options.threads > kMaxThreads)
         refuse("--threads", texts.threads, threads);
     options.photo_light = photo_light(texts);
@@ -172,7 +172,7 @@ SurveyOptions checked(const Texts& texts) {
 
 }  // namespace
 
-std::vector<SquareExtent> squares_of(const SurveyOptions& options) {
+std::vector<SquareExtent> list_squares(const SurveyOptions& options) {
     std::vector<SquareExtent> squares;
     for (int north = 0; north < options.squares_north; ++north)
         for (int east = 0; east < options.squares_east; ++east)
@@ -371,7 +371,7 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
 std::vector<SquareReport> run_survey(
     const SurveyOptions& options,
     const std::function<void(const SquareReport&, std::size_t)>& progress) {
-    const auto squares = squares_of(options);
+    const auto squares = list_squares(options);
     const int threads = thread::thread_count(options.threads);
     util::check_writable(options.folder / "truth" / "place.json");
     std::vector<SquareReport> reports(squares.size());

@@ -30,7 +30,7 @@ struct SurveyOptions {
 };
 
 /// @return the squares row by row from the south-west
-[[nodiscard]] std::vector<SquareExtent> squares_of(const SurveyOptions& options);
+[[nodiscard]] std::vector<SquareExtent> list_squares(const SurveyOptions& options);
 
 /// Parses the command line.
 /// @return nullopt for --help or --version; `answer` then holds the text to print
@@ -58,7 +58,7 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
 /// much with a light for the photo), whatever the number of squares.
 /// @param progress called after each square with the number finished so far; one call at a time,
 /// from any thread
-/// @return the reports in the order of squares_of
+/// @return the reports in the order of list_squares
 /// @throws Error as soon as one square fails
 std::vector<SquareReport> run_survey(
     const SurveyOptions& options,

@@ -54,7 +54,7 @@ std::vector<Vec2> Lake::shore_ring(int points) const {
 }
 
 River::River(std::uint64_t seed, std::int64_t index) noexcept
-    : m_seed(hash_of(seed, 0x52, index)),
+    : m_seed(compute_hash(seed, 0x52, index)),
       m_index(index),
       m_base_y(static_cast<double>(index) * kRiverSpacing_m - kRiverSouth_m),
       m_base_level_m(470.0 + (index == 0 ? 0.0 : Random(m_seed).range(-45.0, 45.0))) {}
@@ -140,7 +140,7 @@ double castle_height(const CastleRock& rock, Vec2 p, std::uint64_t seed) noexcep
 }  // namespace
 
 Terrain::Terrain(std::uint64_t seed, const Box2& area)
-    : m_seed(hash_of(seed, 0x7E)), m_sites(sites_near(seed, area.expanded(kTerrainReach_m))) {
+    : m_seed(compute_hash(seed, 0x7E)), m_sites(sites_near(seed, area.expanded(kTerrainReach_m))) {
     const double reach = kTerrainReach_m + kRiverSway_m;
     const auto first =
         static_cast<std::int64_t>(std::floor((area.y0 - reach + kRiverSouth_m) / kRiverSpacing_m));

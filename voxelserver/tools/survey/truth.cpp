@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kWireColumn_m = 0.5;  ///< a wire belongs to the columns within half a metre
 
-TrueKind kind_of(Cover cover) noexcept {
+TrueKind find_kind(Cover cover) noexcept {
     switch (cover) {
         case Cover::kPloughed:
         case Cover::kRock:
@@ -22,7 +22,7 @@ TrueKind kind_of(Cover cover) noexcept {
     }
 }
 
-TrueKind kind_of(RoofColour colour) noexcept {
+TrueKind find_kind(RoofColour colour) noexcept {
     constexpr std::array kKinds = {TrueKind::kRoofRed, TrueKind::kRoofGrey, TrueKind::kRoofPale,
                                    TrueKind::kRoofCopper};
     return kKinds[static_cast<std::size_t>(colour)];
@@ -100,7 +100,7 @@ private:
         const std::size_t i = index(column, row);
         TrueColumn& out = m_columns[i];
         out.ground_m = static_cast<float>(m_model.ground_m(p));
-        out.kind = kind_of(m_model.cover(p));
+        out.kind = find_kind(m_model.cover(p));
         m_top[i] = out.ground_m;
         if (const auto water = m_model.water_m(p)) {
             out.water_m = static_cast<float>(*water);
@@ -123,7 +123,7 @@ private:
                 out.roof_m = static_cast<float>(*top);
                 out.building = number;
             }
-            show(i, static_cast<float>(*top), kind_of(b.colour));
+            show(i, static_cast<float>(*top), find_kind(b.colour));
         });
     }
 
@@ -155,7 +155,7 @@ private:
 
 }  // namespace
 
-const char* name_of(TrueKind kind) noexcept {
+const char* to_name(TrueKind kind) noexcept {
     constexpr std::array kNames = {
         "",         "grass",     "bare",      "road",        "gravel road", "water", "tree",
         "red roof", "grey roof", "pale roof", "copper roof", "bridge",      "wire",  "pylon"};
@@ -188,13 +188,13 @@ Json ring(const std::vector<Vec2>& points) {
     return out;
 }
 
-Json buildings_of(const SquareModel& model, const Box2& box) {
+Json list_buildings(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Building& b : model.buildings()) {
         if (!b.bounds().overlaps(box))
             continue;
-        Json building{{"use", name_of(b.use)},         {"roof", name_of(b.roof)},
-                      {"colour", name_of(b.colour)},   {"ground_m", cm(b.ground_m)},
+        Json building{{"use", to_name(b.use)},         {"roof", to_name(b.roof)},
+                      {"colour", to_name(b.colour)},   {"ground_m", cm(b.ground_m)},
                       {"eaves_m", cm(b.eaves_m)},      {"ridge_m", cm(b.ridge_m)},
                       {"footprint", ring(b.outline())}};
         if (b.open_beneath())
@@ -204,11 +204,11 @@ Json buildings_of(const SquareModel& model, const Box2& box) {
     return out;
 }
 
-Json trees_of(const SquareModel& model, const Box2& box) {
+Json list_trees(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Tree& t : model.trees())
         if (box.expanded(t.radius_m).contains(t.at))
-            out.push_back({{"kind", name_of(t.kind)},
+            out.push_back({{"kind", to_name(t.kind)},
                            {"at", position(t.at)},
                            {"ground_m", cm(t.ground_m)},
                            {"height_m", cm(t.height_m)},
@@ -246,7 +246,7 @@ std::optional<Json> river_in(const River& river, const Box2& box) {
     return Json{{"kind", "river"}, {"line", line}, {"level_m", levels}, {"width_m", widths}};
 }
 
-Json waters_of(const SquareModel& model, const Box2& box) {
+Json list_waters(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const River& river : model.terrain().rivers())
         if (auto found = river_in(river, box))
@@ -270,7 +270,7 @@ Json waters_of(const SquareModel& model, const Box2& box) {
     return out;
 }
 
-Json bridges_of(const SquareModel& model, const Box2& box) {
+Json list_bridges(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Bridge& b : model.roads().bridges)
         if (b.bounds().overlaps(box))
@@ -282,7 +282,7 @@ Json bridges_of(const SquareModel& model, const Box2& box) {
     return out;
 }
 
-Json power_line_of(const SquareModel& model, const Box2& box) {
+Json describe_power_line(const SquareModel& model, const Box2& box) {
     Json pylons = Json::array();
     for (const Pylon& p : model.power_line().pylons)
         if (box.expanded(kPylonArm_m).contains(p.at))
@@ -291,7 +291,7 @@ Json power_line_of(const SquareModel& model, const Box2& box) {
     return {{"pylons", pylons}};
 }
 
-Json landmarks_of(const SquareModel& model, const Box2& box) {
+Json list_landmarks(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     const auto add = [&](const char* name, Vec2 at, double height_m) {
         if (box.contains(at))
@@ -310,7 +310,7 @@ Json landmarks_of(const SquareModel& model, const Box2& box) {
     return out;
 }
 
-Json square_of(const SquareExtent& extent) {
+Json describe_square(const SquareExtent& extent) {
     return {{"name", extent.name()},
             {"extent_m",
              {extent.east_m, extent.north_m, extent.east_m + extent.size_m,
@@ -342,15 +342,15 @@ SquareRaster<std::uint8_t> true_kinds(const SquareModel& model) {
 
 std::string truth_json(const SquareModel& model) {
     const Box2 box = model.extent().box();
-    Json out = square_of(model.extent());
+    Json out = describe_square(model.extent());
     out["version"] = kTruthVersion;
     out["crs"] = kSurveyCrs;
-    out["landmarks"] = landmarks_of(model, box);
-    out["waters"] = waters_of(model, box);
-    out["bridges"] = bridges_of(model, box);
-    out["power_line"] = power_line_of(model, box);
-    out["buildings"] = buildings_of(model, box);
-    out["trees"] = trees_of(model, box);
+    out["landmarks"] = list_landmarks(model, box);
+    out["waters"] = list_waters(model, box);
+    out["bridges"] = list_bridges(model, box);
+    out["power_line"] = describe_power_line(model, box);
+    out["buildings"] = list_buildings(model, box);
+    out["trees"] = list_trees(model, box);
     return out.dump() + "\n";
 }
 
@@ -373,8 +373,8 @@ std::string place_json(const SurveyOptions& options) {
                               {"haze", options.photo_light->haze},
                               {"clouds", options.photo_light->clouds}};
     Json names = Json::array();
-    for (const SquareExtent& extent : squares_of(options))
-        names.push_back(square_of(extent));
+    for (const SquareExtent& extent : list_squares(options))
+        names.push_back(describe_square(extent));
     out["files"] = names;
     return out.dump(2) + "\n";
 }

@@ -28,7 +28,7 @@ enum class TrueKind : std::uint8_t {
     kPylon = 13,
 };
 inline constexpr int kTrueKindCount = 14;
-[[nodiscard]] const char* name_of(TrueKind) noexcept;
+[[nodiscard]] const char* to_name(TrueKind) noexcept;
 
 /// The truth at the centre of one square metre. Heights above sea level, metres; kNoWater where
 /// there is none.

@@ -110,7 +110,7 @@ struct Style {
     RoofColour colour;
 };
 
-Style style_of(Random& random) {
+Style choose_style(Random& random) {
     const double dice = random.unit();
     if (dice < 0.54)
         return {RoofType::kGable, RoofColour::kRed};
@@ -123,7 +123,7 @@ Style style_of(Random& random) {
 
 // A house, perhaps with a wing at a right angle, and perhaps a shed behind it.
 void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots) {
-    const Style style = style_of(random);
+    const Style style = choose_style(random);
     const bool gable_to_street = random.chance(0.35);
     Building house;
     house.half_length_m = random.range(4.8, 7.4);
@@ -131,8 +131,8 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
     house.roof = style.roof;
     house.colour = style.colour;
     house.tint = static_cast<std::uint32_t>(random.next());
-    const Vec2 turned = unit(along + left_of(along) * random.range(-0.07, 0.07));
-    house.direction = gable_to_street ? left_of(turned) : turned;
+    const Vec2 turned = unit(along + turn_left(along) * random.range(-0.07, 0.07));
+    house.direction = gable_to_street ? turn_left(turned) : turned;
     const double depth = gable_to_street ? house.half_length_m : house.half_width_m;
     house.centre = kerb + outward * (depth + random.range(3.0, 7.5));
     const double eaves = random.chance(0.6) ? random.range(5.2, 6.3) : random.range(3.2, 4.2);
@@ -144,7 +144,7 @@ void add_house(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots)
         Building wing = house;
         wing.half_length_m = random.range(2.5, 3.8);
         wing.half_width_m = house.half_width_m * 0.75;
-        wing.direction = left_of(house.direction);
+        wing.direction = turn_left(house.direction);
         const double side = random.chance(0.5) ? 1.0 : -1.0;
         wing.centre = house.centre +
                       wing.direction *
@@ -193,7 +193,7 @@ void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
     const std::size_t houses = plots.buildings().size();
     for (std::size_t i = landmarks; i < houses; ++i) {
         const Building house = plots.buildings()[i];
-        Random random(hash_of(seed, 0x0BA1, i));
+        Random random(compute_hash(seed, 0x0BA1, i));
         const double dice = random.unit();
         const double side = random.chance(0.5) ? 1.0 : -1.0;
         if (house.use != BuildingUse::kHouse)
@@ -208,7 +208,7 @@ void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
             slab.half_length_m = 0.7 * house.half_length_m;
             slab.half_width_m = random.range(0.9, 1.3);
             slab.centre =
-                house.centre + left_of(house.direction) *
+                house.centre + turn_left(house.direction) *
                                    (side * (house.half_width_m + slab.half_width_m + kJoint_m));
             plots.add_slab(slab, i, kStorey_m, 0.25);
         } else if (dice > 0.7) {
@@ -227,7 +227,7 @@ void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
 void line_street(const Street& street, const Road& road, std::uint64_t seed, Plots& plots) {
     const auto vertices = static_cast<double>(road.line.size());
     for (const double side : {1.0, -1.0}) {
-        Random random(hash_of(seed, side > 0 ? 1 : 2));
+        Random random(compute_hash(seed, side > 0 ? 1 : 2));
         double at = street.houses_from * vertices + random.range(2.0, 4.0);
         for (; at < street.houses_to * vertices - 2.0;
              at += random.range(0.85, 1.25) * street.house_step_m / kRoadStep_m) {
@@ -235,7 +235,7 @@ void line_street(const Street& street, const Road& road, std::uint64_t seed, Plo
             if (i + 1 >= road.line.size() || road.line[i].on_bridge)
                 continue;
             const Vec2 along = unit(road.line[i + 1].at - road.line[i].at);
-            const Vec2 outward = left_of(along) * side;
+            const Vec2 outward = turn_left(along) * side;
             const Vec2 kerb = road.line[i].at + outward * road.half_width_m;
             const Random house(random.next());
             if (street.house_step_m >= kFarmStep_m)
@@ -258,7 +258,8 @@ std::vector<Building> build_village(const Terrain& terrain, const Site& site) {
     std::uint64_t number = 0;
     for (std::size_t i = 0; i < site.streets.size() && i < streets.roads.size(); ++i, ++number)
         if (site.streets[i].house_step_m > 0)
-            line_street(site.streets[i], streets.roads[i], hash_of(site.seed, 0x57, number), plots);
+            line_street(site.streets[i], streets.roads[i], compute_hash(site.seed, 0x57, number),
+                        plots);
     add_overhangs(site.seed, landmark_count, plots);
     return plots.take();
 }

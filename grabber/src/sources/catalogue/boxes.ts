@@ -1,4 +1,4 @@
-import { intersectionOf } from '../../geo/bounds.js';
+import { intersectBounds } from '../../geo/bounds.js';
 import type { BoundsM } from '../../model/square.js';
 import type { Region } from '../../model/store.js';
 import type { Source } from '../source.js';
@@ -13,8 +13,8 @@ const kMaxSingles = 50;
 const kSpread = 8;
 
 /** The boxes to request from a catalogue, within the source's extent. */
-export function boxesOf(region: Region, source: Source): BoundsM[] {
-  const whole = intersectionOf(region.bounds, source.extent_m);
+export function listBoxes(region: Region, source: Source): BoundsM[] {
+  const whole = intersectBounds(region.bounds, source.extent_m);
   if (whole === undefined) return [];
   const size = source.square_m;
   const names = region.names;

@@ -4,7 +4,7 @@ import type { CatalogueSquare } from '../../model/square.js';
 import type { Catalogue, Region } from '../../model/store.js';
 import type { GrabberError } from '../../util/errors.js';
 import type { Source } from '../source.js';
-import { settingsOf, type CatalogueOptions, type CatalogueSettings } from './options.js';
+import { toSettings, type CatalogueOptions, type CatalogueSettings } from './options.js';
 import { stacCatalogue } from './stac-catalogue.js';
 import { templateCatalogue } from './template-catalogue.js';
 import { wfsCatalogue } from './wfs-catalogue.js';
@@ -23,7 +23,7 @@ export function openCatalogue(
     onLeftOut === undefined
       ? {}
       : { onLeftOut: (error: GrabberError) => onLeftOut(redactError(error, http.redact)) };
-  const catalogue = catalogueOf(source, http, settingsOf({ ...options, ...redacted }));
+  const catalogue = makeCatalogue(source, http, toSettings({ ...options, ...redacted }));
   const { locate } = catalogue;
   return {
     ...catalogue,
@@ -47,7 +47,7 @@ async function* findWithoutSecrets(
   }
 }
 
-function catalogueOf(source: Source, http: HttpClient, settings: CatalogueSettings): Catalogue {
+function makeCatalogue(source: Source, http: HttpClient, settings: CatalogueSettings): Catalogue {
   const { access } = source;
   switch (access.kind) {
     case 'template':

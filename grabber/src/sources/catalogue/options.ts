@@ -44,7 +44,7 @@ export type CatalogueSettings = Required<Omit<CatalogueOptions, 'limits'>> & {
   readonly limits: CatalogueLimits;
 };
 
-export function settingsOf(options: CatalogueOptions): CatalogueSettings {
+export function toSettings(options: CatalogueOptions): CatalogueSettings {
   return {
     variables: options.variables ?? {},
     maxSquares: options.maxSquares ?? kMaxSquares,

@@ -1,8 +1,8 @@
 import type { CatalogueSquare } from '../../model/square.js';
 import type { Source } from '../source.js';
-import { templatesOf } from '../source.js';
+import { listTemplates } from '../source.js';
 import type { Square } from '../square.js';
-import { expandTemplate, placeholdersOf, type Variables } from '../url-template.js';
+import { expandTemplate, listPlaceholders, type Variables } from '../url-template.js';
 import type { ChosenVariables } from '../variables.js';
 
 /** Checks whether a file exists at an address; counts as a request to its host. */
@@ -28,13 +28,13 @@ export type Addresses = {
   ): Promise<CatalogueSquare | undefined>;
 };
 
-/** @param blockVariable the placeholder that is the block of a square, see blockVariableOf */
-export function addressesOf(
+/** @param blockVariable the placeholder that is the block of a square, see findBlockVariable */
+export function makeAddresses(
   source: Source,
   chosen: ChosenVariables,
   blockVariable: string | undefined,
 ): Addresses {
-  const templates = templatesOf(source);
+  const templates = listTemplates(source);
   const { given, probed } = chosen;
   const expand = (square: Square, more: Variables): string[] =>
     templates
@@ -42,7 +42,7 @@ export function addressesOf(
         (template) =>
           probed === undefined ||
           more[probed.name] !== undefined ||
-          !placeholdersOf(template).includes(probed.name),
+          !listPlaceholders(template).includes(probed.name),
       )
       .map((template) => expandTemplate(template, square, { ...given, ...more }));
 

@@ -1,14 +1,14 @@
 import { z } from 'zod';
 import type { HttpClient } from '../../fetch/http-client.js';
 import { boundsToDegrees } from '../../geo/bounds.js';
-import { projectionOf } from '../../geo/crs.js';
+import { findProjection } from '../../geo/crs.js';
 import type { BoundsM, CatalogueSquare } from '../../model/square.js';
 import type { Catalogue, Region } from '../../model/store.js';
 import type { StacAccess } from '../access-schema.js';
-import { hostsOf } from '../hosts.js';
+import { listHosts } from '../hosts.js';
 import type { Source } from '../source.js';
 import { chooseVariables } from '../variables.js';
-import { boxesOf } from './boxes.js';
+import { listBoxes } from './boxes.js';
 import { Entries } from './entries.js';
 import { checkHost, getJson, type CatalogueClient } from './json-request.js';
 import { catalogueError, isInRegion, Listing } from './listing.js';
@@ -41,7 +41,7 @@ export function stacCatalogue(
   const client: CatalogueClient = {
     what: `list ${source.id}`,
     http,
-    hosts: hostsOf(source),
+    hosts: listHosts(source),
     settings,
   };
   const { sign } = access;
@@ -50,7 +50,7 @@ export function stacCatalogue(
     const listing = new Listing(client.what, settings.maxSquares);
     const entries = new Entries(settings);
     let items = 0;
-    for (const box of boxesOf(region, source)) {
+    for (const box of listBoxes(region, source)) {
       for await (const { item, base } of itemsIn(client, source, access, box, signal)) {
         items += 1;
         if (items > settings.limits.items) {
@@ -115,7 +115,7 @@ async function* itemsIn(
   signal: AbortSignal,
 ): AsyncGenerator<RawItem> {
   const { limits } = client.settings;
-  const degrees = boundsToDegrees(box, projectionOf(source.crs)).map((value) =>
+  const degrees = boundsToDegrees(box, findProjection(source.crs)).map((value) =>
     value.toFixed(kDegreeDigits),
   );
   const first = new URL(access.items);
@@ -138,7 +138,7 @@ async function* itemsIn(
     const base: string = url;
     const page: z.infer<typeof pageSchema> = await getJson(client, base, pageSchema, signal);
     for (const item of page.features) yield { item, base };
-    url = nextOf(client, page.links, base);
+    url = findNext(client, page.links, base);
     empty = page.features.length > 0 ? 0 : empty + 1;
     if (url !== undefined && empty > kMaxEmptyPages) {
       throw catalogueError(
@@ -150,7 +150,7 @@ async function* itemsIn(
   }
 }
 
-function nextOf(
+function findNext(
   client: CatalogueClient,
   links: readonly z.infer<typeof linkSchema>[],
   base: string,

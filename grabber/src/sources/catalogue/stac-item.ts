@@ -1,6 +1,6 @@
 import { z } from 'zod';
-import { boundsOf, ringOfBox } from '../../geo/bounds.js';
-import { projectionOf, type Point, type Projection } from '../../geo/crs.js';
+import { measureBounds, ringOfBox } from '../../geo/bounds.js';
+import { findProjection, type Point, type Projection } from '../../geo/crs.js';
 import type { BoundsM, CatalogueSquare } from '../../model/square.js';
 import type { AssetChoice, StacAccess } from '../access-schema.js';
 import { boundsOfSquare, patternReader } from '../naming.js';
@@ -73,7 +73,7 @@ export function readItem(
 ): ReadItem {
   const what = `list ${source.id}: item ${item.id}`;
   const [asset, choice] = chooseAsset(item, access.assets, what);
-  const place = placeOf(item, source, access, what);
+  const place = toPlace(item, source, access, what);
   const published = item.properties.datetime ?? item.properties.end_datetime ?? null;
   const href = absolute(asset.href, base, what);
   return {
@@ -86,7 +86,7 @@ export function readItem(
       block: null,
       urls: [href],
       bytes: asset['file:size'] ?? null,
-      sha256: sha256Of(asset['file:checksum'] ?? asset['checksum:multihash']),
+      sha256: parseSha256(asset['file:checksum'] ?? asset['checksum:multihash']),
       member: choice.member ?? null,
       published: published === null ? null : published.slice(0, 10),
     },
@@ -124,13 +124,13 @@ function absolute(href: string, base: string, what: string): string {
   throw catalogueError(what, `address ${href}`, 'a web address');
 }
 
-function placeOf(
+function toPlace(
   item: StacItem,
   source: Source,
   access: StacAccess,
   what: string,
 ): { name: string; bounds: BoundsM | null } {
-  const projection = projectionOf(source.crs);
+  const projection = findProjection(source.crs);
   if (source.square_m === undefined) {
     // The name finds the item again and becomes a file's, so it is taken as it is or not at all.
     if (!kPlainName.test(item.id)) {
@@ -140,7 +140,7 @@ function placeOf(
         'letters, digits, ".", "_" and "-", at most 120',
       );
     }
-    return { name: item.id, bounds: footprintOf(item, projection) };
+    return { name: item.id, bounds: readFootprint(item, projection) };
   }
   const square =
     access.name_pattern === undefined
@@ -153,19 +153,19 @@ function placeOf(
   return { name: square.name, bounds: boundsOfSquare(square, source.square_m) };
 }
 
-function footprintOf(item: StacItem, projection: Projection): BoundsM | null {
+function readFootprint(item: StacItem, projection: Projection): BoundsM | null {
   const flat =
     item.bbox?.length === 6 ? [0, 1, 3, 4].map((index) => item.bbox?.[index] ?? NaN) : item.bbox;
   if (flat?.length !== 4) return null;
   const [west = NaN, south = NaN, east = NaN, north = NaN] = flat;
-  return boundsOf(
+  return measureBounds(
     ringOfBox([west, south, east, north], 4).map((point: Point) => projection.fromDegrees(point)),
   );
 }
 
 /** The square of the grid that holds the footprint. */
 function snapped(item: StacItem, projection: Projection, size: number, what: string): Square {
-  const footprint = footprintOf(item, projection);
+  const footprint = readFootprint(item, projection);
   if (footprint === null) {
     throw catalogueError(what, 'it has no bbox', 'west, south, east, north in degrees');
   }
@@ -194,7 +194,7 @@ function snapped(item: StacItem, projection: Projection, size: number, what: str
  * A multihash names its function and length first: 12 = SHA-256, 20 = 32 bytes. Others are none of
  * ours.
  */
-function sha256Of(multihash: string | undefined): string | null {
+function parseSha256(multihash: string | undefined): string | null {
   const match = /^1220([0-9a-f]{64})$/i.exec(multihash ?? '');
   return match?.[1]?.toLowerCase() ?? null;
 }

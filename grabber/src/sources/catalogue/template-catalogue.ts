@@ -1,13 +1,13 @@
 import type { CatalogueSquare } from '../../model/square.js';
 import type { Catalogue, Region } from '../../model/store.js';
-import { intersectionOf } from '../../geo/bounds.js';
+import { intersectBounds } from '../../geo/bounds.js';
 import { boundsOfSquare } from '../naming.js';
 import type { Source } from '../source.js';
 import { parseSquare, squareAt, type Grid, type Square } from '../square.js';
-import { blockVariableOf, chooseVariables } from '../variables.js';
+import { findBlockVariable, chooseVariables } from '../variables.js';
 import { isInRegion, Listing } from './listing.js';
 import type { CatalogueSettings } from './options.js';
-import { addressesOf } from './probe.js';
+import { makeAddresses } from './probe.js';
 
 /**
  * Lists the squares of a computed grid without a request, so some of them may not exist.
@@ -16,9 +16,9 @@ import { addressesOf } from './probe.js';
 export function templateCatalogue(source: Source, settings: CatalogueSettings): Catalogue {
   const size = source.square_m ?? 1000;
   const chosen = chooseVariables(source, settings.variables);
-  const blockVariable = blockVariableOf(source);
+  const blockVariable = findBlockVariable(source);
   const block = blockVariable === undefined ? null : (chosen.given[blockVariable] ?? null);
-  const addresses = addressesOf(source, chosen, blockVariable);
+  const addresses = makeAddresses(source, chosen, blockVariable);
 
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
     const listing = new Listing(`list ${source.id}`, settings.maxSquares);
@@ -77,7 +77,7 @@ export function* gridSquares(region: Region, grid: Grid): Generator<Square> {
   }
   const size = grid.square_m;
   const box =
-    grid.extent_m === undefined ? region.bounds : intersectionOf(region.bounds, grid.extent_m);
+    grid.extent_m === undefined ? region.bounds : intersectBounds(region.bounds, grid.extent_m);
   if (box === undefined) return;
   for (let north = Math.floor(box[1] / size) * size; north < box[3]; north += size) {
     for (let east = Math.floor(box[0] / size) * size; east < box[2]; east += size) {

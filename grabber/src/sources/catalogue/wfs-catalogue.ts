@@ -1,23 +1,23 @@
 import type { HttpClient } from '../../fetch/http-client.js';
-import { boundsOf, overlap, ringOfBox } from '../../geo/bounds.js';
-import { projectionOf } from '../../geo/crs.js';
+import { measureBounds, overlap, ringOfBox } from '../../geo/bounds.js';
+import { findProjection } from '../../geo/crs.js';
 import type { BoundsM, CatalogueSquare } from '../../model/square.js';
 import type { Catalogue, Region } from '../../model/store.js';
 import type { WfsAccess } from '../access-schema.js';
-import { hostsOf } from '../hosts.js';
+import { listHosts } from '../hosts.js';
 import type { Source } from '../source.js';
 import { parseSquare } from '../square.js';
-import { blockVariableOf, chooseVariables } from '../variables.js';
-import { boxesOf } from './boxes.js';
+import { findBlockVariable, chooseVariables } from '../variables.js';
+import { listBoxes } from './boxes.js';
 import { Entries } from './entries.js';
 import { checkHost, getJson, type CatalogueClient } from './json-request.js';
 import { catalogueError, isInRegion, Listing } from './listing.js';
 import type { CatalogueSettings } from './options.js';
-import { addressesOf } from './probe.js';
+import { makeAddresses } from './probe.js';
 import { gridSquare } from './template-catalogue.js';
 import {
   collectionSchema,
-  footprintOf,
+  readFootprint,
   isUnpublished,
   readFeature,
   type WfsCollection,
@@ -36,21 +36,21 @@ export function wfsCatalogue(
 ): Catalogue {
   const size = source.square_m ?? 1000;
   const chosen = chooseVariables(source, settings.variables);
-  const blockVariable = blockVariableOf(source);
+  const blockVariable = findBlockVariable(source);
   const fixed = blockVariable === undefined ? null : (chosen.given[blockVariable] ?? null);
-  const addresses = addressesOf(source, chosen, blockVariable);
+  const addresses = makeAddresses(source, chosen, blockVariable);
   const layerCrs = access.crs ?? source.crs;
   const client: CatalogueClient = {
     what: `list ${source.id}`,
     http,
-    hosts: hostsOf(source),
+    hosts: listHosts(source),
     settings,
   };
 
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
     const listing = new Listing(client.what, settings.maxSquares);
     const entries = new Entries(settings);
-    for (const box of boxesOf(region, source)) {
+    for (const box of listBoxes(region, source)) {
       for await (const feature of featuresIn(
         client,
         { ...access, crs: layerCrs },
@@ -92,9 +92,9 @@ type Layer = WfsAccess & { readonly crs: string };
 
 function inLayerCrs(box: BoundsM, source: Source, crs: string): BoundsM {
   if (crs === source.crs) return box;
-  const from = projectionOf(source.crs);
-  const to = projectionOf(crs);
-  return boundsOf(ringOfBox(box, 20).map((point) => to.fromDegrees(from.toDegrees(point))));
+  const from = findProjection(source.crs);
+  const to = findProjection(crs);
+  return measureBounds(ringOfBox(box, 20).map((point) => to.fromDegrees(from.toDegrees(point))));
 }
 
 /**
@@ -176,7 +176,7 @@ function checkPlace(
   reply: WfsCollection,
   [west, south, east, north]: BoundsM,
 ): void {
-  const footprints = reply.features.map(footprintOf).filter((found) => found !== undefined);
+  const footprints = reply.features.map(readFootprint).filter((found) => found !== undefined);
   if (footprints.length === 0) return;
   const requested: BoundsM =
     access.axes === 'en' ? [west, south, east, north] : [south, west, north, east];

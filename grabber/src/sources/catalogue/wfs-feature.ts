@@ -1,5 +1,5 @@
 import { z } from 'zod';
-import { boundsOf } from '../../geo/bounds.js';
+import { measureBounds } from '../../geo/bounds.js';
 import type { Point } from '../../geo/crs.js';
 import type { BoundsM } from '../../model/square.js';
 import type { WfsAccess } from '../access-schema.js';
@@ -40,7 +40,7 @@ export function readFeature(
   size: number,
   what: string,
 ): ReadFeature {
-  const text = (field: string | undefined): string | undefined => textOf(feature, field);
+  const text = (field: string | undefined): string | undefined => parseText(feature, field);
   const name = text(access.name_field);
   if (name === undefined) {
     throw catalogueError(
@@ -93,7 +93,7 @@ export function isUnpublished(feature: WfsFeature, access: WfsAccess): boolean {
   return value === null || value === '';
 }
 
-function textOf(feature: WfsFeature, field: string | undefined): string | undefined {
+function parseText(feature: WfsFeature, field: string | undefined): string | undefined {
   const value = field === undefined ? undefined : feature.properties?.[field];
   if (typeof value === 'string' && value !== '') return value;
   return typeof value === 'number' && Number.isFinite(value) ? String(value) : undefined;
@@ -103,10 +103,10 @@ function textOf(feature: WfsFeature, field: string | undefined): string | undefi
  * In the order of the reply.
  * @return undefined for a feature without a place
  */
-export function footprintOf(feature: WfsFeature): BoundsM | undefined {
+export function readFootprint(feature: WfsFeature): BoundsM | undefined {
   const points: Point[] = [];
   collectPoints(feature.geometry?.coordinates, points);
-  return points.length === 0 ? undefined : boundsOf(points);
+  return points.length === 0 ? undefined : measureBounds(points);
 }
 
 function collectPoints(coordinates: unknown, points: Point[]): void {

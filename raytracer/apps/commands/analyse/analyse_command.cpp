@@ -14,7 +14,7 @@ namespace {
 
 CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind kind,
                    const std::string& description) {
-    CLI::App* command = group.add_subcommand(std::string(core::word_of(kind)), description);
+    CLI::App* command = group.add_subcommand(std::string(core::to_word(kind)), description);
     command->add_option("inputs", args.world.inputs, world_inputs_help())->required();
     command->add_option("-o,--output", args.output, "raster to write: a Cloud Optimized GeoTIFF")
         ->required();

@@ -31,12 +31,12 @@
 namespace terravox::commands {
 namespace {
 
-/// Seconds, as instant_of().
-using InstantOf = std::function<std::int64_t(const ClockTime&)>;
+/// Seconds, as find_instant().
+using ToInstant = std::function<std::int64_t(const ClockTime&)>;
 
 /// The dimension of a cube must rise; bands have any order.
-std::vector<ClockTime> times_for(const AnalyseArguments& args, const InstantOf& instant_s) {
-    std::vector<ClockTime> times = times_of(args.sun.times);
+std::vector<ClockTime> times_for(const AnalyseArguments& args, const ToInstant& instant_s) {
+    std::vector<ClockTime> times = parse_clock_times(args.sun.times);
     if (analyse::ShadowCube::is_netcdf(args.output))
         std::sort(times.begin(), times.end(), [&](const ClockTime& a, const ClockTime& b) {
             return instant_s(a) < instant_s(b);
@@ -44,8 +44,8 @@ std::vector<ClockTime> times_for(const AnalyseArguments& args, const InstantOf& 
     return times;
 }
 
-std::vector<analyse::ShadowCube::Mask> masks_of(const std::vector<ClockTime>& times,
-                                                const InstantOf& instant_s) {
+std::vector<analyse::ShadowCube::Mask> make_masks(const std::vector<ClockTime>& times,
+                                                  const ToInstant& instant_s) {
     std::vector<analyse::ShadowCube::Mask> masks;
     for (const ClockTime& time : times) {
         if (!masks.empty() && masks.back().time_s == instant_s(time))
@@ -74,12 +74,12 @@ render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const 
                                             const render::LoadedWorld& loaded,
                                             render::PictureRenderer& renderer) {
     const voxel::WorldInfo& world = loaded.world->info();
-    const geo::MapPlace place = *solar::place_of(scene, world.centre);
-    const InstantOf instant_s = [&](const ClockTime& time) {
-        return instant_of(scene_at(scene, time), place);
+    const geo::MapPlace place = *solar::find_place(scene, world.centre);
+    const ToInstant instant_s = [&](const ClockTime& time) {
+        return find_instant(scene_at(scene, time), place);
     };
     const std::vector<ClockTime> times = times_for(args, instant_s);
-    analyse::ShadowCube cube(args.output, masks_of(times, instant_s), grid.columns, grid.rows);
+    analyse::ShadowCube cube(args.output, make_masks(times, instant_s), grid.columns, grid.rows);
     render::RenderStatistics statistics;
     render::RenderStatistics earlier;
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -97,7 +97,7 @@ render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const 
         earlier = statistics;
     }
     output::PictureInfo info = render::picture_info(renderer.view(), world, statistics, false);
-    info.geo = analyse::placement_of(grid, world);
+    info.geo = analyse::make_placement(grid, world);
     cube.write(args.output, info, thread::thread_count(scene.processing.threads.value_or(0)));
     return statistics;
 }
@@ -105,7 +105,7 @@ render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const 
 namespace {
 
 /// The scene of an analysis, without its camera: that depends on the world.
-scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
+scene::Scene make_scene(const AnalyseArguments& args, core::AnalysisKind kind) {
     scene::Scene scene = args.world.scene();
     scene.analysis.kind = kind;
     if (kind == core::AnalysisKind::kSun)
@@ -124,7 +124,7 @@ scene::Scene scene_of(const AnalyseArguments& args, core::AnalysisKind kind) {
 
 /// @return nullopt for the whole raster
 /// @throws UsageError for what is no part, and for files that only a whole raster has
-std::optional<farm::Part> part_of(const AnalyseArguments& args) {
+std::optional<farm::Part> make_part(const AnalyseArguments& args) {
     if (args.part.empty())
         return std::nullopt;
     const std::optional<farm::Part> part = farm::Part::parse(args.part);
@@ -169,10 +169,10 @@ private:
     RenderPool check_arguments() {
         check_report_targets(m_args.reports);
         check_times_arguments(m_args);
-        m_selection.area = area_of("analyse", m_args.grid);
-        m_scene = scene_of(m_args, m_kind);
-        (void)relief_of(m_scene);
-        m_part = part_of(m_args);
+        m_selection.area = parse_area("analyse", m_args.grid);
+        m_scene = make_scene(m_args, m_kind);
+        (void)make_relief(m_scene);
+        m_part = make_part(m_args);
         check_object_arguments(m_args.objects, m_scene, !m_args.facades.file.empty());
         check_facade_arguments(m_args.facades, m_scene, m_part.has_value());
         check_horizon_arguments(m_args.horizon, m_scene);
@@ -184,13 +184,13 @@ private:
         m_loaded = std::make_shared<render::LoadedWorld>(m_args.world.options(m_scene), m_scene);
         const bool needs_sun = core::needs_sun_way(m_kind) || m_kind == core::AnalysisKind::kEnergy;
         if (needs_sun && !world().centre)
-            throw util::UsageError("analyse " + std::string(core::word_of(m_kind)) + ": '" +
+            throw util::UsageError("analyse " + std::string(core::to_word(m_kind)) + ": '" +
                                    world().title +
                                    "' has no place on Earth; allowed: worlds with a CRS");
     }
 
     void place_grid() {
-        m_grid = analyse::grid_over(world(), exports::part_of(world(), m_selection).bounds,
+        m_grid = analyse::grid_over(world(), exports::make_part(world(), m_selection).bounds,
                                     m_args.grid.resolution_m);
         analyse::look_at_cells(m_grid, world(), m_scene);
     }
@@ -198,13 +198,13 @@ private:
     /// What the scene takes from files and from the world.
     void complete_scene() {
         if (m_weather)
-            solar::use_weather(*m_weather, *solar::place_of(m_scene, world().centre), m_scene);
+            solar::use_weather(*m_weather, *solar::find_place(m_scene, world().centre), m_scene);
         use_horizon(m_args.horizon, world(), m_scene);
         if (!m_args.objects.file.empty() || !m_args.objects.polygons.empty())
             m_objects.emplace(m_args.objects, m_scene, m_grid, world());
         if (m_kind == core::AnalysisKind::kSight)
             m_scene.analysis.observers = analyse::place_observers(
-                observers_of(m_args.observers, world()), m_scene, m_loaded->blocks);
+                parse_observers(m_args.observers, world()), m_scene, m_loaded->blocks);
     }
 
     util::ExitCode make_raster(render::PictureRenderer& renderer, const std::stop_token& stop) {
@@ -276,9 +276,9 @@ private:
 
     void print(const analyse::SightSummary& seen) const {
         if (m_args.as_json)
-            std::printf("%s\n", analyse::json_of(seen).c_str());
+            std::printf("%s\n", analyse::to_json(seen).c_str());
         else if (!m_args.verbosity.quiet)
-            std::printf("%s", analyse::table_of(seen).c_str());
+            std::printf("%s", analyse::make_table(seen).c_str());
     }
 
     [[nodiscard]] const voxel::WorldInfo& world() const { return m_loaded->world->info(); }

@@ -39,12 +39,13 @@ struct ObserverArguments {
 /// Reads an observer.
 /// @param text one of kObserverForms
 /// @throws UsageError for any other text
-[[nodiscard]] analyse::Observer observer_of(const std::string& text, const voxel::WorldInfo& world);
+[[nodiscard]] analyse::Observer parse_observer(const std::string& text,
+                                               const voxel::WorldInfo& world);
 
 /// @throws UsageError also for none, and for more than a scene holds; Error for a file that cannot
 /// be read
-[[nodiscard]] std::vector<analyse::Observer> observers_of(const ObserverArguments& args,
-                                                          const voxel::WorldInfo& world);
+[[nodiscard]] std::vector<analyse::Observer> parse_observers(const ObserverArguments& args,
+                                                             const voxel::WorldInfo& world);
 
 /// Arguments of all analyses, and those of terrain and sight.
 struct AnalyseArguments {

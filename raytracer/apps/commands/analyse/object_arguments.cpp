@@ -40,7 +40,7 @@ analyse::ObjectFileInfo object_file_info(const scene::Scene& scene, const analys
     const scene::Scene::Analysis& analysis = scene.analysis;
     const std::string days =
         analysis.from.empty() ? scene.sun.date : analysis.from + " to " + analysis.to;
-    return {analyse::placement_of(grid, world),
+    return {analyse::make_placement(grid, world),
             "Energy of sun and sky, kWh, of " + days + ". " + world.attribution};
 }
 
@@ -67,8 +67,8 @@ namespace {
 constexpr int kMaxStoreys = 1000;
 
 /// Which cell belongs to which building.
-analyse::LabelFile numbers_of(const FacadeArguments& args, const FacadeRun& run,
-                              analyse::CellFile& energy) {
+analyse::LabelFile list_numbers(const FacadeArguments& args, const FacadeRun& run,
+                                analyse::CellFile& energy) {
     if (!run.polygons.empty())
         return {args.file,
                 run.polygons,
@@ -128,7 +128,7 @@ void check_facade_arguments(const FacadeArguments& args, const scene::Scene& sce
 
 void make_facades(const FacadeArguments& args, const FacadeRun& run, analyse::CellFile& energy,
                   render::RenderStatistics& statistics) {
-    const analyse::LabelFile buildings = numbers_of(args, run, energy);
+    const analyse::LabelFile buildings = list_numbers(args, run, energy);
     using Unnumbered = analyse::FacadeSums::Unnumbered;
     analyse::FacadeSums sums(run.polygons.empty() ? Unnumbered::kKept : Unnumbered::kLeftOut);
     scene::Scene scene = run.scene;

@@ -89,7 +89,7 @@ private:
 
 }  // namespace
 
-analyse::Observer observer_of(const std::string& text, const voxel::WorldInfo& world) {
+analyse::Observer parse_observer(const std::string& text, const voxel::WorldInfo& world) {
     analyse::Observer out;
     out.text = text;
     std::string numbers = text;
@@ -101,7 +101,7 @@ analyse::Observer observer_of(const std::string& text, const voxel::WorldInfo& w
         out.base = analyse::HeightBase::kTop;
         numbers.erase(height, 1);
     }
-    const auto values = numbers_of("analyse sight", "--observer", numbers, 3, kObserverForms);
+    const auto values = list_numbers("analyse sight", "--observer", numbers, 3, kObserverForms);
     if (values.size() != 3)
         throw util::UsageError("analyse sight: --observer ''; allowed: " +
                                std::string(kObserverForms));
@@ -113,11 +113,11 @@ analyse::Observer observer_of(const std::string& text, const voxel::WorldInfo& w
     return out;
 }
 
-std::vector<analyse::Observer> observers_of(const ObserverArguments& args,
-                                            const voxel::WorldInfo& world) {
+std::vector<analyse::Observer> parse_observers(const ObserverArguments& args,
+                                               const voxel::WorldInfo& world) {
     Observers out;
     for (const std::string& text : args.texts)
-        out.push_back(observer_of(text, world));
+        out.push_back(parse_observer(text, world));
     for (const std::string& file : args.files)
         ObserverFile(file, world, args.step_m, out).read();
     check_count(out.size());

@@ -54,7 +54,7 @@ std::vector<std::string> own_fields(core::AnalysisKind kind) {
 
 namespace {
 
-analyse::ReportFacts facts_of(const Reported& what) {
+analyse::ReportFacts collect_facts(const Reported& what) {
     analyse::ReportFacts facts;
     facts.kind = what.scene.analysis.kind;
     facts.place = what.world.title;
@@ -100,14 +100,14 @@ void check_report_targets(const ReportArguments& args) {
 
 void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,
                    const std::stop_token& stop) {
-    const analyse::ReportFacts facts = facts_of(what);
+    const analyse::ReportFacts facts = collect_facts(what);
     if (!args.map.empty())
         analyse::write_map(cells, args.map, facts, stop);
     if (!args.page.empty())
         analyse::write_report(cells, args.page, facts, stop);
 }
 
-analyse::ReliefOptions relief_of(const scene::Scene& scene) {
+analyse::ReliefOptions make_relief(const scene::Scene& scene) {
     const scene::Scene::Analysis& asked = scene.analysis;
     analyse::ReliefOptions out;
     out.of = asked.relief == "dsm" ? analyse::ReliefOf::kSurface : analyse::ReliefOf::kGround;
@@ -115,7 +115,7 @@ analyse::ReliefOptions relief_of(const scene::Scene& scene) {
     out.fill_m = asked.fill_m;
     const std::string allowed =
         "azimuth,altitude in degrees: 0 to 360 clockwise from north, and 0 to 90";
-    const auto light = numbers_of("analyse", "--light", asked.relief_light, 2, allowed);
+    const auto light = list_numbers("analyse", "--light", asked.relief_light, 2, allowed);
     if (light.size() != 2 || light[0] < 0 || light[0] > 360 || light[1] < 0 || light[1] > 90)
         throw util::UsageError("analyse: --light " + asked.relief_light + "; allowed: " + allowed);
     out.light_azimuth_deg = light[0];
@@ -133,10 +133,10 @@ std::optional<analyse::SightSummary> write_outputs(analyse::CellFile& cells,
     const core::AnalysisKind kind = what.scene.analysis.kind;
     std::optional<analyse::SightSummary> seen;
     if (kind == core::AnalysisKind::kTerrain)
-        analyse::derive_terrain(cells, what.grid.edge_m, relief_of(what.scene), stop);
+        analyse::derive_terrain(cells, what.grid.edge_m, make_relief(what.scene), stop);
     if (kind == core::AnalysisKind::kSight)
-        seen = analyse::summary_of(cells, what.grid.edge_m);
-    info.geo = analyse::placement_of(what.grid, what.world);
+        seen = analyse::make_summary(cells, what.grid.edge_m);
+    info.geo = analyse::make_placement(what.grid, what.world);
     analyse::write_raster(cells, outputs.file, info, threads);
     if (outputs.objects)
         outputs.objects->write(cells, stop);

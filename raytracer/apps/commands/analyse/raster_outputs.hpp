@@ -56,7 +56,7 @@ void write_reports(const ReportArguments& args, analyse::CellFile& cells, const 
 
 /// How the slopes of a terrain raster are derived.
 /// @throws UsageError for an even window, and for what is no direction of light
-[[nodiscard]] analyse::ReliefOptions relief_of(const scene::Scene& scene);
+[[nodiscard]] analyse::ReliefOptions make_relief(const scene::Scene& scene);
 
 /// What is made of the measured cells of a raster.
 struct RasterOutputs {
@@ -70,7 +70,7 @@ struct RasterOutputs {
 /// @param info metadata; the place of the raster is added
 /// @param threads for compression
 /// @return of an analysis of sight: what is seen
-/// @throws Error, also "interrupted" when stopped; UsageError as relief_of()
+/// @throws Error, also "interrupted" when stopped; UsageError as make_relief()
 [[nodiscard]] std::optional<analyse::SightSummary> write_outputs(
     analyse::CellFile& cells, const RasterOutputs& outputs, const Reported& what,
     output::PictureInfo info, int threads, const std::stop_token& stop);

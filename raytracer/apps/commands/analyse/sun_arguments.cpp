@@ -16,15 +16,15 @@ namespace {
 constexpr const char* kOption = "--times";
 constexpr std::size_t kDate = 10;  // characters of YYYY-MM-DD
 
-ClockTime time_of(const std::string& text) {
+ClockTime to_time(const std::string& text) {
     ClockTime out;
     std::string clock = text;
     if (text.size() > kDate && text[kDate] == 'T') {
         out.date = text.substr(0, kDate);
-        (void)sky::date_of(out.date, kOption);
+        (void)sky::parse_date(out.date, kOption);
         clock = text.substr(kDate + 1);
     }
-    out.hour = hour_of(kOption, clock);
+    out.hour = parse_hour(kOption, clock);
     out.band = "sunlit_" + text;
     std::erase(out.band, ':');
     return out;
@@ -32,7 +32,7 @@ ClockTime time_of(const std::string& text) {
 
 }  // namespace
 
-double hour_of(const std::string& option, const std::string& text) {
+double parse_hour(const std::string& option, const std::string& text) {
     unsigned hour = 0;
     unsigned minute = 0;
     int end = 0;
@@ -45,11 +45,11 @@ double hour_of(const std::string& option, const std::string& text) {
     return hour + minute / 60.0;
 }
 
-std::vector<ClockTime> times_of(const std::string& text) {
+std::vector<ClockTime> parse_clock_times(const std::string& text) {
     std::vector<ClockTime> out;
     for (std::size_t begin = 0; begin <= text.size();) {
         const std::size_t end = std::min(text.find(',', begin), text.size());
-        out.push_back(time_of(text.substr(begin, end - begin)));
+        out.push_back(to_time(text.substr(begin, end - begin)));
         begin = end + 1;
         if (out.size() > kMaxTimes)
             throw util::UsageError("analyse sun: more than " + std::to_string(kMaxTimes) +
@@ -64,10 +64,10 @@ std::vector<ClockTime> times_of(const std::string& text) {
     return out;
 }
 
-std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place) {
+std::int64_t find_instant(const scene::Scene& scene, const geo::MapPlace& place) {
     constexpr std::int64_t kDay_s = 86'400;
     constexpr double kHour_s = 3600;
-    const geo::DateTime time = sky::time_of(scene.sun, &place);
+    const geo::DateTime time = sky::to_time(scene.sun, &place);
     return geo::days_from_1970(time.year, time.month, time.day) * kDay_s +
            std::llround((time.hour - time.utc_offset_h) * kHour_s);
 }
@@ -126,11 +126,11 @@ void choose_sun_kind(const SunArguments& args, const WorldArguments& world, scen
             "period");
     if (!args.times.empty()) {
         // The date of the first one is not that of those that have none.
-        ClockTime first = times_of(args.times).front();
+        ClockTime first = parse_clock_times(args.times).front();
         first.date.clear();
         scene = scene_at(scene, first);
     } else if (!args.at.empty()) {
-        scene.sun.time_h = hour_of("--at", args.at);
+        scene.sun.time_h = parse_hour("--at", args.at);
         scene.sun.altitude_deg = std::nullopt;
         scene.sun.azimuth_deg = std::nullopt;
         scene.analysis.kind = core::AnalysisKind::kShadow;

@@ -25,16 +25,16 @@ struct ClockTime {
 
 /// The hour of HH:MM.
 /// @param option for the message @throws UsageError
-[[nodiscard]] double hour_of(const std::string& option, const std::string& text);
+[[nodiscard]] double parse_hour(const std::string& option, const std::string& text);
 
 /// Reads HH:MM or YYYY-MM-DDTHH:MM, several separated by commas.
 /// @throws UsageError for none or more than kMaxTimes, for one that is given twice, and for what is
 /// no time
-[[nodiscard]] std::vector<ClockTime> times_of(const std::string& text);
+[[nodiscard]] std::vector<ClockTime> parse_clock_times(const std::string& text);
 
 /// When the sun of a scene is, as seconds since 1970-01-01 00:00 UTC.
-/// @throws UsageError as sky::time_of()
-[[nodiscard]] std::int64_t instant_of(const scene::Scene& scene, const geo::MapPlace& place);
+/// @throws UsageError as sky::to_time()
+[[nodiscard]] std::int64_t find_instant(const scene::Scene& scene, const geo::MapPlace& place);
 
 /// The scene with the sun of an instant.
 [[nodiscard]] scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time);

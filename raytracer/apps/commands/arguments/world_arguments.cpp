@@ -18,9 +18,9 @@
 
 namespace terravox::commands {
 
-std::vector<double> numbers_of(const std::string& command, const std::string& flag,
-                               const std::string& text, std::size_t count,
-                               const std::string& allowed) {
+std::vector<double> list_numbers(const std::string& command, const std::string& flag,
+                                 const std::string& text, std::size_t count,
+                                 const std::string& allowed) {
     std::vector<double> out;
     std::istringstream in(text);
     for (std::string word; std::getline(in, word, ',');) {
@@ -43,7 +43,7 @@ scene::Scene WorldArguments::scene() const {
 }
 
 worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
-    worlds::WorldOptions out = scene::world_options_of(scene);
+    worlds::WorldOptions out = scene::to_world_options(scene);
     out.inputs = inputs;
     out.orthophotos = orthophoto_paths();
     out.additions = additions;
@@ -110,7 +110,7 @@ void add_opening_arguments(CLI::App& command, WorldArguments& args,
         const std::string section = flag.path.substr(0, flag.path.find('.'));
         const auto keep = [&args, path = flag.path](const std::string& text) {
             // Here, since only the parser knows by which of its names the flag was typed.
-            if (const std::string fault = scene::find_fault(path, text, scene::flag_of(path));
+            if (const std::string fault = scene::find_fault(path, text, scene::find_flag(path));
                 !fault.empty())
                 throw CLI::ValidationError(fault);
             args.fields.emplace_back(path, text);

@@ -15,9 +15,9 @@ namespace terravox::commands {
 /// @param allowed the expected text, for messages
 /// @return `count` finite numbers; none where the text is empty
 /// @throws UsageError "COMMAND: FLAG TEXT; allowed: ..."
-[[nodiscard]] std::vector<double> numbers_of(const std::string& command, const std::string& flag,
-                                             const std::string& text, std::size_t count,
-                                             const std::string& allowed);
+[[nodiscard]] std::vector<double> list_numbers(const std::string& command, const std::string& flag,
+                                               const std::string& text, std::size_t count,
+                                               const std::string& allowed);
 
 }  // namespace terravox::commands
 

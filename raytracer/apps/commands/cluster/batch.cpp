@@ -137,7 +137,7 @@ std::string Batch::submit_tasks(Submission& submission, const std::string& name,
 /// LiDAR squares are prepared once, into a cache folder that all nodes share; other worlds need no
 /// preparation.
 void Batch::find_squares() {
-    const worlds::WorldKind& kind = worlds::kind_of(m_passed.world.inputs.front());
+    const worlds::WorldKind& kind = worlds::find_kind(m_passed.world.inputs.front());
     if (!kind.has_squares || m_passed.world.cache == "none")
         return;
     if (m_passed.world.cache.empty()) {
@@ -213,7 +213,7 @@ public:
             return util::ExitCode::kDone;
         std::map<int, fs::file_time_type> before;
         for (const int frame : missing)
-            before[frame] = time_of(frame);
+            before[frame] = find_time(frame);
         submit(submission, missing);
         if (m_options.dry_run || !m_options.wait)
             return util::ExitCode::kDone;
@@ -265,7 +265,7 @@ private:
     void submit(Submission& submission, const std::vector<int>& missing) {
         std::vector<int> tasks;
         for (const int frame : missing)
-            if (const int task = m_plan.task_of(frame); tasks.empty() || tasks.back() != task)
+            if (const int task = m_plan.find_task(frame); tasks.empty() || tasks.back() != task)
                 tasks.push_back(task);
         m_folder.write_script("frames.sbatch",
                               frames_script(m_folder.place(), command("animate"), m_plan));
@@ -286,7 +286,7 @@ private:
         m_merge = submission.submit("merge", merge, 1);
     }
 
-    [[nodiscard]] fs::file_time_type time_of(int frame) const {
+    [[nodiscard]] fs::file_time_type find_time(int frame) const {
         std::error_code failed;
         const auto time = fs::last_write_time(m_names.of(frame), failed);
         return failed ? fs::file_time_type::min() : time;
@@ -301,7 +301,7 @@ private:
         if (failed)
             return false;
         for (int frame = m_plan.frames.first; frame <= m_plan.frames.last; ++frame)
-            if (time_of(frame) > made)
+            if (find_time(frame) > made)
                 return false;
         return true;
     }
@@ -312,7 +312,7 @@ private:
         // A frame with holes is written, but counts as not done.
         const auto with_holes = std::count_if(missing.begin(), missing.end(), [&](int frame) {
             const auto was = before.find(frame);
-            return was != before.end() && time_of(frame) != was->second;
+            return was != before.end() && find_time(frame) != was->second;
         });
         if (static_cast<std::size_t>(with_holes) != missing.size())
             throw util::Error(

@@ -27,7 +27,7 @@ struct Arguments {
 };
 
 /// The words after the options of the cluster, which end at the first word that is no option.
-std::vector<std::string> words_of(const CLI::App& command) {
+std::vector<std::string> list_words(const CLI::App& command) {
     std::vector<std::string> out = command.remaining();
     if (!out.empty() && out.front() == "--")
         out.erase(out.begin());
@@ -334,12 +334,12 @@ std::function<util::ExitCode()> add_cluster_command(CLI::App& app) {
                    *kubernetes = add_kubernetes(*group, *args), *bake = add_bake(*group, *args);
     return [=] {
         if (slurm->parsed())
-            return run_slurm(*args, words_of(*slurm));
+            return run_slurm(*args, list_words(*slurm));
         if (openjd->parsed())
-            return run_openjd(*args, words_of(*openjd));
+            return run_openjd(*args, list_words(*openjd));
         if (kubernetes->parsed())
-            return run_kubernetes(*args, words_of(*kubernetes));
-        return prepare_squares(args->bake_for, args->bake_part, words_of(*bake));
+            return run_kubernetes(*args, list_words(*kubernetes));
+        return prepare_squares(args->bake_for, args->bake_part, list_words(*bake));
     };
 }
 

@@ -25,14 +25,14 @@ std::function<util::ExitCode()> add_command(CLI::App& app, const std::string& na
                              : commands::add_render_command(app);
 }
 
-std::vector<std::string> values_of(const CLI::App& command, const std::string& option) {
+std::vector<std::string> list_values(const CLI::App& command, const std::string& option) {
     const CLI::Option* found = command.get_option_no_throw(option);
     return found == nullptr ? std::vector<std::string>{} : found->results();
 }
 
-std::string value_of(const CLI::App& command, const std::string& option,
-                     const std::string& otherwise = {}) {
-    const auto values = values_of(command, option);
+std::string find_value(const CLI::App& command, const std::string& option,
+                       const std::string& otherwise = {}) {
+    const auto values = list_values(command, option);
     return values.empty() ? otherwise : values.back();
 }
 
@@ -77,20 +77,20 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
     ForwardedArguments out;
     out.command = command;
     out.words = words;
-    out.world.inputs = values_of(parsed, "inputs");
-    out.world.orthophotos = values_of(parsed, "--ortho");
-    out.world.scene_file = value_of(parsed, "--scene");
-    out.world.cache = value_of(parsed, "--cache");
-    out.world.log_level = value_of(parsed, "--log", out.world.log_level);
+    out.world.inputs = list_values(parsed, "inputs");
+    out.world.orthophotos = list_values(parsed, "--ortho");
+    out.world.scene_file = find_value(parsed, "--scene");
+    out.world.cache = find_value(parsed, "--cache");
+    out.world.log_level = find_value(parsed, "--log", out.world.log_level);
     for (const scene::SceneFlag& flag : scene::scene_flags())
         for (const std::string& name : {flag.names.substr(0, flag.names.find(',')), flag.former})
-            if (!name.empty() && !values_of(parsed, name).empty())
-                out.world.fields.emplace_back(flag.path, value_of(parsed, name));
-    out.outputs = values_of(parsed, "--output");
-    out.animation = value_of(parsed, "animation");
-    out.video = value_of(parsed, "--video");
+            if (!name.empty() && !list_values(parsed, name).empty())
+                out.world.fields.emplace_back(flag.path, find_value(parsed, name));
+    out.outputs = list_values(parsed, "--output");
+    out.animation = find_value(parsed, "animation");
+    out.video = find_value(parsed, "--video");
     for (const std::string& name : kOfWholeRaster)
-        if (const std::string value = value_of(parsed, name); !value.empty())
+        if (const std::string value = find_value(parsed, name); !value.empty())
             out.of_whole_raster.insert(out.of_whole_raster.end(), {name, value});
     return out;
 }

@@ -45,7 +45,7 @@ std::string host_name() {
     return name.data();
 }
 
-util::ExitCode code_of(int status) {
+util::ExitCode to_code(int status) {
     return status >= 0 && status <= 3 ? static_cast<util::ExitCode>(status)
                                       : util::ExitCode::kFailed;
 }
@@ -171,7 +171,7 @@ private:
         int empty_looks = 0;
         for (auto next = Clock::now();;) {
             if (const auto status = child.wait(std::chrono::milliseconds(200)))
-                return code_of(*status);
+                return to_code(*status);
             if (stop.stop_requested()) {
                 child.stop();
                 throw util::Error(
@@ -213,7 +213,7 @@ private:
                         stderr, "terravox: the coordinator's job ended with %d; see %s\n", *code,
                         (m_folder.path() / "logs" / ("coordinator-" + coordinator + ".txt"))
                             .c_str());
-                return code_of(*code);
+                return to_code(*code);
             }
             const auto left = slurm.counts({coordinator});
             empty_looks = left && left->all() == 0 ? empty_looks + 1 : 0;

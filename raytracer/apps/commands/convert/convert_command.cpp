@@ -95,7 +95,7 @@ struct ConvertArguments {
 };
 
 /// @throws UsageError unless it is I/N, or empty
-exports::ShardChoice shard_of(const std::string& text) {
+exports::ShardChoice parse_shard(const std::string& text) {
     exports::ShardChoice out;
     if (text.empty())
         return out;
@@ -152,8 +152,8 @@ std::vector<std::string> names_in(const std::string& list) {
 
 /// @return empty: the world has a title. Of data in files that is the name of a file or a folder,
 /// which nobody has given to the world.
-std::string title_of(const ConvertArguments& args, const fs::path& out) {
-    if (!args.write.title.empty() || !worlds::kind_of(args.world.inputs.front()).takes_several)
+std::string make_title(const ConvertArguments& args, const fs::path& out) {
+    if (!args.write.title.empty() || !worlds::find_kind(args.world.inputs.front()).takes_several)
         return args.write.title;
     return fs::weakly_canonical(out).filename().string();
 }
@@ -189,12 +189,12 @@ util::ExitCode run_convert(ConvertArguments& args) {
     const fs::path named = args.paths.back();
     const fs::path out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
-    const exports::Format& format = exports::format_of(args.to, out);
+    const exports::Format& format = exports::find_format_by(args.to, out);
     args.write.up = args.up == "y" ? exports::UpAxis::kY : exports::UpAxis::kZ;
     args.selection.area =
-        numbers_of("convert", "--area", args.area, 4,
-                   "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
-    args.write.shard = shard_of(args.shard);
+        list_numbers("convert", "--area", args.area, 4,
+                     "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    args.write.shard = parse_shard(args.shard);
     if (!args.write.title.empty() && !format.has_title)
         throw util::UsageError("convert: --title " + args.write.title + " to " +
                                std::string(format.name) + "; allowed: to a Minecraft world");
@@ -210,14 +210,14 @@ util::ExitCode run_convert(ConvertArguments& args) {
     if (args.squares && args.write.shard.of > 0)
         throw util::UsageError("convert: --squares with --shard; allowed: one of them");
     args.selection.heights =
-        numbers_of("convert", "--heights", args.heights, 2, "lowest,highest in metres");
+        list_numbers("convert", "--heights", args.heights, 2, "lowest,highest in metres");
     format.check_target(out, args.write);
     if (format.has_title)
-        args.write.title = title_of(args, out);
+        args.write.title = make_title(args, out);
     const scene::Scene scene = args.world.scene();
     util::StageTimes times;
     const auto world = worlds::open_world(args.world.options(scene), times);
-    const exports::Part part = exports::part_of(world->info(), args.selection);
+    const exports::Part part = exports::make_part(world->info(), args.selection);
     const int threads = scene.processing.threads.value_or(0);
     std::uint64_t steps = format.steps(part, world->info());
     if (args.squares) {

@@ -76,16 +76,16 @@ private:
     bool m_is_planned = false;
 };
 
-country::PlanOptions options_of(const PlanArguments& args) {
+country::PlanOptions make_options(const PlanArguments& args) {
     WorldArguments world = args.world;
     world.fields.emplace_back("world.memory_mib", std::to_string(args.memory_mib));
     country::PlanOptions out;
     out.world = world.options(world.scene());
     out.world.cache_dir.clear();
-    out.area = numbers_of("country plan", "--area", args.area, 4,
-                          "west,south,east,north in the CRS of the data");
+    out.area = list_numbers("country plan", "--area", args.area, 4,
+                            "west,south,east,north in the CRS of the data");
     out.heights =
-        numbers_of("country plan", "--heights", args.heights, 2, "lowest,highest in metres");
+        list_numbers("country plan", "--heights", args.heights, 2, "lowest,highest in metres");
     out.shards = args.shards;
     out.sample = static_cast<std::size_t>(args.sample);
     out.scratch_bytes = static_cast<std::uint64_t>(args.scratch_mib) << 20;
@@ -104,7 +104,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
             "; allowed: without it, planned objects are put into the finished archive when it is "
             "rendered");
     args.scripts.check();
-    country::PlanOptions options = options_of(args);
+    country::PlanOptions options = make_options(args);
     const country::PlanFolder folder = make_folder(args);
     EmptyFolders unused(folder);
     const country::ScratchFolder scratch(folder.scratch() / "sample");
@@ -123,7 +123,7 @@ util::ExitCode run_plan(const PlanArguments& args) {
     unused.set_planned();
     util::write_file_atomically(folder.known_squares(), known_squares, util::Links::kReplace);
     args.scripts.write(folder, plan, args.out);
-    const std::string said = args.json ? json_of(plan, args.out) + "\n" : text_of(plan);
+    const std::string said = args.json ? to_json(plan, args.out) + "\n" : to_text(plan);
     std::fputs(said.c_str(), stdout);
     for (const country::MissingSquare& square : plan.missing)
         util::log_error("missing: {}: {}", util::printable(square.name),

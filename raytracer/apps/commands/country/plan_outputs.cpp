@@ -26,7 +26,7 @@ constexpr double kMega = 1e6;
 constexpr double kGiga = 1e9;
 constexpr double kHour_s = 3600;
 
-double sum_of(const std::vector<PlannedFile>& files, std::uint64_t PlannedFile::* member) {
+double add_up(const std::vector<PlannedFile>& files, std::uint64_t PlannedFile::* member) {
     double sum = 0;
     for (const PlannedFile& file : files)
         sum += static_cast<double>(file.*member);
@@ -57,7 +57,7 @@ std::uint64_t most_scratch(const Plan& plan) {
 
 }  // namespace
 
-std::string text_of(const Plan& plan) {
+std::string to_text(const Plan& plan) {
     const auto row = [](std::string_view name, const std::string& text) {
         return fmt::format("{:<8} {}\n", name, text);
     };
@@ -72,8 +72,8 @@ std::string text_of(const Plan& plan) {
     out += row("place", fmt::format("{:.1f} x {:.1f} km in {}, voxels of {} m", km(0), km(2),
                                     util::printable(plan.crs), plan.voxel_m));
     out += row("squares", fmt::format("{}, {:.1f} M points, {}; {} missing", plan.squares.size(),
-                                      sum_of(plan.squares, &PlannedFile::points) / kMega,
-                                      bytes_text(sum_of(plan.squares, &PlannedFile::bytes)),
+                                      add_up(plan.squares, &PlannedFile::points) / kMega,
+                                      bytes_text(add_up(plan.squares, &PlannedFile::bytes)),
                                       plan.missing.size()));
     out += row("shards", fmt::format("{}, of {:.1f} to {:.1f} core-seconds", plan.shards.size(),
                                      fewest->cpu_s, most->cpu_s));
@@ -87,7 +87,7 @@ std::string text_of(const Plan& plan) {
     return out + row("sample", fmt::format("{} columns of boxes were made", e.sampled_columns));
 }
 
-std::string json_of(const Plan& plan, const std::string& folder) {
+std::string to_json(const Plan& plan, const std::string& folder) {
     using Json = nlohmann::ordered_json;
     const auto measured = [](const Measured& m) {
         return Json{{"value", m.value}, {"error", m.error}};
@@ -99,7 +99,7 @@ std::string json_of(const Plan& plan, const std::string& folder) {
              {"voxel_m", plan.voxel_m},
              {"bounds", {{"min", plan.bounds.min}, {"max", plan.bounds.max}}},
              {"squares", plan.squares.size()},
-             {"points", sum_of(plan.squares, &PlannedFile::points)},
+             {"points", add_up(plan.squares, &PlannedFile::points)},
              {"shards", plan.shards.size()},
              {"sampled_columns", e.sampled_columns},
              {"cpu_s", measured(e.cpu_s)},
@@ -124,7 +124,7 @@ std::string exec_line(const Command& command, const std::string& more = "") {
 }
 
 /// What a task may take: what the sample took, and a share more, since land differs.
-int memory_of(const country::Plan& plan) {
+int choose_memory(const country::Plan& plan) {
     constexpr double kMore = 1.25;
     constexpr double kLeast_mib = 512;
     return static_cast<int>(std::ceil(std::max(kLeast_mib, kMore * plan.estimate.memory_mib)));
@@ -212,8 +212,8 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
                             const std::string& given) const {
     if (slurm.empty() && kubernetes.empty() && openjd.empty())
         return;
-    const auto job_of = [&](const std::string& runs, const std::string& at,
-                            const std::string& out) {
+    const auto make_job = [&](const std::string& runs, const std::string& at,
+                              const std::string& out) {
         const Command base{runs, "country", "run", at};
         Command task = base;
         task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
@@ -232,7 +232,7 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
         job.join_body = exec_line(join);
         job.waiting_join_body = exec_line(waiting);
         job.cpus = needs.cpus;
-        job.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : memory_of(plan);
+        job.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : choose_memory(plan);
         job.join_cpus = needs.cpus;
         job.join_memory_mib = job.memory_mib;
         return job;
@@ -244,7 +244,7 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
         const fs::path here =
             program.empty() ? util::beside_program("terravox-raytracer") : fs::absolute(program);
         const ArrayJob job =
-            job_of(here.string(), folder.path().string(), fs::absolute(out).string());
+            make_job(here.string(), folder.path().string(), fs::absolute(out).string());
         cluster::JobPlace place{here, fs::current_path(), needs};
         place.needs.memory_mib = job.memory_mib;
         std::error_code failed;
@@ -261,11 +261,11 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
     if (!kubernetes.empty()) {
         cluster::PodPlace place = pods;
         place.nodes = nodes;
-        util::write_file_atomically(kubernetes,
-                                    cluster::kubernetes_array(job_of(of_path, given, out), place));
+        util::write_file_atomically(
+            kubernetes, cluster::kubernetes_array(make_job(of_path, given, out), place));
     }
     if (!openjd.empty()) {
-        ArrayJob job = job_of(of_path, given, out);
+        ArrayJob job = make_job(of_path, given, out);
         job.work = fs::current_path().string();
         util::write_file_atomically(openjd, cluster::openjd_array(job));
     }

@@ -94,7 +94,7 @@ public:
         if (country::is_joined(m_folder, m_plan, m_out)) {
             std::printf("%s: there already, of %zu shards\n", m_args.out.c_str(),
                         m_plan.shards.size());
-            return say_missing(m_plan, country::report_of(m_folder, m_plan));
+            return say_missing(m_plan, country::make_report(m_folder, m_plan));
         }
         country::check_current(m_plan, "run the plan " + m_folder.path().string());
         check_target();
@@ -200,9 +200,9 @@ util::ExitCode run_status(const RunArguments& args) {
     util::set_up_log("error");
     const PlanFolder folder{args.plan};
     const country::Plan plan = country::read_plan(folder);
-    const country::CountryStatus status = country::status_of(folder, plan);
+    const country::CountryStatus status = country::find_status(folder, plan);
     const std::string said =
-        args.json ? country::json_of(status, plan) + "\n" : country::text_of(status, plan);
+        args.json ? country::to_json(status, plan) + "\n" : country::to_text(status, plan);
     std::fputs(said.c_str(), stdout);
     const bool lacks = status.holes() > 0 || !plan.missing.empty();
     return lacks ? util::ExitCode::kHoles : util::ExitCode::kDone;

@@ -41,7 +41,7 @@ public:
           m_stop(stop),
           m_waiting(unfinished()),
           m_queue(m_waiting),
-          m_jobs(jobs_of(options.jobs)),
+          m_jobs(count_jobs(options.jobs)),
           m_threads(options.threads > 0
                         ? options.threads
                         : std::max(1, thread::thread_count(0) / static_cast<int>(m_jobs))),
@@ -92,14 +92,14 @@ private:
                 out.push_back(number);
         return out;
     }
-    [[nodiscard]] std::size_t jobs_of(int wanted) const {
+    [[nodiscard]] std::size_t count_jobs(int wanted) const {
         const int most = std::max(1, static_cast<int>(m_waiting.size()));
         return static_cast<std::size_t>(std::clamp(thread::thread_count(wanted), 1, most));
     }
     [[nodiscard]] std::uint64_t steps() const {
         std::uint64_t sum = 0;
         for (const int number : m_waiting)
-            sum += subtrees_of(number);
+            sum += count_subtrees(number);
         return sum;
     }
     /// One for all tasks here, so that neighbours share what is decoded.
@@ -146,7 +146,7 @@ private:
     void ended(int number, int status) {
         if (country::finished_shard(m_folder, m_plan, number)) {
             m_queue.ended(number);
-            m_finished += subtrees_of(number);
+            m_finished += count_subtrees(number);
             m_failures_in_a_row = 0;
             return;
         }
@@ -166,12 +166,12 @@ private:
         m_queue.ended(number);
         ++m_failures_in_a_row;
         std::string why = by_signal ? "ended by signal " + std::to_string(status - kSignals)
-                                    : error_of(number, status);
+                                    : describe_error(number, status);
         m_failed.emplace_back(number, why + "; see " + m_folder.log(number).string());
     }
 
     /// What a task has said of its failure. On a full disk it could not even do that.
-    [[nodiscard]] std::string error_of(int number, int status) const {
+    [[nodiscard]] std::string describe_error(int number, int status) const {
         const auto record = country::read_record(m_folder.record(number));
         std::string why = "exit code " + std::to_string(status);
         if (record && !record->error.empty())
@@ -190,27 +190,27 @@ private:
             if (util::FileLock::is_taken(m_folder.lock(number)))
                 m_elsewhere.push_back(number);
             else if (country::finished_shard(m_folder, m_plan, number))
-                m_finished += subtrees_of(number);
+                m_finished += count_subtrees(number);
             else
                 m_queue.put_back(number);
         }
     }
 
-    [[nodiscard]] std::uint64_t subtrees_of(int number) const {
+    [[nodiscard]] std::uint64_t count_subtrees(int number) const {
         return m_plan.shards[static_cast<std::size_t>(number) - 1].subtrees;
     }
     /// Of a shard that is being made.
-    [[nodiscard]] std::uint64_t made_of(int number) const {
+    [[nodiscard]] std::uint64_t count_made(int number) const {
         return std::min<std::uint64_t>(
-            subtrees_of(number),
+            count_subtrees(number),
             exports::finished_subtrees(m_folder.shard(number), m_plan.job(), {number, count()}));
     }
     void show() {
         std::uint64_t done = m_finished;
         for (const Slot& slot : m_slots)
-            done += slot.child ? made_of(slot.number) : 0;
+            done += slot.child ? count_made(slot.number) : 0;
         for (const int number : m_elsewhere)
-            done += made_of(number);
+            done += count_made(number);
         m_meter.add(done > m_shown ? done - std::exchange(m_shown, done) : 0);
     }
 

@@ -100,7 +100,7 @@ struct MapArguments {
 
 /// The scene of a map, without its camera: that depends on the world.
 /// @throws UsageError for an analysis, and for what only a picture in memory has
-scene::Scene scene_of(const MapArguments& args) {
+scene::Scene make_scene(const MapArguments& args) {
     scene::Scene scene = args.world.scene();
     scene::check_is_picture(scene);
     if (scene.quality.time_s > 0)
@@ -114,7 +114,7 @@ scene::Scene scene_of(const MapArguments& args) {
 }
 
 /// @throws UsageError for tiles that TIFF files cannot have, or whose memory would add up
-output::StreamShape shape_of(const scene::Scene& scene, const analyse::CellGrid& grid) {
+output::StreamShape make_shape(const scene::Scene& scene, const analyse::CellGrid& grid) {
     constexpr int kTiffTiles = 16;
     constexpr int kMost_px = 512;
     const int tile_px = scene.quality.tile.in_picture(grid.columns);
@@ -126,12 +126,12 @@ output::StreamShape shape_of(const scene::Scene& scene, const analyse::CellGrid&
 
 /// Those of --zooms, which must be given; whether the map has them is not known yet.
 /// @throws UsageError
-util::IntRange zooms_of(const MapArguments& args) {
+util::IntRange read_zooms(const MapArguments& args) {
     return util::parse_range("map: --zooms", args.zooms, {0, pmtiles::TileAddress::kMaxZoom});
 }
 
 /// @throws UsageError for what a GeoTIFF has not, and for zooms that are none
-MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
+MapFileOptions make_file(const MapArguments& args, const scene::Scene& scene) {
     MapFileOptions out;
     out.file = args.output;
     const auto only_of_tiles = [&](const char* flag, const std::string& value) {
@@ -142,7 +142,7 @@ MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
     only_of_tiles("--tiles", args.tiles);
     only_of_tiles("--zooms", args.zooms);
     if (!args.zooms.empty())
-        (void)zooms_of(args);
+        (void)read_zooms(args);
     only_of_tiles("--tiles-px", args.tile_px > 0 ? std::to_string(args.tile_px) : "");
     out.quiet = args.verbosity.quiet;
     if (args.tiles == "png")
@@ -152,12 +152,12 @@ MapFileOptions file_of(const MapArguments& args, const scene::Scene& scene) {
 }
 
 /// What the file says of the map.
-output::PictureInfo info_of(const MapArguments& args, const render::PictureRenderer& renderer,
-                            const analyse::CellGrid& grid, const voxel::WorldInfo& world) {
+output::PictureInfo make_info(const MapArguments& args, const render::PictureRenderer& renderer,
+                              const analyse::CellGrid& grid, const voxel::WorldInfo& world) {
     render::RenderStatistics known;
     known.counts.samples = static_cast<std::uint32_t>(renderer.view().scene.quality.samples);
     output::PictureInfo out = render::picture_info(renderer.view(), world, known, false);
-    out.geo = analyse::placement_of(grid, world);
+    out.geo = analyse::make_placement(grid, world);
     const auto replace = [&](const std::string& name, const std::string& text) {
         if (text.empty())
             return;
@@ -171,10 +171,10 @@ output::PictureInfo info_of(const MapArguments& args, const render::PictureRende
 
 /// Metadata of map tiles. Web pages show an attribution as HTML, so that of the world, which comes
 /// from untrusted data, is escaped.
-pmtiles::MapTexts texts_of(const MapArguments& args, const voxel::WorldInfo& world,
-                           const render::RenderStatistics& statistics) {
+pmtiles::MapTexts list_texts(const MapArguments& args, const voxel::WorldInfo& world,
+                             const render::RenderStatistics& statistics) {
     return {args.title.empty() ? world.title : args.title,
-            args.attribution.empty() ? util::escaped_markup(render::copyright_of(world))
+            args.attribution.empty() ? util::escaped_markup(render::find_copyright(world))
                                      : args.attribution,
             statistics.counts.holes.size()};
 }
@@ -185,11 +185,11 @@ pmtiles::WebArea web_area(const MapArguments& args, const analyse::CellGrid& gri
     constexpr int kUsual_px = 256;
     const std::string attempt = "write the map " + args.output + " of '" + world.title + "'";
     pmtiles::WebArea out =
-        pmtiles::web_area_of(analyse::placement_of(grid, world), grid.columns, grid.rows,
+        pmtiles::to_web_area(analyse::make_placement(grid, world), grid.columns, grid.rows,
                              args.tile_px > 0 ? args.tile_px : kUsual_px, attempt);
     if (args.zooms.empty())
         return out;
-    const util::IntRange zooms = zooms_of(args);
+    const util::IntRange zooms = read_zooms(args);
     out.choose_zooms(zooms.first, zooms.last, attempt);
     return out;
 }
@@ -197,14 +197,14 @@ pmtiles::WebArea web_area(const MapArguments& args, const analyse::CellGrid& gri
 util::ExitCode run_map(const MapArguments& args) {
     util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
-    scene::Scene scene = scene_of(args);
-    MapFileOptions file = file_of(args, scene);
+    scene::Scene scene = make_scene(args);
+    MapFileOptions file = make_file(args, scene);
     // Reject what cannot be written before any work is done.
     check_map_target(file);
     if (!args.report.empty())
         util::check_writable(args.report);
     exports::Selection selection;
-    selection.area = area_of("map", args.grid);
+    selection.area = parse_area("map", args.grid);
     const render::RenderPoolOptions render_pool = args.render_pool.options(scene);
 
     const auto loaded = std::make_shared<render::LoadedWorld>(args.world.options(scene), scene);
@@ -212,9 +212,9 @@ util::ExitCode run_map(const MapArguments& args) {
     // A face has 16 x 16 points of its own colours.
     constexpr double kLeast_voxels = 1.0 / 16;
     const analyse::CellGrid grid = analyse::grid_over(
-        world, exports::part_of(world, selection).bounds, args.grid.resolution_m, kLeast_voxels);
+        world, exports::make_part(world, selection).bounds, args.grid.resolution_m, kLeast_voxels);
     analyse::set_camera(grid, world, scene);
-    const output::StreamShape shape = shape_of(scene, grid);
+    const output::StreamShape shape = make_shape(scene, grid);
     if (file.in_tiles())
         file.area = web_area(args, grid, world);
 
@@ -224,20 +224,20 @@ util::ExitCode run_map(const MapArguments& args) {
                                      signals.token());
     std::optional<MapFile> map;
     const auto begin = [&]() -> output::TileSink& {
-        map.emplace(file, shape, info_of(args, renderer, grid, world));
+        map.emplace(file, shape, make_info(args, renderer, grid, world));
         return map->sink();
     };
     std::uint64_t tiles = 0;
     const auto write = [&](const render::RenderStatistics& statistics) {
         const util::StageTimes::Scope timed(loaded->times, "write the map");
-        tiles = map->write(texts_of(args, world, statistics));
+        tiles = map->write(list_texts(args, world, statistics));
     };
     const render::RenderStatistics statistics =
         renderer.render_tiles(scene, args.output, begin, write, {args.resume, true, {}}, start);
     if (!args.report.empty())
         util::write_file_atomically(
             args.report,
-            render::report_of(statistics, loaded->times, renderer.view()).dump(2) + "\n");
+            render::make_report(statistics, loaded->times, renderer.view()).dump(2) + "\n");
     if (!args.verbosity.quiet) {
         if (args.verbosity.verbose || !args.report.empty())
             render::print_statistics(statistics, loaded->times);

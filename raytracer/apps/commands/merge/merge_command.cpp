@@ -41,7 +41,7 @@ std::array<OwnOption, 5> own_options(const JoinedRasterArguments& args) {
 }
 
 /// Planned objects are a part of what the world's boxes come from.
-std::vector<std::string> additions_of(const farm::PictureKey& key) {
+std::vector<std::string> list_additions(const farm::PictureKey& key) {
     constexpr std::string_view kState = "state of the archive: ";
     std::vector<std::string> out;
     for (const std::string& input : key.inputs)
@@ -81,14 +81,14 @@ void check_joined_raster(const scene::Scene& scene, const std::vector<std::strin
         if (option.is_given && option.of && *option.of != kind)
             throw util::UsageError(std::string("merge: ") + option.name +
                                    " with parts of an analysis of " +
-                                   std::string(core::word_of(kind)) + "; allowed: of " +
-                                   std::string(core::word_of(*option.of)));
+                                   std::string(core::to_word(kind)) + "; allowed: of " +
+                                   std::string(core::to_word(*option.of)));
     if (outputs.size() != 1)
         throw util::UsageError("merge: " + std::to_string(outputs.size()) +
                                " files for the raster of an analysis; allowed: 1, -o FILE.tif");
     analyse::check_raster_target(outputs.front());
     check_report_targets(args.reports);
-    (void)relief_of(scene);
+    (void)make_relief(scene);
     if (kind == AnalysisKind::kEnergy)
         check_object_arguments(args.objects, scene, false);
 }
@@ -98,7 +98,7 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
                                    int threads, bool quiet) {
     const farm::PictureKey& key = tiles.key();
     const voxel::WorldInfo world = voxel::world_from_json(key.world, "the checkpoint");
-    const analyse::CellGrid grid = analyse::grid_of(scene, world);
+    const analyse::CellGrid grid = analyse::make_grid(scene, world);
     const thread::StopSignals signals;
     render::RenderStatistics statistics;
     statistics.damage = tiles.damage();
@@ -117,16 +117,16 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
                         scene,
                         grid,
                         own_fields(scene.analysis.kind),
-                        additions_of(key),
+                        list_additions(key),
                         scene.analysis.light.empty() ? "" : "a weather file",
                         statistics.counts.holes.size()};
     const auto seen = write_outputs(cells, {output, args.reports, objects}, what,
                                     render::joined_picture_info(scene, world, statistics), threads,
                                     signals.token());
     if (seen && args.as_json)
-        std::printf("%s\n", analyse::json_of(*seen).c_str());
+        std::printf("%s\n", analyse::to_json(*seen).c_str());
     else if (seen && !quiet)
-        std::printf("%s", analyse::table_of(*seen).c_str());
+        std::printf("%s", analyse::make_table(*seen).c_str());
     if (!quiet && !args.as_json)
         for (const std::string& file :
              {output, args.objects.file, args.reports.map, args.reports.page})
@@ -148,7 +148,7 @@ struct MergeArguments {
     bool quiet = false;
 };
 
-scene::Scene scene_of(const farm::PictureKey& key) {
+scene::Scene make_scene(const farm::PictureKey& key) {
     scene::Scene scene;
     scene::parse_scene(key.scene, "of the checkpoint", scene);
     return scene;
@@ -156,7 +156,7 @@ scene::Scene scene_of(const farm::PictureKey& key) {
 
 std::string what_is_made(const farm::PictureKey& key, const scene::Scene& scene) {
     if (scene.analysis.kind != core::AnalysisKind::kNone)
-        return "cells of " + std::string(core::word_of(scene.analysis.kind));
+        return "cells of " + std::string(core::to_word(scene.analysis.kind));
     return "pixels, " + std::to_string(scene.quality.samples) + " samples" +
            (key.with_layers ? ", layers" : "");
 }
@@ -166,7 +166,7 @@ std::string what_is_made(const farm::PictureKey& key, const scene::Scene& scene)
 void print_info(const std::filesystem::path& path) {
     const farm::TileJournal journal(farm::OpenFile(path, O_RDONLY, "read the checkpoint"));
     const farm::PictureKey& key = journal.key();
-    const scene::Scene scene = scene_of(key);
+    const scene::Scene scene = make_scene(key);
     std::uint32_t holes = 0;
     for (std::uint32_t cell = 0; cell < key.grid.cells(); ++cell)
         holes += journal.at(cell).holes > 0 ? 1 : 0;
@@ -222,7 +222,7 @@ util::ExitCode run_merge(MergeArguments& args) {
     }
     args.picture.threads = thread::thread_count(args.picture.threads);
     const farm::JoinedTiles tiles(args.journals);
-    const scene::Scene scene = scene_of(tiles.key());
+    const scene::Scene scene = make_scene(tiles.key());
     const bool is_raster = scene.analysis.kind != core::AnalysisKind::kNone;
     if (!args.outputs.empty())
         check_outputs(args, tiles.key(), scene);

@@ -48,7 +48,7 @@ render::RenderPoolOptions preview_render_pool(const Arguments& args, const scene
     return out;
 }
 
-nlohmann::json report_of(const preview::App& app) {
+nlohmann::json make_report(const preview::App& app) {
     nlohmann::json out = app.times().report();
     out["pictures"] = app.pictures();
     out["holes"] = app.holes();
@@ -66,7 +66,7 @@ util::ExitCode run(const Arguments& args) {
         args.save_scene, args.light, std::make_shared<preview::LogTail>()};
     spdlog::default_logger()->sinks().push_back(options.log);
     for (const std::string& input : args.world.inputs)
-        (void)worlds::kind_of(input);  // before a window opens in vain
+        (void)worlds::find_kind(input);  // before a window opens in vain
     if (!args.report.empty())
         util::check_writable(args.report);
     scene::Scene window_size;
@@ -81,7 +81,7 @@ util::ExitCode run(const Arguments& args) {
         session.frame();
     const preview::App* const app = session.app();
     if (!args.report.empty() && app != nullptr)
-        util::write_file_atomically(args.report, report_of(*app).dump(2) + "\n");
+        util::write_file_atomically(args.report, make_report(*app).dump(2) + "\n");
     const std::size_t holes = app != nullptr ? app->holes() : 0;
     window.hide();  // work in progress may take a while to end
     session.close();

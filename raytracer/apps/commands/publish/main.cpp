@@ -2,6 +2,6 @@
 #include "raytracer/apps/commands/publish/site_commands.hpp"
 
 int main(int argc, char** argv) {
-    return terravox::util::run_program_of(terravox::commands::kPublish, argc, argv,
-                                          terravox::commands::add_publish_options);
+    return terravox::util::run_command_program(terravox::commands::kPublish, argc, argv,
+                                               terravox::commands::add_publish_options);
 }

@@ -39,13 +39,13 @@ struct Published {
 
 bool is_one_archive(const PublishArguments& args) {
     const auto& inputs = args.world.inputs;
-    return inputs.size() == 1 && worlds::kind_of(inputs.front()).is_archive;
+    return inputs.size() == 1 && worlds::find_kind(inputs.front()).is_archive;
 }
 
 // Taken as it is, unless something is put into it; every other world is converted.
 bool is_archive_here(const PublishArguments& args) {
     return args.world.additions.empty() && is_one_archive(args) &&
-           worlds::kind_of(args.world.inputs.front()).is_path;
+           worlds::find_kind(args.world.inputs.front()).is_path;
 }
 
 bool is_referred_to(const PublishArguments& args) {
@@ -73,8 +73,8 @@ void check_reference(const PublishArguments& args) {
 std::optional<exports::Part> part_to_publish(const PublishArguments& args,
                                              const voxel::WorldInfo& world) {
     const std::vector<double> area =
-        numbers_of("publish", "--area", args.area, 4,
-                   "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+        list_numbers("publish", "--area", args.area, 4,
+                     "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
     if (is_archive_here(args) || is_referred_to(args)) {
         if (!area.empty())
             throw util::UsageError("publish: --area " + args.area +
@@ -82,7 +82,7 @@ std::optional<exports::Part> part_to_publish(const PublishArguments& args,
                                    "--area makes a smaller one");
         return std::nullopt;
     }
-    const exports::Part part = exports::part_of(world, exports::Selection{0, area, {}});
+    const exports::Part part = exports::make_part(world, exports::Selection{0, area, {}});
     if (area.empty() && !(part.bounds == world.bounds)) {
         const auto& [min, max] = part.bounds;
         util::log_info(
@@ -101,7 +101,7 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
         return;
     }
     const exports::Part& part = *chosen;
-    const exports::Format& format = exports::format_of("archive", archive);
+    const exports::Format& format = exports::find_format_by("archive", archive);
     exports::WriteOptions write;
     write.overwrite = true;
     format.check_target(archive, write);
@@ -117,8 +117,8 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
     out.holes = job.holes().size();
 }
 
-publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
-                          const voxel::WorldInfo& world) {
+publish::SiteView make_site_view(const std::string& name, const scene::Scene& scene,
+                                 const voxel::WorldInfo& world) {
     const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
     constexpr double kAhead_voxel = 100;
     publish::SiteView view;
@@ -130,19 +130,20 @@ publish::SiteView view_of(const std::string& name, const scene::Scene& scene,
     return view;
 }
 
-std::vector<publish::SiteView> views_of(const scene::Scene& scene, const voxel::WorldInfo& world) {
+std::vector<publish::SiteView> list_site_views(const scene::Scene& scene,
+                                               const voxel::WorldInfo& world) {
     if (scene.camera.projection != core::CameraProjection::kPerspective)
         throw util::UsageError(
             "publish: camera.projection is not perspective; the viewer has no other");
     scene::Scene without_camera = scene;
     without_camera.camera = {};
-    publish::SiteView whole = view_of("Whole place", without_camera, world);
+    publish::SiteView whole = make_site_view("Whole place", without_camera, world);
     whole.frame = world.camera_bounds();
-    return {view_of("Start", scene, world), whole};
+    return {make_site_view("Start", scene, world), whole};
 }
 
 std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
-    const geo::DateTime time = sky::time_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    const geo::DateTime time = sky::to_time(scene.sun, world.centre ? &*world.centre : nullptr);
     const std::chrono::sys_days day = std::chrono::year(time.year) /
                                       std::chrono::month(static_cast<unsigned>(time.month)) /
                                       std::chrono::day(static_cast<unsigned>(time.day));
@@ -168,8 +169,8 @@ std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
     return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
 }
 
-std::vector<archive_tools::FilePart> archive_of(const PublishArguments& args,
-                                                const fs::path& archive) {
+std::vector<archive_tools::FilePart> make_archive(const PublishArguments& args,
+                                                  const fs::path& archive) {
     if (is_referred_to(args))
         return {{args.archive_url, 0}};
     return archive_tools::split(archive, archive.parent_path(),
@@ -217,8 +218,8 @@ void check_facts(const publish::SiteFacts& facts) {
         throw util::UsageError("publish: sun.date lies before 1970 or after 2199");
 }
 
-publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& scene,
-                            const voxel::WorldInfo& world) {
+publish::SiteFacts collect_facts(const PublishArguments& args, const scene::Scene& scene,
+                                 const voxel::WorldInfo& world) {
     if (scene.sun.altitude_deg || scene.sun.azimuth_deg)
         throw util::UsageError(
             "publish: sun.altitude_deg and sun.azimuth_deg; the viewer places the sun by date and "
@@ -227,7 +228,7 @@ publish::SiteFacts facts_of(const PublishArguments& args, const scene::Scene& sc
     facts.title = args.title.empty() ? world.title : args.title;
     facts.attribution = args.attribution.empty() ? world.attribution : args.attribution;
     facts.licence = args.licence.empty() ? world.licence : args.licence;
-    facts.views = views_of(scene, world);
+    facts.views = list_site_views(scene, world);
     facts.time_ms = time_ms(scene, world);
     facts.has_preview = !args.no_preview;
     check_facts(facts);
@@ -244,7 +245,7 @@ void check_target(const PublishArguments& args, const fs::path& archive) {
 }
 
 /// What may lie in the folder of a site before it is one.
-fs::path input_of(const PublishArguments& args) {
+fs::path find_input(const PublishArguments& args) {
     return is_archive_here(args) ? fs::path(args.world.inputs.front()) : fs::path();
 }
 
@@ -255,7 +256,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const scene::Scene scene = args.world.scene();
     check_reference(args);
     check_target(args, archive);
-    const publish::SiteFolder held(folder, input_of(args), args.overwrite);
+    const publish::SiteFolder held(folder, find_input(args), args.overwrite);
     util::check_writable(archive);
     std::optional<std::stop_callback<std::function<void()>>> at_once;
     if (args.abandon)
@@ -270,7 +271,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const std::optional<exports::Part> part = part_to_publish(args, published.world);
     if (part)
         published.world.framed = part->bounds;
-    publish::SiteFacts facts = facts_of(args, scene, published.world);
+    publish::SiteFacts facts = collect_facts(args, scene, published.world);
     facts.squares = squares_in(*world, published.world.framed_bounds());
 
     at_once.reset();
@@ -284,7 +285,7 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     util::write_file_atomically(folder / publish::kSiteAppearance,
                                 publish::appearance_file(materials.appearances, air),
                                 util::Links::kReplace);
-    facts.archive = archive_of(args, archive);
+    facts.archive = make_archive(args, archive);
     publish::write_site(folder, facts);
     if (published.holes > 0)
         util::log_error("the place has holes: {} boxes could not be loaded", published.holes);

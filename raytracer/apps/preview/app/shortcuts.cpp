@@ -10,25 +10,25 @@ namespace {
 
 /// Shortcuts with Ctrl.
 void handle_commands(const ShortcutTargets& on, const Keyboard& keys) {
-    if (keys.pressed(Window::key_of('q')))
+    if (keys.pressed(Window::to_key('q')))
         on.window.close();
     if (Window::typing())
         return;
-    if (keys.pressed(Window::key_of('s')))
+    if (keys.pressed(Window::to_key('s')))
         on.files.save_scene(on.editor_state);
-    if (keys.pressed(Window::key_of('o')))
+    if (keys.pressed(Window::to_key('o')))
         on.files.open_scene(on.editor_state);
-    if (keys.pressed(Window::key_of('p')))
+    if (keys.pressed(Window::to_key('p')))
         on.files.save_picture(on.editor_state, on.picture);
-    if (keys.pressed(Window::key_of('r')))
+    if (keys.pressed(Window::to_key('r')))
         on.files.start_final(on.editor_state, on.final_render);
-    if (keys.pressed(Window::key_of('k'))) {
+    if (keys.pressed(Window::to_key('k'))) {
         on.window.copy_text(on.files.command_line(on.editor_state));
         on.editor_state.notify("the command line is on the clipboard");
     }
-    if (keys.repeated(Window::key_of('z')) && !keys.shift())
+    if (keys.repeated(Window::to_key('z')) && !keys.shift())
         on.editor_state.undo();
-    if (keys.repeated(Window::key_of('y')) || (keys.repeated(Window::key_of('z')) && keys.shift()))
+    if (keys.repeated(Window::to_key('y')) || (keys.repeated(Window::to_key('z')) && keys.shift()))
         on.editor_state.redo();
 }
 
@@ -64,25 +64,25 @@ void handle_tool_keys(const ShortcutTargets& on, const Keyboard& keys) {
         state.shows_help = false;
         ImGui::SetWindowFocus(nullptr);
     }
-    if (keys.pressed(Window::key_of('f'))) {
+    if (keys.pressed(Window::to_key('f'))) {
         state.fly = !state.fly;
         state.notify(state.fly ? "fly: the mouse turns your head"
                                : "orbit: the mouse circles what you look at");
     }
-    if (keys.pressed(Window::key_of('m'))) {
+    if (keys.pressed(Window::to_key('m'))) {
         state.measures = !state.measures;
         on.pick.clear();
     }
-    if (keys.pressed(Window::key_of('v'))) {
+    if (keys.pressed(Window::to_key('v'))) {
         const Navigator::Click middle{on.pane.x + on.pane.width / 2.0,
                                       on.pane.y + on.pane.height / 2.0, false};
         on.pick.click(state, middle, on.pane, on.picture.view());
     }
-    if (keys.pressed(Window::key_of('k'))) {
+    if (keys.pressed(Window::to_key('k'))) {
         on.path.add_key(state);
         state.shows_path = true;
     }
-    if (keys.pressed(Window::key_of('p')))
+    if (keys.pressed(Window::to_key('p')))
         on.path.toggle(state);
     if (keys.pressed(GLFW_KEY_HOME) && !ImGui::GetIO().NavActive)
         state.frame_all();

@@ -65,7 +65,7 @@ void FilesPanel::open_scene(preview::EditorState& editor_state, const std::strin
 void FilesPanel::save_picture(preview::EditorState& editor_state,
                               const preview::Progressive& picture) const {
     try {
-        const std::string layer = preview::facts_of(editor_state.layer).name;
+        const std::string layer = preview::collect_facts(editor_state.layer).name;
         if (!preview::has_picture(editor_state.layer))
             throw util::Error(
                 "save " + m_picture_file + ": of the layer '" + layer +

@@ -113,7 +113,7 @@ double meant(float v) {
 /// The text of a text field.
 constexpr std::size_t kMaxText = 200;
 
-std::string format_of(double low, double high, const std::string& unit) {
+std::string find_format_by(double low, double high, const std::string& unit) {
     const double span = high - low;
     const char* digits = span > 400 ? "%.0f" : span > 30 ? "%.1f" : "%.2f";
     return digits + (unit.empty() || unit == kDegrees ? unit : " " + unit);
@@ -130,7 +130,7 @@ bool number(double& value, const scene::FieldRule& rule, double low, double high
     ImGuiSliderFlags flags = ImGuiSliderFlags_None;
     if (has_range && is_wide(low, high))
         flags |= ImGuiSliderFlags_Logarithmic;
-    const std::string format = format_of(low, has_range ? high : low + 100, unit);
+    const std::string format = find_format_by(low, has_range ? high : low + 100, unit);
     const bool changed = has_range
                              ? ImGui::SliderFloat("##v", &v, static_cast<float>(low),
                                                   static_cast<float>(high), format.c_str(), flags)
@@ -163,7 +163,7 @@ SceneForm::SceneForm(scene::Scene& scene, scene::Scene& usual) : m_scene(scene) 
     });
 }
 
-SceneForm::Label SceneForm::label_of(std::string_view path) {
+SceneForm::Label SceneForm::find_label(std::string_view path) {
     std::string name(path.substr(path.find('.') + 1)), unit;
     for (const Unit& u : kUnits)
         if (name.size() > u.ending.size() && name.ends_with(u.ending)) {
@@ -202,7 +202,7 @@ bool SceneForm::rows(std::initializer_list<std::string_view> paths) {
 class SceneForm::Row {
 public:
     Row(SceneForm& form, std::string_view path, Field& field, const Range& range)
-        : m_form(form), m_path(path), m_field(field), m_range(range), m_label(label_of(path)) {}
+        : m_form(form), m_path(path), m_field(field), m_range(range), m_label(find_label(path)) {}
 
     /// @return the field has changed
     bool draw();
@@ -223,7 +223,7 @@ public:
     void operator()(scene::PointList* v) { draw_text(v->text()); }
     template <core::WordEnum Word>
     void operator()(Word* v) {
-        if (const auto word = draw_words(core::word_of(*v)))
+        if (const auto word = draw_words(core::to_word(*v)))
             *v = core::from_word<Word>(*word).value_or(*v);
     }
 

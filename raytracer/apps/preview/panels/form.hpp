@@ -63,7 +63,7 @@ public:
         std::string name;
         std::string unit;
     };
-    [[nodiscard]] static Label label_of(std::string_view path);
+    [[nodiscard]] static Label find_label(std::string_view path);
 
     /// The field that could not be set, and why; empty: none.
     [[nodiscard]] const std::string& problem() const noexcept { return m_problem; }

@@ -30,7 +30,7 @@ void MapPanel::draw_view(const preview::EditorState& editor_state, const shade::
     const ImVec2 low{corner[0], corner[1]};
     const ImVec2 size{extent[0], extent[1]};
     const auto point = [&](core::Vec3 p) {
-        const auto [right, down] = m_map->share_of(p.x, p.z);
+        const auto [right, down] = m_map->measure_share(p.x, p.z);
         return ImVec2{low.x + static_cast<float>(right) * size.x,
                       low.y + static_cast<float>(down) * size.y};
     };
@@ -97,8 +97,8 @@ void MapPanel::draw(preview::EditorState& editor_state, preview::PickTool& tool,
     widgets::report_place("map");
     if (ImGui::IsItemClicked() && view) {
         const ImVec2 mouse = ImGui::GetIO().MousePos;
-        const auto [x, z] = m_map->place_of(static_cast<double>((mouse.x - low.x) / size.x),
-                                            static_cast<double>((mouse.y - low.y) / size.y));
+        const auto [x, z] = m_map->find_place(static_cast<double>((mouse.x - low.x) / size.x),
+                                              static_cast<double>((mouse.y - low.y) / size.y));
         tool.go(editor_state, x, z, view);
     }
     draw_view(editor_state, view.get(), {low.x, low.y}, {size.x, size.y});

@@ -19,7 +19,7 @@ std::string text(const char* format, Values... values) {
     return out.data();
 }
 
-std::string line_of(const StatusFacts& facts) {
+std::string make_line(const StatusFacts& facts) {
     const preview::Progressive::Status& p = facts.picture;
     const int percent = static_cast<int>(p.share * 100);
     std::string out;
@@ -53,7 +53,7 @@ void draw_status(const preview::EditorState& editor_state, const StatusFacts& fa
                                        ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav |
                                        ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("##status", nullptr, kBare);
-    ImGui::TextUnformatted(line_of(facts).c_str());
+    ImGui::TextUnformatted(make_line(facts).c_str());
     if (!editor_state.notice.empty() &&
         shown_s < (editor_state.notice_is_bad ? kBadNotice_s : kNotice_s)) {
         const float font = ImGui::GetFontSize();

@@ -106,8 +106,8 @@ void PathPanel::draw_line(preview::EditorState& editor_state) {
     const float left = low.x + font;
     const float span = width - 2 * font;
     const float middle = low.y + height / 2;
-    const auto x_of = [&](double s) { return left + static_cast<float>(s / m_length_s) * span; };
-    const auto time_of = [&](float x) {
+    const auto find_x = [&](double s) { return left + static_cast<float>(s / m_length_s) * span; };
+    const auto to_time = [&](float x) {
         return std::clamp(static_cast<double>((x - left) / span), 0.0, 1.0) * m_length_s;
     };
     const ImU32 line = ImGui::GetColorU32(ImGuiCol_TextDisabled);
@@ -121,20 +121,20 @@ void PathPanel::draw_line(preview::EditorState& editor_state) {
     if (pressed && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
         m_chosen.reset();
         for (std::size_t i = 0; i < m_path.keys().size(); ++i)
-            if (std::abs(x_of(m_path.keys()[i].time_s) - mouse) < font * 0.6f)
+            if (std::abs(find_x(m_path.keys()[i].time_s) - mouse) < font * 0.6f)
                 m_chosen = i;
     }
     const bool by_mouse = held && ImGui::IsMouseDown(ImGuiMouseButton_Left);
     if (by_mouse && m_chosen && ImGui::IsMouseDragging(ImGuiMouseButton_Left))
-        m_path.move(*m_chosen, time_of(mouse));
+        m_path.move(*m_chosen, to_time(mouse));
     else if (by_mouse)
-        show(editor_state, m_chosen ? m_path.keys()[*m_chosen].time_s : time_of(mouse));
+        show(editor_state, m_chosen ? m_path.keys()[*m_chosen].time_s : to_time(mouse));
     list.AddLine({left, middle}, {left + span, middle}, line, 2);
     const double every_s = m_length_s > 60 ? 10 : m_length_s > 20 ? 5 : 1;
     for (double s = 0; s <= m_length_s + 1e-6; s += every_s)
-        list.AddLine({x_of(s), middle - font / 4}, {x_of(s), middle + font / 4}, line);
+        list.AddLine({find_x(s), middle - font / 4}, {find_x(s), middle + font / 4}, line);
     for (std::size_t i = 0; i < m_path.keys().size(); ++i) {
-        const ImVec2 at{x_of(m_path.keys()[i].time_s), middle};
+        const ImVec2 at{find_x(m_path.keys()[i].time_s), middle};
         const float r = font * 0.45f;
         list.AddQuadFilled({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r},
                            key_colour);
@@ -142,7 +142,7 @@ void PathPanel::draw_line(preview::EditorState& editor_state) {
             list.AddQuad({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r},
                          now, 2);
     }
-    list.AddLine({x_of(m_time_s), low.y}, {x_of(m_time_s), low.y + height}, now, 2);
+    list.AddLine({find_x(m_time_s), low.y}, {find_x(m_time_s), low.y + height}, now, 2);
 }
 
 float PathPanel::draw(preview::EditorState& editor_state, float panel_px,

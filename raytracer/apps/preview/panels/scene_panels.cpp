@@ -67,7 +67,8 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
     form.row("sun.utc_offset_h");
     ImGui::EndDisabled();
     try {
-        const geo::SunPosition sun = sky::sun_of(editor_state.scene.sun, place ? &*place : nullptr);
+        const geo::SunPosition sun =
+            sky::compute_sun(editor_state.scene.sun, place ? &*place : nullptr);
         ImGui::TextDisabled("sun %.1f\u00b0 high, in %.0f\u00b0", sun.altitude_deg,
                             sun.azimuth_deg);
     } catch (const util::Error& e) {
@@ -82,7 +83,7 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
         if (own) {
             geo::SunPosition sun{45, 225};
             try {
-                sun = sky::sun_of(editor_state.scene.sun, place ? &*place : nullptr);
+                sun = sky::compute_sun(editor_state.scene.sun, place ? &*place : nullptr);
             } catch (const util::Error&) {
                 // Its date is invalid: the sun is in the south-west then.
             }
@@ -120,7 +121,7 @@ void draw_light(preview::EditorState& editor_state, SceneForm& form) {
 void draw_picture(preview::EditorState& editor_state, SceneForm& form) {
     form.row("output.exposure_ev", -6, 6);
     form.rows({"output.adaptation", "output.tone"});
-    const preview::LayerFacts& facts = preview::facts_of(editor_state.layer);
+    const preview::LayerFacts& facts = preview::collect_facts(editor_state.layer);
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted("layer");

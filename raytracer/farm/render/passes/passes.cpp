@@ -144,10 +144,10 @@ private:
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;
 };
 
-std::uint64_t pixels_of(const std::vector<tiles::RenderTile>& tiles) {
+std::uint64_t count_pixels(const std::vector<tiles::RenderTile>& tiles) {
     std::uint64_t out = 0;
     for (const tiles::RenderTile& t : tiles)
-        out += processors::LeaseBook::pixels_of(t);
+        out += processors::LeaseBook::count_pixels(t);
     return out;
 }
 
@@ -203,11 +203,11 @@ RenderCounts render_stream(const RenderJob& job, output::TileSink& sink) {
     const auto [width, height] = scene.output.size_px;
     const auto passes = tiles::plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
                                           scene.quality.tile_order);
-    output::Progress progress(passes.front().size(), pixels_of(passes.front()), job.quiet);
+    output::Progress progress(passes.front().size(), count_pixels(passes.front()), job.quiet);
     PassRunner runner(job, sink, progress);
     const auto tiles = runner.resume(passes.front());
     progress.leave_out(passes.front().size() - tiles.size(),
-                       pixels_of(passes.front()) - pixels_of(tiles));
+                       count_pixels(passes.front()) - count_pixels(tiles));
     (void)runner.run(tiles);
     runner.counts().samples = static_cast<std::uint32_t>(scene.quality.samples);
     progress.finish();
@@ -220,7 +220,7 @@ RenderCounts render_film(const RenderJob& job, output::Film& film) {
                                     q.tile.in_picture(film.width_px()), q.tile_order);
     std::uint64_t pixels = 0;
     for (const auto& tiles : passes)
-        pixels += pixels_of(tiles);
+        pixels += count_pixels(tiles);
     output::Progress progress(passes.size() * passes.front().size(), pixels, job.quiet, q.time_s);
     PassRunner runner(job, film, progress);
     const bool in_time = q.time_s > 0;
@@ -232,9 +232,9 @@ RenderCounts render_film(const RenderJob& job, output::Film& film) {
             tile.samples = first;
         if (job.checkpoint != nullptr) {
             const std::size_t before = tiles.size();
-            const std::uint64_t before_px = pixels_of(tiles);
+            const std::uint64_t before_px = count_pixels(tiles);
             tiles = runner.resume(std::move(tiles));
-            progress.leave_out(before - tiles.size(), before_px - pixels_of(tiles));
+            progress.leave_out(before - tiles.size(), before_px - count_pixels(tiles));
         }
         if (!runner.run(tiles))
             break;
@@ -254,7 +254,7 @@ namespace {
 
 /// A position in map coordinates: easting and northing in units of the CRS, height in metres;
 /// without a CRS in voxels.
-std::string place_of(core::Vec3 at, const voxel::WorldInfo& world) {
+std::string find_place(core::Vec3 at, const voxel::WorldInfo& world) {
     const bool placed = !world.crs.empty();
     const core::Vec3 p = placed
                              ? core::Vec3{at.x * world.crs_units_per_voxel,
@@ -294,11 +294,11 @@ std::string out_of_sight(const shade::View& view, const voxel::WorldInfo& world)
                           static_cast<double>(b.min[2])};
     std::string out = camera.look.empty() ? "the camera" : "the view '" + camera.look + "'";
     out += seen ? " looks at what is far from the world" : " shows nothing of the world";
-    out += ": it stands at " + place_of(view.camera.position(), world);
+    out += ": it stands at " + find_place(view.camera.position(), world);
     if (target)
-        out += " and looks at " + place_of(*target, world);
-    return out + "; the world reaches from " + place_of(low, world) + " to " +
-           place_of(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
+        out += " and looks at " + find_place(*target, world);
+    return out + "; the world reaches from " + find_place(low, world) + " to " +
+           find_place(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
 }
 
 void prefetch_visible(const shade::View& view, blocks::BlockManager& blocks) {

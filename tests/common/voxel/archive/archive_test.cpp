@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorldInfo info_of() {
+WorldInfo make_info() {
     WorldInfo info;
     info.title = "archive";
     info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}};
@@ -55,7 +55,7 @@ std::unique_ptr<World> open(const fs::path& file) {
     return open_archive(archive::file_source(file));
 }
 
-std::string bytes_of(const fs::path& file) {
+std::string read_all_bytes(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -85,7 +85,7 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
     const fs::path file = folder.path() / "a.tvx";
     const auto keys = many_keys(2500);  // three leaves of the index
     {
-        ArchiveWriter writer(file, info_of(), 0);
+        ArchiveWriter writer(file, make_info(), 0);
         for (const BoxKey& key : keys)
             add(writer, key);
         CHECK_FALSE(fs::exists(file));
@@ -95,7 +95,7 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
     CHECK(is_archive(file));
     const auto world = open(file);
     CHECK(world->info().title == "archive");
-    CHECK(world->info().bounds == info_of().bounds);
+    CHECK(world->info().bounds == make_info().bounds);
     CHECK(world->info().voxel_m == 0.5);
     for (const BoxKey& key : keys) {
         INFO(to_string(key));
@@ -125,7 +125,7 @@ TEST_CASE("a hole of an archive is an error with its reason when it is requested
           "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
-    ArchiveWriter writer(file, info_of(), 0);
+    ArchiveWriter writer(file, make_info(), 0);
     add_text(writer, {0, 1, 0, 1}, "the disk was wet");
     add(writer, {0, 2, 0, 1});
     writer.finish();
@@ -137,7 +137,7 @@ TEST_CASE("a hole of an archive is an error with its reason when it is requested
 
 TEST_CASE("an archive of nothing is one", "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
-    ArchiveWriter writer(folder.path() / "a.tvx", info_of(), 0);
+    ArchiveWriter writer(folder.path() / "a.tvx", make_info(), 0);
     writer.finish();
     CHECK(open(folder.path() / "a.tvx")->box({0, 0, 0, 0}) == nullptr);
 }
@@ -149,14 +149,14 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     const fs::path broken = folder.path() / "broken.tvx";
     const auto keys = many_keys(40);
     {
-        ArchiveWriter writer(whole, info_of(), 0);
+        ArchiveWriter writer(whole, make_info(), 0);
         for (const BoxKey& key : keys)
             add(writer, key);
         writer.finish();
     }
     std::uint64_t keep = 0;
     {
-        ArchiveWriter writer(broken, info_of(), 0);
+        ArchiveWriter writer(broken, make_info(), 0);
         for (std::size_t i = 0; i < 25; ++i) {
             add(writer, keys[i]);
             if (i == 19)
@@ -166,22 +166,22 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     }
     CHECK_THROWS_WITH(open(broken.string() + ".part"), contains("never finished"));
     {
-        ArchiveWriter writer(broken, info_of(), keep);
+        ArchiveWriter writer(broken, make_info(), keep);
         CHECK(writer.entries() == 20);
         for (std::size_t i = 20; i < keys.size(); ++i)
             add(writer, keys[i]);
         writer.finish();
     }
-    CHECK((bytes_of(whole) == bytes_of(broken)));
+    CHECK((read_all_bytes(whole) == read_all_bytes(broken)));
 
     SECTION("but not when it is not there, or damaged") {
-        write_bytes(broken.string() + ".part", bytes_of(whole).substr(0, 300));
-        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep),
+        write_bytes(broken.string() + ".part", read_all_bytes(whole).substr(0, 300));
+        CHECK_THROWS_WITH(ArchiveWriter(broken, make_info(), keep),
                           contains("the records to keep are"));
-        std::string bytes = bytes_of(whole);
+        std::string bytes = read_all_bytes(whole);
         bytes[keep / 2] = static_cast<char>(bytes[keep / 2] ^ 1);
         write_bytes(broken.string() + ".part", bytes);
-        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep),
+        CHECK_THROWS_WITH(ArchiveWriter(broken, make_info(), keep),
                           contains("the records to keep are"));
     }
 }
@@ -193,7 +193,7 @@ TEST_CASE("entries come back in the order of an index, however many are in memor
     for (const std::size_t count : {0, 1, 5, 10, 11, 20'000}) {
         std::vector<archive::Entry> entries;
         for (std::size_t i = 0; i < count; ++i)
-            entries.push_back({archive::key_of(BoxKey{static_cast<int>(random() % 3),
+            entries.push_back({archive::to_key(BoxKey{static_cast<int>(random() % 3),
                                                       static_cast<std::int32_t>(i) - 9, 2, -3}),
                                i, 7, archive::Kind::kBox});
         std::shuffle(entries.begin(), entries.end(), random);
@@ -232,9 +232,9 @@ TEST_CASE("a link at the name of an unfinished archive is refused, and leads to 
     const fs::path precious = folder.path() / "precious";
     write_bytes(precious, "as it was");
     fs::create_symlink(precious, folder.path() / "a.tvx.part");
-    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "a.tvx", info_of(), 0),
+    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "a.tvx", make_info(), 0),
                       contains("a.tvx.part is a symbolic link"));
-    CHECK(bytes_of(precious) == "as it was");
+    CHECK(read_all_bytes(precious) == "as it was");
     CHECK_FALSE(fs::exists(folder.path() / "a.tvx"));
 }
 
@@ -244,12 +244,12 @@ TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes",
     const fs::path file = folder.path() / "a.tvx";
     const auto keys = many_keys(12);
     {
-        ArchiveWriter writer(file, info_of(), 0);
+        ArchiveWriter writer(file, make_info(), 0);
         for (const BoxKey& key : keys)
             add(writer, key);
         writer.finish();
     }
-    const std::string whole = bytes_of(file);
+    const std::string whole = read_all_bytes(file);
     // Either an Error somewhere, or the very boxes: the facts about the world are text that no
     // checksum holds.
     const auto right_or_refused = [&](const std::string& bytes) {
@@ -332,7 +332,7 @@ TEST_CASE(
     const fs::path other = folder.path() / "b.tvx";
     const BoxKey key{0, 1, 0, 1};
     const auto write = [&](const fs::path& to, Material material, int source_class) {
-        ArchiveWriter writer(to, info_of(), 0);
+        ArchiveWriter writer(to, make_info(), 0);
         BoxBuilder builder;
         builder.add(0, 0, 0, 1, true);
         const auto attr = [&](int, int, int) {
@@ -340,7 +340,7 @@ TEST_CASE(
         };
         writer.add(key, Kind::kBox, compress(*builder.build(key, attr)));
         writer.finish();
-        return bytes_of(to);
+        return read_all_bytes(to);
     };
     const std::string whole = write(file, Material::kGrass, 0);
     // Of the same length, so that the index of the first leads to a sound box of the second, which
@@ -418,7 +418,7 @@ TEST_CASE(
     DYNAMIC_SECTION(c.name) {
         const test::TemporaryFolder folder;
         const fs::path file = folder.path() / "a.tvx";
-        WorldInfo info = info_of();
+        WorldInfo info = make_info();
         info.bounds = c.bounds;
         info.levels = c.levels;
         ArchiveWriter(file, info, 0).finish();
@@ -446,7 +446,7 @@ TEST_CASE("an index that names boxes outside of the bounds of its archive is ref
     const fs::path file = folder.path() / "a.tvx";
     const BoxKey good{0, 0, 0, 0};
     DYNAMIC_SECTION(c.name) {
-        ArchiveWriter writer(file, info_of(), 0);
+        ArchiveWriter writer(file, make_info(), 0);
         add(writer, c.key);
         SECTION("alone") {
             writer.finish();
@@ -454,7 +454,7 @@ TEST_CASE("an index that names boxes outside of the bounds of its archive is ref
                               contains(to_string(c.key) + ", which lies outside of its bounds"));
         }
         SECTION("behind one that lies inside") {
-            if (archive::before(archive::key_of(c.key), archive::key_of(good)))
+            if (archive::before(archive::to_key(c.key), archive::to_key(good)))
                 return;
             add(writer, good);
             writer.finish();
@@ -472,12 +472,12 @@ TEST_CASE("files that are no archives are refused by name", "[common][voxel][arc
     CHECK_THROWS_WITH(open(file), contains("a.tvx") && contains("not a box archive"));
     CHECK_FALSE(is_archive(file));
     CHECK_FALSE(is_archive(folder.path()));
-    ArchiveWriter(file, info_of(), 0).finish();
-    std::string bytes = bytes_of(file);
+    ArchiveWriter(file, make_info(), 0).finish();
+    std::string bytes = read_all_bytes(file);
     bytes[8] = 9;
     write_bytes(file, bytes);
     CHECK_THROWS_WITH(open(file), contains("version 9"));
-    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "b.tvx", info_of(), 0)
+    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "b.tvx", make_info(), 0)
                           .add({0, 1 << 20, 0, 0}, Kind::kBox, {}),
                       contains("2^20"));
 }

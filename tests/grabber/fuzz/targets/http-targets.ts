@@ -7,9 +7,9 @@ import type { Resumable } from '../../../../grabber/src/fetch/partial.js';
 import { bodyPlan, isWhole } from '../../../../grabber/src/fetch/response-check.js';
 import { htmlError, statusError } from '../../../../grabber/src/fetch/response-error.js';
 import { parseRetryAfter } from '../../../../grabber/src/fetch/retry.js';
-import { arrived, damagedOneOf } from '../damage.js';
+import { arrived, arbitraryDamage } from '../damage.js';
 import { acceptedOrRefused } from '../refusal.js';
-import { responseOf } from './response.js';
+import { makeResponse } from './response.js';
 import { type Target, target } from './target.js';
 
 /** Values of headers as servers send them, nearly as they send them, and anything else. */
@@ -66,7 +66,7 @@ export function httpTargets(): Target[] {
     2000,
     fc.tuple(status, headers, fc.boolean(), fc.uint8Array()),
     async ([code, values, resumed, start]) => {
-      const response = responseOf(code, values);
+      const response = makeResponse(code, values);
       const resumable = resumed ? part : undefined;
       const plan = await acceptedOrRefused(['HTTP_PROTOCOL', 'RESUME_REFUSED'], () =>
         bodyPlan(url, response, resumable),
@@ -83,9 +83,9 @@ export function httpTargets(): Target[] {
   );
   const text = Buffer.from('points '.repeat(500));
   const packed = [gzipSync(text), deflateSync(text)];
-  const codings = target('content-coding', 200, damagedOneOf(packed.length), (input) =>
+  const codings = target('content-coding', 200, arbitraryDamage(packed.length), (input) =>
     acceptedOrRefused(['HTTP_PROTOCOL', 'TOO_LARGE'], async () => {
-      const body = responseOf(200, {}, arrived(packed, input)).body;
+      const body = makeResponse(200, {}, arrived(packed, input)).body;
       let bytes = 0;
       for await (const piece of decoded(body, input.base === 0 ? 'gzip' : 'deflate', url)) {
         bytes += piece.length;

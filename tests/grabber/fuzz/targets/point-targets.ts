@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import * as fc from 'fast-check';
-import { pointCountOf } from '../../../../grabber/src/convert/zlas-header.js';
+import { parsePointCount } from '../../../../grabber/src/convert/zlas-header.js';
 import { DiskSpace } from '../../../../grabber/src/fetch/disk-space.js';
 import { unzipMember } from '../../../../grabber/src/fetch/zip-member.js';
 import { kHeaderReadBytes, readLasHeader } from '../../../../grabber/src/las/header.js';
@@ -11,7 +11,7 @@ import { fakeClock } from '../../support/fake-clock.js';
 import { makeLas, makeLaz } from '../../support/las-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
 import { makeZip } from '../../support/zip-fixture.js';
-import { arrived, damagedOneOf } from '../damage.js';
+import { arrived, arbitraryDamage } from '../damage.js';
 import { acceptedOrRefused } from '../refusal.js';
 import { type Target, files, kFolder, target } from './target.js';
 
@@ -33,10 +33,10 @@ export function lasTargets(): Target[] {
   const header = target(
     'las-header',
     2000,
-    fc.tuple(damagedOneOf(good.length), fc.maxSafeNat()),
+    fc.tuple(arbitraryDamage(good.length), fc.maxSafeNat()),
     async ([input, size]) => {
       const start = arrived(good, input).subarray(0, kHeaderReadBytes);
-      pointCountOf(start);
+      parsePointCount(start);
       const read = await acceptedOrRefused(codes, () => readLasHeader(start, size, 'a file'));
       if (read === undefined) return;
       assert.ok(Number.isSafeInteger(read.pointCount) && read.pointCount >= 1);

@@ -1,6 +1,6 @@
 import type { HttpResponse } from '../../../../grabber/src/fetch/http-client.js';
 
-export function responseOf(
+export function makeResponse(
   status: number,
   values: Readonly<Record<string, string>>,
   body: Uint8Array = Buffer.alloc(0),

@@ -13,8 +13,8 @@ import {
 import { storeLayout } from '../../../../grabber/src/store/layout.js';
 import { openStore } from '../../../../grabber/src/store/open-store.js';
 import { sourceWith } from '../../support/catalogue-fixture.js';
-import { kNever, squareOf } from '../../support/store-fixture.js';
-import { arrived, damagedOneOf } from '../damage.js';
+import { kNever, makeSquare } from '../../support/store-fixture.js';
+import { arrived, arbitraryDamage } from '../damage.js';
 import { acceptedOrRefused } from '../refusal.js';
 import { type Target, kFolder, target } from './target.js';
 
@@ -43,7 +43,7 @@ export function geometryTargets(): Target[] {
       ],
     ]),
   ];
-  const damaged = target('gpkg-geometry', 2000, damagedOneOf(good.length), async (input) => {
+  const damaged = target('gpkg-geometry', 2000, arbitraryDamage(good.length), async (input) => {
     const blob = arrived(good, input);
     envelopeOfBlob(blob);
     const rings = await acceptedOrRefused(['STORE_DAMAGED'], () => decodePolygon(blob, 'a row'));
@@ -71,11 +71,11 @@ export function storeTarget(): Target {
     'here',
     'EPSG:3794',
     terms,
-    names.map((name) => squareOf(name, [`https://h.example/${name}`])),
+    names.map((name) => makeSquare(name, [`https://h.example/${name}`])),
   );
   store.close();
   const good = readFileSync(path);
-  return target('gpkg-store', 60, damagedOneOf(1), (input) => {
+  return target('gpkg-store', 60, arbitraryDamage(1), (input) => {
     writeFileSync(path, arrived([good], input));
     return acceptedOrRefused(['STORE_FORMAT', 'STORE_DAMAGED', 'STORE_IO'], () => {
       const opened = openStore(root, { readOnly: true }, kNever);
@@ -133,7 +133,7 @@ export function vectorTargets(): Target[] {
     return target(
       `import-${name.slice(name.indexOf('.') + 1)}`,
       2,
-      damagedOneOf(1),
+      arbitraryDamage(1),
       async (input) => {
         good ??= make();
         writeFileSync(path, arrived([good], input));

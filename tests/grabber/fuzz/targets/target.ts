@@ -2,7 +2,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import * as fc from 'fast-check';
-import { arrived, damagedOneOf } from '../damage.js';
+import { arrived, arbitraryDamage } from '../damage.js';
 
 /** A reader of untrusted input, with the properties that must hold for every input. */
 export type Target = {
@@ -34,7 +34,7 @@ export function files(
   file: string,
   check: (path: string, bytes: Buffer) => unknown,
 ): Target {
-  return target(name, runs, damagedOneOf(good.length), (input) => {
+  return target(name, runs, arbitraryDamage(good.length), (input) => {
     const path = join(kFolder, file);
     const bytes = arrived(good, input);
     writeFileSync(path, bytes);

@@ -14,9 +14,9 @@ import { readPackageInfo } from '../../../../grabber/src/util/package-info.js';
 import { sourceWith } from '../../support/catalogue-fixture.js';
 import { fakeClock } from '../../support/fake-clock.js';
 import { kNever } from '../../support/store-fixture.js';
-import { arrived, damagedOneOf } from '../damage.js';
+import { arrived, arbitraryDamage } from '../damage.js';
 import { acceptedOrRefused } from '../refusal.js';
-import { responseOf } from './response.js';
+import { makeResponse } from './response.js';
 import { type Target, target } from './target.js';
 
 const kConfig = join(readPackageInfo().root, '..', 'config');
@@ -55,7 +55,7 @@ export function tomlTargets(): Target[] {
     join(kConfig, 'areas', 'bled.toml'),
     join(kConfig, 'converters.toml'),
   ].map((path) => ({ name: basename(path), text: readFileSync(path) }));
-  const damaged = damagedOneOf(good.length).map((input) => ({ ...good[input.base], input }));
+  const damaged = arbitraryDamage(good.length).map((input) => ({ ...good[input.base], input }));
   const check = (text: string, name: string): Promise<unknown> =>
     acceptedOrRefused(['CONFIG'], () => {
       const kinds = [
@@ -158,7 +158,7 @@ export function replyTargets(): Target[] {
   ).map(([kind, source]) =>
     target(`reply-${kind}`, 400, reply, async (json) => {
       const answer = Buffer.from(JSON.stringify(json));
-      const get = (): Promise<HttpResponse> => Promise.resolve(responseOf(200, {}, answer));
+      const get = (): Promise<HttpResponse> => Promise.resolve(makeResponse(200, {}, answer));
       const http: HttpClient = { get, redact: (words) => words, close: () => Promise.resolve() };
       const policy = { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 1 };
       const limits = { pages: 5 };
@@ -191,7 +191,7 @@ export function capabilitiesTarget(): Target {
     '</TileMatrixSet></Contents></Capabilities>',
   ].join('');
   const good = [Buffer.from(xml)];
-  return target('capabilities', 600, damagedOneOf(1), async (input) => {
+  return target('capabilities', 600, arbitraryDamage(1), async (input) => {
     const wanted = { layer: 'a', matrixSet: 's', format: 'image/jpeg', axis: 'en' } as const;
     const text = arrived(good, input).toString('utf8');
     const service = await acceptedOrRefused(['MAP_SERVICE'], () =>

@@ -1,13 +1,13 @@
 import assert from 'node:assert/strict';
 import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
-import { projectionOf } from '../../../../grabber/src/geo/crs.js';
+import { findProjection } from '../../../../grabber/src/geo/crs.js';
 import { boundsToDegrees } from '../../../../grabber/src/geo/bounds.js';
 import type { BoundsM } from '../../../../grabber/src/model/square.js';
 import { regionOfBox, regionOfSquares } from '../../../../grabber/src/select/region.js';
 import type { Source } from '../../../../grabber/src/sources/source.js';
 import { squareAt } from '../../../../grabber/src/sources/square.js';
-import { catalogueOf, found, sourceWith } from '../../support/catalogue-fixture.js';
+import { makeCatalogue, found, sourceWith } from '../../support/catalogue-fixture.js';
 import { fakeClock } from '../../support/fake-clock.js';
 import { kNoListener, serve, type HttpFixture } from '../../support/http-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
@@ -37,7 +37,7 @@ function item(
     stac_version: '1.0.0',
     id,
     collection: 'ch.swisstopo.swisssurface3d',
-    bbox: boundsToDegrees(box, projectionOf('EPSG:3794')),
+    bbox: boundsToDegrees(box, findProjection('EPSG:3794')),
     geometry: null,
     properties: {
       datetime: `${year}-01-01T00:00:00Z`,
@@ -121,7 +121,7 @@ test('items become squares: all pages, the newest of each, COPC rather than ZIP'
     item(base, 2019, 462, 102, 'las.zip'),
     item(base, 2019, 470, 102, 'las.zip'),
   ]);
-  const squares = await found(catalogueOf(t, stacSource(server.base)), kRegion);
+  const squares = await found(makeCatalogue(t, stacSource(server.base)), kRegion);
   assert.deepEqual(
     squares.map(({ name }) => name),
     ['462_101', '463_101', '462_102'],
@@ -146,7 +146,7 @@ test('items become squares: all pages, the newest of each, COPC rather than ZIP'
   const [west = 0, south = 0, east = 0, north = 0] = (requested.get('bbox') ?? '')
     .split(',')
     .map(Number);
-  const [lon, lat] = projectionOf('EPSG:3794').toDegrees([463_000, 102_000]);
+  const [lon, lat] = findProjection('EPSG:3794').toDegrees([463_000, 102_000]);
   assert.ok(west < lon && lon < east && south < lat && lat < north && east - west < 0.05);
 });
 
@@ -155,7 +155,7 @@ test('which item of a square counts does not depend on the order of the reply', 
     [2017, 2024, 2019].map((year) => item(base, year, 462, 101, 'las.zip'));
   for (const turned of [items, (base: string) => items(base).reverse()]) {
     const server = await portal(t, turned);
-    const [square] = await found(catalogueOf(t, stacSource(server.base)), kRegion);
+    const [square] = await found(makeCatalogue(t, stacSource(server.base)), kRegion);
     assert.equal(square?.published, '2024-01-01');
   }
 });
@@ -166,7 +166,7 @@ test('squares far apart are requested one by one', async (t) => {
     item(base, 2019, 600, 180, 'las.zip'),
   ]);
   const region = regionOfSquares([squareAt(462_000, 101_000), squareAt(600_000, 180_000)], 1000);
-  const squares = await found(catalogueOf(t, stacSource(server.base)), region);
+  const squares = await found(makeCatalogue(t, stacSource(server.base)), region);
   assert.deepEqual(
     squares.map(({ name }) => name),
     ['462_101', '600_180'],
@@ -176,12 +176,12 @@ test('squares far apart are requested one by one', async (t) => {
 
 test('items without a place in their name are put on the grid by their footprint', async (t) => {
   const server = await portal(t, (base) => [item(base, 2019, 462, 101, 'las.zip')]);
-  const [square] = await found(catalogueOf(t, nameless(server.base)), kRegion);
+  const [square] = await found(makeCatalogue(t, nameless(server.base)), kRegion);
   assert.equal(square?.name, '462_101');
   const wide = await portal(t, (base) => [
     { ...item(base, 2019, 462, 101, 'las.zip'), bbox: [14.4, 46, 14.6, 46.1] },
   ]);
-  await assert.rejects(found(catalogueOf(t, nameless(wide.base)), kRegion), {
+  await assert.rejects(found(makeCatalogue(t, nameless(wide.base)), kRegion), {
     code: 'CATALOGUE',
     message: /footprint is .*allowed: one square/,
   });
@@ -210,7 +210,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, reply, message] of cases) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => sendJson(response, reply(server.base)));
-      await assert.rejects(found(catalogueOf(t, stacSource(server.base)), kRegion), {
+      await assert.rejects(found(makeCatalogue(t, stacSource(server.base)), kRegion), {
         code: 'CATALOGUE',
         message,
       });
@@ -226,14 +226,14 @@ test('the limits of pages, items and bytes end a listing', async (t) => {
     }),
   );
   await assert.rejects(
-    found(catalogueOf(t, stacSource(server.base), { limits: { pages: 7 } }), kRegion),
+    found(makeCatalogue(t, stacSource(server.base), { limits: { pages: 7 } }), kRegion),
     { code: 'CATALOGUE', message: /more than 7 pages/ },
   );
   assert.equal(server.seen.length, 7);
   const long = await serve(t, (_request, response) =>
     response.end(`{"features": [], "x": "${'y'.repeat(5000)}"}`),
   );
-  const short = catalogueOf(t, stacSource(long.base), { limits: { reply_bytes: 1000 } });
+  const short = makeCatalogue(t, stacSource(long.base), { limits: { reply_bytes: 1000 } });
   await assert.rejects(found(short, kRegion), {
     code: 'CATALOGUE',
     message: /more than 1000 bytes/,
@@ -244,7 +244,7 @@ test('the limits of pages, items and bytes end a listing', async (t) => {
       links: [{ rel: 'next', href: `${empty.base}/items?page=${index}` }],
     }),
   );
-  await assert.rejects(found(catalogueOf(t, stacSource(empty.base)), kRegion), {
+  await assert.rejects(found(makeCatalogue(t, stacSource(empty.base)), kRegion), {
     code: 'CATALOGUE',
     message: /4 pages without items/,
   });
@@ -253,7 +253,7 @@ test('the limits of pages, items and bytes end a listing', async (t) => {
     [1, 2, 3, 4, 5].map((north) => item(base, 2019, 462, 100 + north, 'las.zip')),
   );
   await assert.rejects(
-    found(catalogueOf(t, stacSource(many.base), { limits: { items: 3 } }), kRegion),
+    found(makeCatalogue(t, stacSource(many.base), { limits: { items: 3 } }), kRegion),
     { code: 'CATALOGUE', message: /more than 3 items/ },
   );
 });
@@ -263,19 +263,19 @@ test('a request to a busy portal is retried, a broken portal is an error', async
     if (index < 2) response.writeHead(index === 0 ? 503 : 429, { 'retry-after': '1' }).end();
     else sendJson(response, { features: [item(busy.base, 2019, 462, 101, 'las.zip')] });
   });
-  assert.equal((await found(catalogueOf(t, stacSource(busy.base)), kRegion)).length, 1);
+  assert.equal((await found(makeCatalogue(t, stacSource(busy.base)), kRegion)).length, 1);
   for (const [status, requests] of [
     [500, 3],
     [404, 1],
   ] as const) {
     const broken = await serve(t, (_request, response) => void response.writeHead(status).end());
-    await assert.rejects(found(catalogueOf(t, stacSource(broken.base)), kRegion), {
+    await assert.rejects(found(makeCatalogue(t, stacSource(broken.base)), kRegion), {
       code: 'CATALOGUE',
       message: new RegExp(`HTTP ${status}; allowed: 200`),
     });
     assert.equal(broken.seen.length, requests);
   }
-  await assert.rejects(found(catalogueOf(t, stacSource(kNoListener)), kRegion), {
+  await assert.rejects(found(makeCatalogue(t, stacSource(kNoListener)), kRegion), {
     code: 'CATALOGUE',
     message: /ECONNREFUSED/,
   });
@@ -289,7 +289,7 @@ test('too long a Retry-After of a portal is an error, and retries are shown', as
   );
   const clock = fakeClock();
   const countLeftOut: string[] = [];
-  const catalogue = catalogueOf(t, stacSource(server.base), {
+  const catalogue = makeCatalogue(t, stacSource(server.base), {
     clock,
     onRetry: ({ retry, wait_ms, error }) => countLeftOut.push(`${retry} ${wait_ms} ${error.code}`),
   });
@@ -325,7 +325,7 @@ href = '\\.copc\\.laz$'
 `,
     'crs_in_files = true',
   );
-  const catalogue = catalogueOf(t, source);
+  const catalogue = makeCatalogue(t, source);
   const [square] = await found(catalogue, kRegion);
   assert.ok(square);
   assert.equal(square.name, 'USGS_LPC_OR_X_2018_w2133');
@@ -342,7 +342,7 @@ test('an item whose id is no file name is refused where files are named by it', 
     }),
   );
   await assert.rejects(
-    found(catalogueOf(t, { ...nameless(server.base), square_m: undefined } as Source), kRegion),
+    found(makeCatalogue(t, { ...nameless(server.base), square_m: undefined } as Source), kRegion),
     {
       code: 'CATALOGUE',
       message: /item \.\.\/x: its id is no file name/,
@@ -353,7 +353,7 @@ test('an item whose id is no file name is refused where files are named by it', 
 test('a stop is passed on', async (t) => {
   const stop = new AbortController();
   const server = await serve(t, () => stop.abort(new Error('stopped')));
-  await assert.rejects(found(catalogueOf(t, stacSource(server.base)), kRegion, stop.signal), {
+  await assert.rejects(found(makeCatalogue(t, stacSource(server.base)), kRegion, stop.signal), {
     message: 'stopped',
   });
 });
@@ -377,7 +377,7 @@ test('an unreadable item is reported and left out, and the rest is listed', asyn
       ]);
       const reported: string[] = [];
       const squares = await found(
-        catalogueOf(t, stacSource(server.base), {
+        makeCatalogue(t, stacSource(server.base), {
           onLeftOut: (error) => void reported.push(error.message),
         }),
         kRegion,
@@ -404,7 +404,7 @@ test('a catalogue without one readable item is an error', async (t) => {
     const onLeftOut = (): void => {
       reported += 1;
     };
-    const catalogue = catalogueOf(t, stacSource(server.base), { onLeftOut });
+    const catalogue = makeCatalogue(t, stacSource(server.base), { onLeftOut });
     await assert.rejects(found(catalogue, kRegion), {
       code: 'CATALOGUE',
       message: /item other0: its name does not give a square/,

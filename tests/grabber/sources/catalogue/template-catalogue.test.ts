@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { regionOfBox, regionOfSquares } from '../../../../grabber/src/select/region.js';
 import { squareAt } from '../../../../grabber/src/sources/square.js';
-import { catalogueOf, found, sourceWith } from '../../support/catalogue-fixture.js';
+import { makeCatalogue, found, sourceWith } from '../../support/catalogue-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
 
 const kProbed = `
@@ -18,7 +18,7 @@ values = ["b_1", "b_2", "b_3", "b_4"]
 const kOne = regionOfSquares([squareAt(462_000, 101_000)], 1000);
 
 test('a computed grid gives the squares of a region from south to north, each once', async (t) => {
-  const catalogue = catalogueOf(t, sourceWith(kProbed), { variables: { block: 'b_2' } });
+  const catalogue = makeCatalogue(t, sourceWith(kProbed), { variables: { block: 'b_2' } });
   const squares = await found(catalogue, regionOfBox([462_000, 101_000, 464_000, 103_000.5]));
   assert.deepEqual(
     squares.map(({ name }) => name),
@@ -38,7 +38,7 @@ test('a computed grid gives the squares of a region from south to north, each on
 });
 
 test('a grid ends where its source ends, and a country is too much for one run', async (t) => {
-  const catalogue = catalogueOf(t, sourceWith(kProbed), { maxSquares: 100 });
+  const catalogue = makeCatalogue(t, sourceWith(kProbed), { maxSquares: 100 });
   const corner = await found(catalogue, regionOfBox([0, 0, 371_000, 26_000]));
   assert.deepEqual(
     corner.map(({ name }) => name),
@@ -70,7 +70,7 @@ test('a block that was not given is found by trying, neighbours first', async (t
   ];
   for (const [name, there, near, block, requested] of cases) {
     await t.test(name, async (t) => {
-      const catalogue = catalogueOf(t, sourceWith(kProbed));
+      const catalogue = makeCatalogue(t, sourceWith(kProbed));
       const [square] = await found(catalogue, kOne);
       assert.ok(square);
       assert.deepEqual([square.block, square.urls], [null, []]);
@@ -99,7 +99,7 @@ test('a block that was not given is found by trying, neighbours first', async (t
 });
 
 test('a failure while trying a block does not count as "not there"', async (t) => {
-  const catalogue = catalogueOf(t, sourceWith(kProbed));
+  const catalogue = makeCatalogue(t, sourceWith(kProbed));
   const [square] = await found(catalogue, kOne);
   assert.ok(square);
   const there = (): Promise<boolean> => Promise.reject(new Error('the network is down'));
@@ -111,10 +111,10 @@ test('a failure while trying a block does not count as "not there"', async (t) =
 
 test('variables are given, fixed, found, or reported as missing', async (t) => {
   const access = (line: string): string => kProbed.replace(/values = .*/, line);
-  const fixed = await found(catalogueOf(t, sourceWith(access('value = "b_7"'))), kOne);
+  const fixed = await found(makeCatalogue(t, sourceWith(access('value = "b_7"'))), kOne);
   assert.equal(fixed[0]?.urls[0], 'https://example.org/a/b_7/462_101.laz');
   const given = await found(
-    catalogueOf(t, sourceWith(access('value = "b_7"')), { variables: { block: 'b_8' } }),
+    makeCatalogue(t, sourceWith(access('value = "b_7"')), { variables: { block: 'b_8' } }),
     kOne,
   );
   assert.equal(given[0]?.urls[0], 'https://example.org/a/b_8/462_101.laz');
@@ -124,7 +124,7 @@ test('variables are given, fixed, found, or reported as missing', async (t) => {
     ['', { block: 'b_1', blok: 'b_2' }, /set blok: source here has no \{blok\}; allowed: block/],
   ];
   for (const [line, variables, message] of cases) {
-    assert.throws(() => catalogueOf(t, sourceWith(access(line)), { variables }), {
+    assert.throws(() => makeCatalogue(t, sourceWith(access(line)), { variables }), {
       code: 'USAGE',
       message,
     });

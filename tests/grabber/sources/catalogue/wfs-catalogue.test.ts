@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { regionOfBox } from '../../../../grabber/src/select/region.js';
 import type { Source } from '../../../../grabber/src/sources/source.js';
-import { catalogueOf, found, sourceWith } from '../../support/catalogue-fixture.js';
+import { makeCatalogue, found, sourceWith } from '../../support/catalogue-fixture.js';
 import { serve, type HttpFixture } from '../../support/http-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
 
@@ -113,7 +113,7 @@ test('features become squares: all pages, north-west names, the newest edition',
     ignFeature(base, 464, 101, '2025-06-13Z'),
     ignFeature(base, 462, 101, '2025-06-13Z', null),
   ]);
-  const squares = await found(catalogueOf(t, ignSource(server.base)), kRegion);
+  const squares = await found(makeCatalogue(t, ignSource(server.base)), kRegion);
   assert.deepEqual(
     squares.map(({ name }) => name),
     ['463_101', '462_102'],
@@ -154,7 +154,7 @@ test('requests to a service that takes north first have that order', async (t) =
   const server = await service(t, (base) => [
     { ...ignFeature(base, 462, 101, '2025'), geometry: feature(462, 101, {}, true).geometry },
   ]);
-  const squares = await found(catalogueOf(t, ignSource(server.base, 'axes = "ne"')), kRegion);
+  const squares = await found(makeCatalogue(t, ignSource(server.base, 'axes = "ne"')), kRegion);
   assert.equal(squares[0]?.name, '462_101');
   assert.equal(
     new URL(server.seen[0]?.path ?? '', server.base).searchParams.get('BBOX'),
@@ -165,7 +165,7 @@ test('requests to a service that takes north first have that order', async (t) =
 test('a layer in another CRS is requested in it', async (t) => {
   const server = await service(t, () => []);
   assert.deepEqual(
-    await found(catalogueOf(t, ignSource(server.base, 'crs = "EPSG:3857"')), kRegion),
+    await found(makeCatalogue(t, ignSource(server.base, 'crs = "EPSG:3857"')), kRegion),
     [],
   );
   const requested = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
@@ -203,7 +203,7 @@ test('an index of names gives addresses: block from its path, the user, or probi
     }),
     feature(463, 101, { ti_name: '463_101' }),
   ]);
-  const catalogue = catalogueOf(t, indexSource(server.base));
+  const catalogue = makeCatalogue(t, indexSource(server.base));
   const [withBlock, withoutBlock] = await found(catalogue, kRegion);
   assert.deepEqual(
     [withBlock?.block, withBlock?.urls],
@@ -222,7 +222,9 @@ test('an index of names gives addresses: block from its path, the user, or probi
     ['04-jesenice', [`${server.base}/clss/raw/04-jesenice/zls/gkot/GKOT_463_101.laz`]],
   );
 
-  const given = catalogueOf(t, indexSource(server.base), { variables: { region: '04-jesenice' } });
+  const given = makeCatalogue(t, indexSource(server.base), {
+    variables: { region: '04-jesenice' },
+  });
   const squares = await found(given, kRegion);
   assert.ok(
     squares.every(
@@ -278,7 +280,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, features, message, change] of cases) {
     await t.test(name, async (t) => {
       const server = await service(t, features, change);
-      await assert.rejects(found(catalogueOf(t, ignSource(server.base)), kRegion), {
+      await assert.rejects(found(makeCatalogue(t, ignSource(server.base)), kRegion), {
         code: 'CATALOGUE',
         message,
       });
@@ -293,7 +295,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, body, message] of pages) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => response.end(body));
-      await assert.rejects(found(catalogueOf(t, ignSource(server.base)), kRegion), {
+      await assert.rejects(found(makeCatalogue(t, ignSource(server.base)), kRegion), {
         code: 'CATALOGUE',
         message,
       });
@@ -308,7 +310,7 @@ test('a service that counts nothing is read until a page is not full', async (t)
     ({ features }) => ({ features, numberMatched: 'unknown' }),
   );
   assert.deepEqual(
-    (await found(catalogueOf(t, ignSource(server.base)), kRegion)).map(({ name }) => name),
+    (await found(makeCatalogue(t, ignSource(server.base)), kRegion)).map(({ name }) => name),
     ['462_101', '462_102'],
   );
   assert.equal(server.seen.length, 2);

@@ -62,7 +62,7 @@ struct Walls {
     double east = 0, north = 0;
     double farthest_deg = 0;  ///< of a wall's azimuth from `azimuth_deg`
 };
-Walls walls_of(const Measured& raster, double azimuth_deg = 0) {
+Walls find_walls(const Measured& raster, double azimuth_deg = 0) {
     Walls out;
     for (int z = -40; z < 40; ++z)
         for (int x = -40; x < 40; ++x) {
@@ -91,12 +91,12 @@ TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
         for (const int storey : {0, 3}) {
             const scene::Scene scene = facade_scene(side, storey);
             INFO("side " << static_cast<int>(side) << ", storey " << storey);
-            const core::Vec3 normal = analyse::direction_of(side);
+            const core::Vec3 normal = analyse::to_direction(side);
             const Light expected = in_the_open(scene, normal, 11);
             const Measured raster(*world, scene, {});
             const bool is_long = side == WallSide::kNorth || side == WallSide::kSouth;
             const double azimuth = std::atan2(normal.x, -normal.z) / kRad;
-            const Walls walls = walls_of(raster, azimuth);
+            const Walls walls = find_walls(raster, azimuth);
             CHECK(walls.count == (is_long ? 10 : 8));
             CHECK(walls.area_m2 == Approx(walls.count * 3).epsilon(0.02));
             CHECK(walls.beam / walls.area_m2 == Approx(expected.beam).epsilon(0.01));
@@ -118,7 +118,7 @@ TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
                          value(raster, x, z, FacadeBand::kReflected)));
             CHECK(value(raster, 20, 20, FacadeBand::kTotal) == static_cast<double>(core::kNoData));
         }
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kSouth, 4), {})).count == 0);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 4), {})).count == 0);
 }
 
 TEST_CASE("an oblique wall has its own area and light, though its voxels are stairs",
@@ -170,11 +170,11 @@ TEST_CASE("where a building is open below its roof there is no wall", "[raytrace
             return Material::kAir;
         return y == 11 ? Material::kRoof : Material::kWall;
     });
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kSouth, 0), {})).count == 0);
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kSouth, 2), {})).count == 20);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 0), {})).count == 0);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 2), {})).count == 20);
     // The other walls reach the ground, but for the arcade's ends.
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kNorth, 0), {})).count == 20);
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kEast, 0), {})).count == 10);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kNorth, 0), {})).count == 20);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kEast, 0), {})).count == 10);
 }
 
 TEST_CASE("crowns before and above a house hide no wall, and shade it", "[raytracer][analyse]") {
@@ -186,8 +186,8 @@ TEST_CASE("crowns before and above a house hide no wall, and shade it", "[raytra
         return is_crown ? Material::kHighVegetation : Material::kAir;
     });
     const scene::Scene scene = facade_scene(WallSide::kSouth, 0);
-    const Walls shaded = walls_of(Measured(*world, scene, {}), 180);
-    const Walls open = walls_of(Measured(*house(), scene, {}), 180);
+    const Walls shaded = find_walls(Measured(*world, scene, {}), 180);
+    const Walls open = find_walls(Measured(*house(), scene, {}), 180);
     CHECK(shaded.count == open.count);
     CHECK(shaded.area_m2 == Approx(open.area_m2));
     CHECK(shaded.beam < open.beam * 0.5);
@@ -203,11 +203,11 @@ TEST_CASE("roofs that slope have no facades", "[raytracer][analyse]") {
             return Material::kAir;
         return y == top - 1 ? Material::kRoof : Material::kWall;
     });
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kSouth, 0), {})).count == 0);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 0), {})).count == 0);
     // Its gable ends are walls, as high as the roof is there.
     const Measured east(*world, facade_scene(WallSide::kEast, 0), {});
     CHECK(value(east, 9, 0, FacadeBand::kHeight) == 3);
-    CHECK(walls_of(Measured(*world, facade_scene(WallSide::kEast, 2), {})).count > 2);
+    CHECK(find_walls(Measured(*world, facade_scene(WallSide::kEast, 2), {})).count > 2);
 }
 
 TEST_CASE("walls behind a hole are counted, never dark", "[raytracer][analyse]") {

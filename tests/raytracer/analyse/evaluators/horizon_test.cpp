@@ -149,8 +149,8 @@ TEST_CASE("a horizon is the same from its text") {
         for (int i = 0; i < static_cast<int>(random() % 5); ++i)
             some.push_back({100 * (i + 1) + static_cast<int>(random() % 100),
                             200 * i + static_cast<int>(random() % 200)});
-    const std::string text = solar::text_of(lattice, tops);
-    const FarHorizon from_text = solar::far_horizon_of(text, 2);
+    const std::string text = solar::to_text(lattice, tops);
+    const FarHorizon from_text = solar::parse_far_horizon(text, 2);
     const FarHorizon horizon(lattice, tops, 2);
     std::uniform_real_distribution<double> any(0, 1);
     for (int i = 0; i < 2000; ++i) {
@@ -158,14 +158,14 @@ TEST_CASE("a horizon is the same from its text") {
         const core::Vec3 to = towards(any(random) * 360, any(random) * 2);
         CHECK(horizon.hides(from, to) == from_text.hides(from, to));
     }
-    CHECK(solar::far_horizon_of("", 1).empty());
+    CHECK(solar::parse_far_horizon("", 1).empty());
 }
 
 TEST_CASE("texts that are no horizon are refused") {
     const FarHorizon::Lattice lattice;
     const std::vector<FarHorizon::Tops> tops(FarHorizon::kAzimuths, {{10, 5}});
-    const std::string good = solar::text_of(lattice, tops);
-    REQUIRE_FALSE(solar::far_horizon_of(good, 1).empty());
+    const std::string good = solar::to_text(lattice, tops);
+    REQUIRE_FALSE(solar::parse_far_horizon(good, 1).empty());
     const std::string head = "1,1;0,0;0,0;";
     std::string rest;
     for (int i = 1; i < FarHorizon::kAzimuths; ++i)
@@ -174,8 +174,8 @@ TEST_CASE("texts that are no horizon are refused") {
     for (int i = 0; i <= 16; ++i)
         many += std::to_string(i) + "," + std::to_string(i) + (i < 16 ? "," : ";");
     const auto with = [&](const std::string& tops_of_north) { return head + tops_of_north + rest; };
-    REQUIRE_FALSE(solar::far_horizon_of(with("1,2,3,4;"), 1).empty());
-    REQUIRE_FALSE(solar::far_horizon_of(with(";"), 1).empty());
+    REQUIRE_FALSE(solar::parse_far_horizon(with("1,2,3,4;"), 1).empty());
+    REQUIRE_FALSE(solar::parse_far_horizon(with(";"), 1).empty());
     const std::pair<const char*, std::string> cases[] = {
         {"words", "mountains"},
         {"an end too early", good.substr(0, good.size() / 2)},
@@ -195,7 +195,7 @@ TEST_CASE("texts that are no horizon are refused") {
     };
     for (const auto& [name, text] : cases) {
         CAPTURE(name);
-        CHECK_THROWS_AS(solar::far_horizon_of(text, 1), util::UsageError);
+        CHECK_THROWS_AS(solar::parse_far_horizon(text, 1), util::UsageError);
     }
 }
 
@@ -271,7 +271,7 @@ TEST_CASE("heights in another system are the same horizon") {
         });
     scene::Scene scene = test::analysis_scene(core::AnalysisKind::kSky);
     analyse::look_at_horizon({file}, world->info(), scene);
-    const FarHorizon horizon = solar::far_horizon_of(scene.analysis.horizon, 1);
+    const FarHorizon horizon = solar::parse_far_horizon(scene.analysis.horizon, 1);
     const voxel::VoxelBounds& bounds = world->info().bounds;
     const core::Vec3 from{bounds.min[0] + 20.0, 0, bounds.min[2] + 20.0};
     const double slope = 1000.0 / (463'000 - from.x);

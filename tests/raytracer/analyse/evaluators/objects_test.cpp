@@ -31,7 +31,7 @@ analyse::EnergyCell cell(float kwh_m2, float slope_deg, float aspect_deg) {
 
 /// A raster of energies: a cell belongs to a building where the grid is above 0; 2: it has no value
 /// there. Its energy is 1 and more from the north-west on.
-std::unique_ptr<analyse::CellFile> raster_of(const TemporaryFolder& folder, const Grid& grid,
+std::unique_ptr<analyse::CellFile> to_raster(const TemporaryFolder& folder, const Grid& grid,
                                              int tile_px = 16) {
     const int columns = static_cast<int>(grid.front().size());
     const int rows = static_cast<int>(grid.size());
@@ -82,7 +82,7 @@ Grid filled(const Grid& grid) {
     return out;
 }
 
-Grid numbers_of(analyse::ConnectedCells& found) {
+Grid list_numbers(analyse::ConnectedCells& found) {
     Grid out;
     found.each_row([&](int, const std::vector<std::int32_t>& numbers) {
         out.emplace_back(numbers.begin(), numbers.end());
@@ -174,7 +174,7 @@ Grid numbered(const std::vector<analyse::ObjectPolygon>& polygons, int columns, 
     return out;
 }
 
-Grid grid_of(const analyse::LabelFile& labels, int columns, int rows) {
+Grid make_grid(const analyse::LabelFile& labels, int columns, int rows) {
     std::vector<std::int32_t> row(static_cast<std::size_t>(columns));
     Grid out;
     for (int y = 0; y < rows; ++y) {
@@ -202,7 +202,7 @@ TEST_CASE("cells have the number of the first polygon that holds their middle, o
         const int near = 1 + static_cast<int>(seed % 2);
         const analyse::LabelFile labels(folder.path() / "a.gpkg", polygons, c.columns, c.rows, near,
                                         {});
-        CHECK(grid_of(labels, c.columns, c.rows) == numbered(polygons, c.columns, c.rows, near));
+        CHECK(make_grid(labels, c.columns, c.rows) == numbered(polygons, c.columns, c.rows, near));
     }
 }
 
@@ -214,7 +214,7 @@ TEST_CASE("a polygon of more cells than are in memory at a time is numbered to i
     polygons[0].parts.emplace_back(overlay::Footprint({{{10, 5}, {2990, 400}, {20, 795}}}));
     const TemporaryFolder folder;
     const analyse::LabelFile labels(folder.path() / "a.gpkg", polygons, kColumns, kRows, 1, {});
-    CHECK(grid_of(labels, kColumns, kRows) == numbered(polygons, kColumns, kRows, 1));
+    CHECK(make_grid(labels, kColumns, kRows) == numbered(polygons, kColumns, kRows, 1));
 }
 
 TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analyse]") {
@@ -225,7 +225,7 @@ TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analy
     sums.add(cell(500, 0, core::kNoData), 4);
     sums.add(cell(400, 60, 350), 4);
     sums.add(cell(core::kNoData, core::kNoData, core::kNoData), 4);
-    const analyse::ObjectFacts facts = analyse::facts_of(sums, 4);
+    const analyse::ObjectFacts facts = analyse::collect_facts(sums, 4);
     CHECK(facts.cells == 5);
     CHECK(facts.cells_without_value == 1);
     CHECK(facts.area_m2 == 20);
@@ -240,7 +240,7 @@ TEST_CASE("an object's area and energy are along its slopes", "[raytracer][analy
     CHECK(facts.best_kwh == Approx(16000));
     analyse::ObjectSums none;
     none.add(cell(core::kNoData, 0, 0), 4);
-    CHECK_FALSE(analyse::facts_of(none, 4).has_values());
+    CHECK_FALSE(analyse::collect_facts(none, 4).has_values());
 }
 
 TEST_CASE("connected cells are those that a fill finds, and lose no energy",
@@ -249,10 +249,10 @@ TEST_CASE("connected cells are those that a fill finds, and lose no energy",
         INFO("seed " << seed);
         const Grid grid = random_grid(seed);
         const TemporaryFolder folder;
-        const auto cells = raster_of(folder, grid);
+        const auto cells = to_raster(folder, grid);
         analyse::ConnectedCells found(*cells, 4, {});
         const Grid expected = filled(grid);
-        REQUIRE(numbers_of(found) == expected);
+        REQUIRE(list_numbers(found) == expected);
         std::map<int, double> kwh;
         std::map<int, std::uint64_t> without_value;
         const auto columns = grid.front().size();
@@ -269,7 +269,7 @@ TEST_CASE("connected cells are those that a fill finds, and lose no energy",
         }
         // Another size of blocks, the same bits.
         const TemporaryFolder other;
-        const auto again = raster_of(other, grid, 48);
+        const auto again = to_raster(other, grid, 48);
         const analyse::ConnectedCells same(*again, 4, {});
         REQUIRE(same.facts().size() == found.facts().size());
         for (std::size_t i = 0; i < found.facts().size(); ++i)
@@ -279,7 +279,7 @@ TEST_CASE("connected cells are those that a fill finds, and lose no energy",
 
 TEST_CASE("polygons count the cells whose middles they hold", "[raytracer][analyse]") {
     const TemporaryFolder folder;
-    const auto cells = raster_of(folder, Grid(10, std::vector<int>(12, 1)));
+    const auto cells = to_raster(folder, Grid(10, std::vector<int>(12, 1)));
     // In cells: 2 to 6 from the west, 1 to 4 from the north, without one cell; and two parts, of
     // which one reaches beyond the raster.
     const auto file = geojson(
@@ -293,7 +293,7 @@ TEST_CASE("polygons count the cells whose middles they hold", "[raytracer][analy
                             "MultiPolygon"));
     const auto polygons = analyse::read_polygons(file, placement(), 12, 10);
     REQUIRE(polygons.size() == 2);
-    const auto facts = analyse::facts_of(*cells, polygons, 4, {});
+    const auto facts = analyse::collect_facts(*cells, polygons, 4, {});
     CHECK(facts[0].cells == 4 * 3 - 1);
     CHECK(facts[0].area_m2 == 44);
     CHECK(facts[0].cells_without_value == 0);
@@ -309,7 +309,7 @@ TEST_CASE("polygons count the cells whose middles they hold", "[raytracer][analy
 TEST_CASE("what lies beyond the raster costs nothing, however far a polygon reaches",
           "[raytracer][analyse]") {
     const TemporaryFolder folder;
-    const auto cells = raster_of(folder, Grid(10, std::vector<int>(12, 1)));
+    const auto cells = to_raster(folder, Grid(10, std::vector<int>(12, 1)));
     struct Case {
         const char* name;
         std::vector<overlay::Footprint::Ring> rings;  // in cells
@@ -339,7 +339,7 @@ TEST_CASE("what lies beyond the raster costs nothing, however far a polygon reac
     DYNAMIC_SECTION(c.name) {
         std::vector<analyse::ObjectPolygon> polygons(1);
         polygons[0].parts.emplace_back(c.rings);
-        const analyse::ObjectFacts facts = analyse::facts_of(*cells, polygons, 4, {})[0];
+        const analyse::ObjectFacts facts = analyse::collect_facts(*cells, polygons, 4, {})[0];
         CHECK(facts.cells - facts.cells_without_value == c.inside);
         CHECK(facts.cells_without_value == c.beyond);
         CHECK(facts.area_m2 == 4 * static_cast<double>(c.inside + c.beyond));
@@ -403,7 +403,7 @@ TEST_CASE("what is no valid polygon is refused", "[raytracer][analyse]") {
 TEST_CASE("a file of objects appears when it is complete, and a stop leaves nothing",
           "[raytracer][analyse]") {
     const TemporaryFolder folder;
-    const auto cells = raster_of(folder, random_grid(5));
+    const auto cells = to_raster(folder, random_grid(5));
     const auto out = folder.path() / "a.gpkg";
     std::stop_source stop;
     stop.request_stop();

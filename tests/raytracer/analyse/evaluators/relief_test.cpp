@@ -10,7 +10,7 @@ using namespace terravox;
 using analyse::CellPatch;
 
 template <class Height>
-CellPatch patch_of(int width, int height, const Height& height_at) {
+CellPatch make_patch(int width, int height, const Height& height_at) {
     CellPatch out{width, height, {}};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
@@ -39,8 +39,8 @@ TEST_CASE("slope and aspect of planes are exact", "[raytracer][analyse]") {
         INFO(p.name);
         const double edge_m = 2;
         // Rows run to the south.
-        const CellPatch patch =
-            patch_of(9, 9, [&](int x, int y) { return 300 + edge_m * (p.east * x - p.north * y); });
+        const CellPatch patch = make_patch(
+            9, 9, [&](int x, int y) { return 300 + edge_m * (p.east * x - p.north * y); });
         for (const int x : {0, 4, 8}) {
             const auto gradient = analyse::gradient_at(patch, x, 4, 2, edge_m);
             REQUIRE(gradient);
@@ -53,7 +53,7 @@ TEST_CASE("slope and aspect of planes are exact", "[raytracer][analyse]") {
 }
 
 TEST_CASE("level ground has no aspect, and light at its altitude", "[raytracer][analyse]") {
-    const CellPatch patch = patch_of(5, 5, [](int, int) { return 7; });
+    const CellPatch patch = make_patch(5, 5, [](int, int) { return 7; });
     const auto gradient = analyse::gradient_at(patch, 2, 2, 1, 1);
     REQUIRE(gradient);
     CHECK(analyse::slope_deg(*gradient) == 0);
@@ -67,8 +67,8 @@ TEST_CASE("level ground has no aspect, and light at its altitude", "[raytracer][
 TEST_CASE("covered ground is interpolated from around, within reach, and below the surface",
           "[raytracer][analyse]") {
     const auto slope = [](int x, int) { return 10 + x; };
-    CellPatch ground = patch_of(21, 21, slope);
-    CellPatch surface = patch_of(21, 21, slope);
+    CellPatch ground = make_patch(21, 21, slope);
+    CellPatch surface = make_patch(21, 21, slope);
     for (int y = 6; y < 15; ++y)
         for (int x = 6; x < 15; ++x) {
             ground.values[ground.index(x, y)] = core::kNoData;

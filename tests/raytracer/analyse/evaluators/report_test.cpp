@@ -44,7 +44,7 @@ std::string read(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::size_t count_of(const std::string& text, const std::string& part) {
+std::size_t count_matches(const std::string& text, const std::string& part) {
     std::size_t count = 0;
     for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
         ++count;
@@ -68,7 +68,7 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
         return x == 3 ? core::kNoData : static_cast<float>(x + 1000 * (y / 50));
     };
     const auto cells = sky_raster(folder, value_at);
-    const auto found = analyse::statistics_of(*cells, 1, {});
+    const auto found = analyse::measure_statistics(*cells, 1, {});
     CHECK(found.cells == (kColumns - 1) * kRows);
     CHECK(found.min == 0);
     CHECK(found.max == kColumns - 1 + 1000);
@@ -84,7 +84,7 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
     CHECK(std::abs(found.quantile(0.25) - 75) <= bin_width + 1);
     CHECK(found.quantile(1) == Approx(found.max));
 
-    const auto counts = analyse::counts_of(*cells, 1, {});
+    const auto counts = analyse::count_values(*cells, 1, {});
     CHECK(counts.size() == 2 * (kColumns - 1));
     CHECK(counts.at(1007) == kRows / 2);
     CHECK(counts.count(3) == 0);
@@ -93,11 +93,11 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
 TEST_CASE("a band without values has statistics of nothing", "[raytracer][analyse]") {
     const TemporaryFolder folder;
     const auto cells = sky_raster(folder, [](int, int) { return core::kNoData; });
-    CHECK(analyse::statistics_of(*cells, 1, {}).cells == 0);
+    CHECK(analyse::measure_statistics(*cells, 1, {}).cells == 0);
     // A report of it is still one, with a table and no map.
     const auto out = folder.path() / "report.html";
     analyse::write_report(*cells, out, some_facts(), {});
-    CHECK(count_of(read(out), "<img") == 0);
+    CHECK(count_matches(read(out), "<img") == 0);
     CHECK_THROWS_AS(analyse::write_map(*cells, folder.path() / "map.png", some_facts(), {}),
                     util::Error);
     CHECK_FALSE(std::filesystem::exists(folder.path() / "map.png"));
@@ -122,7 +122,7 @@ TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]
     s.min = 293.4;
     s.max = 411.8;
     s.bins.fill(1);
-    const auto heights = analyse::scale_for(*analyse::style_of("dtm"), s);
+    const auto heights = analyse::scale_for(*analyse::choose_style("dtm"), s);
     CHECK(heights.low <= 294.7);
     CHECK(heights.high >= 410.6);
     CHECK(heights.high - heights.low <= 2 * (s.max - s.min));
@@ -131,10 +131,10 @@ TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]
         CHECK((tick.share >= -1e-9 && tick.share <= 1 + 1e-9));
     // All values alike.
     s.min = s.max = 5;
-    const auto flat = analyse::scale_for(*analyse::style_of("dtm"), s);
+    const auto flat = analyse::scale_for(*analyse::choose_style("dtm"), s);
     CHECK(flat.high > flat.low);
     CHECK(flat.ticks.size() < 20);
-    const auto fixed = analyse::scale_for(*analyse::style_of("svf"), s);
+    const auto fixed = analyse::scale_for(*analyse::choose_style("svf"), s);
     CHECK((fixed.low == 0 && fixed.high == 1));
 }
 
@@ -143,8 +143,8 @@ TEST_CASE("a map shows values, what has none, and what could not be read", "[ray
     // The right half has no value; its odd rows are holes.
     const auto value_at = [](int x, int) { return x < 2 ? 0.25F : core::kNoData; };
     const auto cells = sky_raster(folder, value_at, 4, 4);
-    const auto legend =
-        analyse::scale_for(*analyse::style_of("svf"), analyse::statistics_of(*cells, 1, {}));
+    const auto legend = analyse::scale_for(*analyse::choose_style("svf"),
+                                           analyse::measure_statistics(*cells, 1, {}));
     const auto map = analyse::draw_band(*cells, core::AnalysisKind::kSky, 1, legend, 20);
     REQUIRE((map.width == 20 && map.height == 20));
     CHECK(map.cells_per_px == Approx(0.2));
@@ -168,14 +168,14 @@ TEST_CASE("a report is one page without scripts, and its texts are escaped",
     facts.settings = {{"directions", "<64>"}};
     analyse::write_report(*cells, out, facts, {});
     const std::string page = read(out);
-    CHECK(count_of(page, "<img") == 3);
-    CHECK(count_of(page, "data:image/png;base64,iVBOR") == 3);
-    CHECK(count_of(page, "<script") == 0);
-    CHECK(count_of(page, "http://") + count_of(page, "https://") == 0);
-    CHECK(count_of(page, "A &amp; &lt;B&gt;") == 3);
-    CHECK(count_of(page, "&lt;64&gt;") == 1);
-    CHECK(count_of(page, "sky_view_solid") == 1);
-    CHECK(count_of(page, "class=\"warning\"") == 1);
+    CHECK(count_matches(page, "<img") == 3);
+    CHECK(count_matches(page, "data:image/png;base64,iVBOR") == 3);
+    CHECK(count_matches(page, "<script") == 0);
+    CHECK(count_matches(page, "http://") + count_matches(page, "https://") == 0);
+    CHECK(count_matches(page, "A &amp; &lt;B&gt;") == 3);
+    CHECK(count_matches(page, "&lt;64&gt;") == 1);
+    CHECK(count_matches(page, "sky_view_solid") == 1);
+    CHECK(count_matches(page, "class=\"warning\"") == 1);
 
     analyse::write_map(*cells, folder.path() / "map.png", facts, {});
     const std::string png = read(folder.path() / "map.png");

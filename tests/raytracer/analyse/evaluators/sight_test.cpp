@@ -132,7 +132,7 @@ TEST_CASE("who sees is seen", "[raytracer][analyse]") {
                 --top;
             eyes.push_back({x + 0.5, top + 1 + kHeight, z + 0.5});
         }
-        const auto cell_of = [](double v) { return static_cast<int>(std::floor(v)); };
+        const auto find_cell = [](double v) { return static_cast<int>(std::floor(v)); };
         std::vector<Measured> rasters;
         rasters.reserve(eyes.size());
         for (const Point& eye : eyes) {
@@ -144,9 +144,9 @@ TEST_CASE("who sees is seen", "[raytracer][analyse]") {
         for (std::size_t i = 0; i < eyes.size(); ++i)
             for (std::size_t j = 0; j < i; ++j) {
                 const float there =
-                    rasters[i].at(cell_of(eyes[j][0]), cell_of(eyes[j][2]), SightBand::kSeen);
+                    rasters[i].at(find_cell(eyes[j][0]), find_cell(eyes[j][2]), SightBand::kSeen);
                 const float back =
-                    rasters[j].at(cell_of(eyes[i][0]), cell_of(eyes[i][2]), SightBand::kSeen);
+                    rasters[j].at(find_cell(eyes[i][0]), find_cell(eyes[i][2]), SightBand::kSeen);
                 CHECK(there == back);
                 seen += there > 0 ? 1 : 0;
             }

@@ -78,16 +78,16 @@ TEST_CASE("hazier air takes beam and gives diffuse light", "[raytracer][solar]")
 }
 
 TEST_CASE("turbidities are one number or twelve", "[raytracer][solar]") {
-    CHECK(linke_of("3.5")[0] == 3.5);
-    CHECK(linke_of("3.5")[11] == 3.5);
-    const auto months = linke_of("2,2,3,3,4,4,4.5,4,3,3,2,2");
+    CHECK(parse_linke("3.5")[0] == 3.5);
+    CHECK(parse_linke("3.5")[11] == 3.5);
+    const auto months = parse_linke("2,2,3,3,4,4,4.5,4,3,3,2,2");
     CHECK(months[6] == 4.5);
     CHECK(months[11] == 2);
     for (const char* text :
          {"", "0.5", "11", "3,", "3,4", "nan", "3 4", "x", "2,2,3,3,4,4,4,4,3,3,2",
           "2,2,3,3,4,4,4,4,3,3,2,2,2", "2,2,3,3,4,4,4,4,3,3,2,2,"}) {
         INFO("'" << text << "'");
-        CHECK_THROWS_AS(linke_of(text), util::UsageError);
-        CHECK_THROWS_WITH(linke_of(text), terravox::test::contains("analysis.linke"));
+        CHECK_THROWS_AS(parse_linke(text), util::UsageError);
+        CHECK_THROWS_WITH(parse_linke(text), terravox::test::contains("analysis.linke"));
     }
 }

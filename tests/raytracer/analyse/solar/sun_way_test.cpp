@@ -38,7 +38,7 @@ scene::Scene at_offset(scene::Scene scene, double offset_h) {
 }
 
 solar::SunWay way(const scene::Scene& scene, const geo::MapPlace& place = kPlace) {
-    return solar::sun_way_of(scene, &place);
+    return solar::make_sun_way(scene, &place);
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ TEST_CASE("a day has as many hours as its clocks give it", "[raytracer][solar]")
     for (const Day& d : {Day{"2026-03-28", 24}, Day{"2026-03-29", 23}, Day{"2026-10-25", 25}}) {
         INFO(d.date);
         const scene::Scene scene = in_zone(period(d.date, d.date), "Europe/Ljubljana");
-        const solar::Period found = solar::period_of(scene, kPlace);
+        const solar::Period found = solar::find_period(scene, kPlace);
         CHECK(found.days == 1);
         CHECK(found.end_s - found.begin_s == d.hours * 3600);
     }
@@ -73,8 +73,8 @@ TEST_CASE("a clock's text has all that its zone says", "[raytracer][solar]") {
         scene::Scene by_text = period(p.from, p.to);
         by_text.analysis.clock = solar::Clock(by_zone, kPlace).text();
         INFO(by_text.analysis.clock);
-        const solar::Period wanted = solar::period_of(by_zone, kPlace);
-        const solar::Period found = solar::period_of(by_text, kPlace);
+        const solar::Period wanted = solar::find_period(by_zone, kPlace);
+        const solar::Period found = solar::find_period(by_text, kPlace);
         CHECK(found.begin_s == wanted.begin_s);
         CHECK(found.end_s == wanted.end_s);
         const solar::SunWay zone_way = way(by_zone);
@@ -256,6 +256,6 @@ TEST_CASE("periods that cannot be are refused by name", "[raytracer][solar]") {
         CHECK_THROWS_AS(way(c.scene), util::UsageError);
         CHECK_THROWS_WITH(way(c.scene), contains(c.says));
     }
-    CHECK_THROWS_WITH(solar::sun_way_of(period("2026-01-01", "2026-01-01"), nullptr),
+    CHECK_THROWS_WITH(solar::make_sun_way(period("2026-01-01", "2026-01-01"), nullptr),
                       contains("no place on Earth"));
 }

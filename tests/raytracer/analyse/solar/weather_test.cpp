@@ -158,15 +158,15 @@ TEST_CASE("an hour of weather is the hour before its time, by the file's clock",
 }
 
 TEST_CASE("a file's year stands for every year", "[raytracer][solar]") {
-    const auto day_of = [](int hour) { return EpwLight{0, 0, hour / 24 + 1.0}; };
+    const auto to_day = [](int hour) { return EpwLight{0, 0, hour / 24 + 1.0}; };
     scene::Scene scene = year();
     scene.analysis.diffuse = "isotropic";
     const auto diffuse = [&](const WeatherFile& weather, const char* day) {
         scene.analysis.from = scene.analysis.to = day;
         return weather_light(scene, test::kTown, weather).energy.isotropic * 1000 / 24;
     };
-    const WeatherFile plain = read(test::epw_text(day_of));
-    const WeatherFile leap = read(test::epw_text(day_of, 366));
+    const WeatherFile plain = read(test::epw_text(to_day));
+    const WeatherFile leap = read(test::epw_text(to_day, 366));
     CHECK(diffuse(plain, "2026-02-28") == Approx(59));
     CHECK(diffuse(plain, "2028-02-29") == Approx(59));
     CHECK(diffuse(plain, "2028-03-01") == Approx(60));
@@ -182,7 +182,7 @@ TEST_CASE("weather files with faults are refused with the line", "[raytracer][so
             return from <= hour && hour < to ? light : test::made_up_light(hour);
         });
     };
-    const auto line_of = [](const char* radiation) {
+    const auto make_line = [](const char* radiation) {
         return "2001,1,2,5,60,?,1,1,1,1,1,1,1," + std::string(radiation) + ",1,1\r";
     };
     struct Wrong {
@@ -201,10 +201,10 @@ TEST_CASE("weather files with faults are refused with the line", "[raytracer][so
          "line 8: '1' periods of '2' values"},
         {"missing radiation", with_light(48, 60, {9999, 9999, 9999}),
          "missing (9999) in 12 hours, the first one on line 57 (month 1, day 3, hour 1)"},
-        {"no number", with_line(good, 37, line_of("sun")), "line 37: radiation = 'sun'"},
-        {"not finite", with_line(good, 37, line_of("nan")), "line 37: radiation = 'nan'"},
-        {"below zero", with_line(good, 37, line_of("-1")), "line 37: radiation = '-1'"},
-        {"more than the sun has", with_line(good, 37, line_of("3000")), "allowed: 0 to 2000"},
+        {"no number", with_line(good, 37, make_line("sun")), "line 37: radiation = 'sun'"},
+        {"not finite", with_line(good, 37, make_line("nan")), "line 37: radiation = 'nan'"},
+        {"below zero", with_line(good, 37, make_line("-1")), "line 37: radiation = '-1'"},
+        {"more than the sun has", with_line(good, 37, make_line("3000")), "allowed: 0 to 2000"},
         {"few columns", with_line(good, 37, "2001,1,2,5,60\r"), "line 37: 5 values"},
         {"an hour twice", with_line(good, 37, "2001,1,2,4,60,?,1,1,1,1,1,1,1,1,1,1\r"),
          "line 37: month 1, day 2, hour 4; allowed here: month 1, day 2, hour 5"},
@@ -225,9 +225,9 @@ TEST_CASE("light as text is the same light, and other texts are refused", "[rayt
     scene.analysis.crown_light = "0.03,0.45";
     const Energy light = weather_light(scene, test::kTown, weather).energy;
     CHECK((0.1 < light.through_crowns && light.through_crowns < 0.2));
-    const std::string text = text_of(light);
+    const std::string text = to_text(light);
     CHECK(text.size() < 60'000);
-    const Energy again = light_of(text);
+    const Energy again = parse_light(text);
     REQUIRE(again.sun.size() == light.sun.size());
     CHECK(again.isotropic == Approx(light.isotropic).epsilon(1e-7));
     CHECK(again.horizon == Approx(light.horizon).epsilon(1e-7));
@@ -237,8 +237,8 @@ TEST_CASE("light as text is the same light, and other texts are refused", "[rayt
         CHECK(again.sun[i].hours == Approx(light.sun[i].hours).epsilon(1e-6));
         CHECK(again.sun[i].through_crowns == Approx(light.sun[i].through_crowns).epsilon(1e-6));
     }
-    CHECK(text_of(again).size() > 10'000);
-    CHECK(light_of("3,-1,0.5").sun.empty());
+    CHECK(to_text(again).size() > 10'000);
+    CHECK(parse_light("3,-1,0.5").sun.empty());
     const char* const wrong[] = {
         "x",
         "1,2",
@@ -260,15 +260,15 @@ TEST_CASE("light as text is the same light, and other texts are refused", "[rayt
     };
     for (const char* const one : wrong) {
         INFO(one);
-        CHECK_THROWS_AS(light_of(one), util::UsageError);
+        CHECK_THROWS_AS(parse_light(one), util::UsageError);
     }
     std::string many = "1,2,0";
     for (std::size_t i = 0; i <= kMaxListedDirections; ++i)
         many += ";0,1,0,1,1,1,0";
-    CHECK_THROWS_AS(light_of(many), util::UsageError);
+    CHECK_THROWS_AS(parse_light(many), util::UsageError);
     Energy wide;
     wide.sun.resize(kMaxListedDirections + 1);
-    CHECK_THROWS_WITH(text_of(wide), test::contains("bin_deg"));
+    CHECK_THROWS_WITH(to_text(wide), test::contains("bin_deg"));
 }
 
 TEST_CASE("crowns have leaves in summer, on either side of the equator", "[raytracer][solar]") {

@@ -15,7 +15,7 @@
 
 namespace terravox::test {
 
-inline std::string bytes_of(const std::filesystem::path& file) {
+inline std::string read_all_bytes(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }

@@ -17,14 +17,14 @@ const pmtiles::ArchiveFacts kFacts{
     pmtiles::TileFormat::kPng, 14, 18, {14.5, 46.05, 14.52, 46.0556}, R"({"name":"Škofja Loka"})"};
 
 /// Writes tiles and reads them back.
-ArchiveReader archive_of(const std::map<std::uint64_t, std::string>& tiles) {
+ArchiveReader make_archive(const std::map<std::uint64_t, std::string>& tiles) {
     const TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "map.pmtiles";
     pmtiles::ArchiveWriter writer(file);
     for (const auto& [id, bytes] : tiles)
         writer.add(id, bytes);
     writer.finish(kFacts);
-    return ArchiveReader(bytes_of(file));
+    return ArchiveReader(read_all_bytes(file));
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ TEST_CASE("each tile of an archive is found by its number", "[pmtiles]") {
         kinds.insert(tiles[id]);
         id += random() % 4 == 0 ? 1 + random() % (std::uint64_t{1} << (random() % 20)) : 1;
     }
-    const ArchiveReader archive = archive_of(tiles);
+    const ArchiveReader archive = make_archive(tiles);
     CHECK(archive.tiles() == tiles);
     CHECK(archive.metadata() == R"({"name":"Škofja Loka"})");
     CHECK(archive.number<std::uint64_t>(72) == tiles.size());
@@ -54,7 +54,7 @@ TEST_CASE("each tile of an archive is found by its number", "[pmtiles]") {
 }
 
 TEST_CASE("the header tells what the archive holds", "[pmtiles]") {
-    const ArchiveReader archive = archive_of({{7, "tile"}});
+    const ArchiveReader archive = make_archive({{7, "tile"}});
     CHECK(archive.number<std::uint8_t>(96) == 1);  // in order
     CHECK(archive.number<std::uint8_t>(97) == 2);  // directories: gzip
     CHECK(archive.number<std::uint8_t>(98) == 1);  // tiles: as they are
@@ -74,7 +74,7 @@ TEST_CASE("the root of a large archive fits into the first request", "[pmtiles]"
     std::map<std::uint64_t, std::string> tiles;
     for (std::uint64_t id = 0; tiles.size() < 20'000; id += 1 + random() % 100)
         tiles[id] = std::to_string(random()) + std::string(random() % 300, 'x');
-    const ArchiveReader archive = archive_of(tiles);
+    const ArchiveReader archive = make_archive(tiles);
     CHECK(archive.root_bytes() + 127 <= 16'384);
     CHECK(archive.leaf_bytes() > 0);
     CHECK(archive.tiles() == tiles);

@@ -64,13 +64,13 @@ void write_quarters(const std::filesystem::path& file, const Place& place, int b
 
 constexpr Place kLoka{"EPSG:3794", 462'000, 101'500};
 
-output::GeoPlacement placement_of(const Place& place) {
+output::GeoPlacement make_placement(const Place& place) {
     const std::string crs = *place.crs == '\0' ? "" : geo::Crs::from_text(place.crs).wkt();
     return {{place.west, kCell_m, 0, place.north, 0, -kCell_m}, crs};
 }
 
-pmtiles::WebArea area_of(const Place& place, int tile_px = 256) {
-    return pmtiles::web_area_of(placement_of(place), kWidth, kHeight, tile_px, "test");
+pmtiles::WebArea make_area(const Place& place, int tile_px = 256) {
+    return pmtiles::to_web_area(make_placement(place), kWidth, kHeight, tile_px, "test");
 }
 
 /// The pixel of Web Mercator at a place, by the formulas that web pages use.
@@ -99,7 +99,7 @@ TEST_CASE("tiles show what lies at their place on Earth", "[pmtiles]") {
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
     const pmtiles::TileCutter cutter(file, 256, "test");
-    const pmtiles::WebArea area = area_of(kLoka);
+    const pmtiles::WebArea area = make_area(kLoka);
     // 0.5 m at 46 degrees north, where Web Mercator is stretched by 1.44: 0.41 m at zoom 18.
     CHECK(area.max_zoom == 18);
     // The longer side, 600 m, has 45 pixels there.
@@ -137,14 +137,14 @@ TEST_CASE("the tiles of a map do not depend on threads, and those without anythi
     for (const int threads : {1, 4}) {
         const std::filesystem::path file = folder.path() / (std::to_string(threads) + ".pmtiles");
         const std::uint64_t count =
-            pmtiles::write_map_tiles(map, area_of(kLoka), file, format,
+            pmtiles::write_map_tiles(map, make_area(kLoka), file, format,
                                      {"A <map>", "by <b>them</b>", 3}, threads, true, never);
-        files.push_back(bytes_of(file));
+        files.push_back(read_all_bytes(file));
         const ArchiveReader archive(files.back());
         CHECK(archive.tiles().size() == count);
         std::size_t rectangle = 0;
-        for (int zoom = area_of(kLoka).min_zoom; zoom <= area_of(kLoka).max_zoom; ++zoom)
-            rectangle += area_of(kLoka).tiles(zoom).size();
+        for (int zoom = make_area(kLoka).min_zoom; zoom <= make_area(kLoka).max_zoom; ++zoom)
+            rectangle += make_area(kLoka).tiles(zoom).size();
         CHECK(count < rectangle);
         CHECK(count > rectangle / 2);
         const char* const begins = format == pmtiles::TileFormat::kPng ? "\x89PNG" : "RIFF";
@@ -161,10 +161,10 @@ TEST_CASE("tiles of 512 pixels show the same, one zoom earlier", "[pmtiles]") {
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
     const pmtiles::TileCutter cutter(file, 512, "test");
-    const pmtiles::WebArea area = area_of(kLoka, 512);
-    CHECK(area.max_zoom == area_of(kLoka).max_zoom - 1);
-    CHECK(area.min_zoom == area_of(kLoka).min_zoom - 1);
-    CHECK(area.bounds == area_of(kLoka).bounds);
+    const pmtiles::WebArea area = make_area(kLoka, 512);
+    CHECK(area.max_zoom == make_area(kLoka).max_zoom - 1);
+    CHECK(area.min_zoom == make_area(kLoka).min_zoom - 1);
+    CHECK(area.bounds == make_area(kLoka).bounds);
     for (const int zoom : {area.min_zoom, area.max_zoom})
         for (std::size_t quarter = 0; quarter < 4; ++quarter) {
             INFO("zoom " << zoom << ", quarter " << quarter);
@@ -175,7 +175,7 @@ TEST_CASE("tiles of 512 pixels show the same, one zoom earlier", "[pmtiles]") {
 }
 
 TEST_CASE("zooms that are chosen lie within those of the map", "[pmtiles]") {
-    pmtiles::WebArea area = area_of(kLoka);
+    pmtiles::WebArea area = make_area(kLoka);
     const int max_zoom = area.max_zoom;
     for (const auto& [first, last] : {std::pair{-1, 3}, std::pair{5, 4}, std::pair{3, 19}}) {
         INFO(first << " to " << last);
@@ -195,18 +195,18 @@ TEST_CASE("maps that Web Mercator has no place for are refused", "[pmtiles]") {
                  // Fiji, where 180 degrees are at easting 819,110 m.
                  std::pair{Place{"EPSG:32760", 818'900, 8'096'000}, "180 degrees east"});
     INFO(place.crs);
-    CHECK_THROWS_WITH(area_of(place), test::contains(said));
+    CHECK_THROWS_WITH(make_area(place), test::contains(said));
 }
 
 TEST_CASE("zooms are as fine as the map", "[pmtiles]") {
     const auto [edge_m, zoom] =
         GENERATE(std::pair{0.05, 21}, std::pair{0.5, 18}, std::pair{1.0, 17}, std::pair{1.4, 17},
                  std::pair{10.0, 14});
-    output::GeoPlacement placement = placement_of(kLoka);
+    output::GeoPlacement placement = make_placement(kLoka);
     placement.transform[1] = edge_m;
     placement.transform[5] = -edge_m;
     INFO(edge_m);
-    const pmtiles::WebArea area = pmtiles::web_area_of(placement, kWidth, kHeight, 256, "test");
+    const pmtiles::WebArea area = pmtiles::to_web_area(placement, kWidth, kHeight, 256, "test");
     CHECK(area.max_zoom == zoom);
     // Metres of the ground.
     const double pixel_m =
@@ -224,7 +224,7 @@ TEST_CASE("files that are no maps are refused", "[pmtiles]") {
     SECTION("no picture") {
         std::ofstream(file) << "text";
     }
-    CHECK_THROWS_AS(pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
+    CHECK_THROWS_AS(pmtiles::write_map_tiles(file, make_area(kLoka), folder.path() / "map.pmtiles",
                                              pmtiles::TileFormat::kPng, {}, 1, true, never),
                     util::Error);
     CHECK_FALSE(exists(folder.path() / "map.pmtiles"));
@@ -235,9 +235,9 @@ TEST_CASE("a map that is interrupted leaves nothing", "[pmtiles]") {
     const std::filesystem::path file = folder.path() / "map.tif";
     write_quarters(file, kLoka);
     std::atomic<int> asked = 0;
-    CHECK_THROWS_WITH(pmtiles::write_map_tiles(file, area_of(kLoka), folder.path() / "map.pmtiles",
-                                               pmtiles::TileFormat::kPng, {}, 2, true,
-                                               [&] { return ++asked > 3; }),
+    CHECK_THROWS_WITH(pmtiles::write_map_tiles(
+                          file, make_area(kLoka), folder.path() / "map.pmtiles",
+                          pmtiles::TileFormat::kPng, {}, 2, true, [&] { return ++asked > 3; }),
                       test::contains("interrupted"));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }

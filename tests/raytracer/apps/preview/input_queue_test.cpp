@@ -30,7 +30,7 @@ preview::InputEvent wheel(double y) {
     return preview::WheelInput{0, y};
 }
 
-std::vector<Frame> frames_of(const Frame& events) {
+std::vector<Frame> list_frames(const Frame& events) {
     preview::InputQueue queue;
     for (const preview::InputEvent& event : events)
         queue.push(event);
@@ -82,19 +82,19 @@ TEST_CASE("a frame ends where the next event may belong to something else", "[pr
         Frame all;
         for (const Frame& frame : c.frames)
             all.insert(all.end(), frame.begin(), frame.end());
-        CHECK(frames_of(all) == c.frames);
+        CHECK(list_frames(all) == c.frames);
     }
 }
 
 TEST_CASE("of positions in a row only the last counts", "[preview][input]") {
-    CHECK(frames_of({at(1, 1), at(2, 2), at(3, 3), button(0, true), at(4, 4), at(5, 5),
-                     button(0, false)}) ==
+    CHECK(list_frames({at(1, 1), at(2, 2), at(3, 3), button(0, true), at(4, 4), at(5, 5),
+                       button(0, false)}) ==
           std::vector<Frame>{{at(3, 3), button(0, true)}, {at(5, 5)}, {button(0, false)}});
 }
 
 TEST_CASE("a key's repetition is dropped while others wait", "[preview][input]") {
     const preview::InputEvent repeat = preview::KeyInput{'a', 0, 0, true, true};
-    CHECK(frames_of({repeat, repeat, release('a'), repeat}) ==
+    CHECK(list_frames({repeat, repeat, release('a'), repeat}) ==
           std::vector<Frame>{{repeat}, {release('a')}});
     preview::InputQueue queue;
     for (int i = 0; i < 2; ++i) {

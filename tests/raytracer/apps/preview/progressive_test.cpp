@@ -216,7 +216,7 @@ TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
     CHECK(roof->attr.material == voxel::Material::kOrangeRoof);
     CHECK(roof->point.y == Approx(23));
     CHECK_FALSE(answer_to({{0, 100, 0}, {0, 1, 0}}));
-    const auto facts = preview::facts_of(*roof, job.blocks.world_info());
+    const auto facts = preview::collect_facts(*roof, job.blocks.world_info());
     const auto value = [&](const std::string& name) {
         for (const preview::PickedFact& f : facts)
             if (f.name == name)

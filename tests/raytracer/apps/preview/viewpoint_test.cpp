@@ -103,12 +103,12 @@ TEST_CASE("a point is shown where a ray through its pixel meets it", "[preview]"
     scene.output.size_px = {320, 200};
     const scene::Camera camera = scene::make_camera(scene, world(), world().bounds);
     const core::Ray ray = camera.ray(77.25, 141.5);
-    const auto at = preview::pixel_of(camera, ray.origin + ray.direction * 90, 320, 200);
+    const auto at = preview::find_pixel(camera, ray.origin + ray.direction * 90, 320, 200);
     REQUIRE(at);
     CHECK((*at)[0] == Approx(77.25).margin(0.01));
     CHECK((*at)[1] == Approx(141.5).margin(0.01));
     if (projection == core::CameraProjection::kPerspective)
-        CHECK_FALSE(preview::pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
+        CHECK_FALSE(preview::find_pixel(camera, ray.origin - ray.direction * 10, 320, 200));
 }
 
 TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[preview]") {

@@ -45,7 +45,7 @@ http::Response asked(const fs::path& folder, const std::string& path,
     return files.handle({method, path, std::move(headers)});
 }
 
-std::string body_of(const http::Response& reply) {
+std::string to_body(const http::Response& reply) {
     if (!reply.file)
         return std::string(reply.bytes());
     std::string out(reply.file->bytes, '\0');
@@ -76,14 +76,14 @@ TEST_CASE("the files of a site are served with their types", "[publish][view]") 
         const http::Response reply = asked(site.path, c.path);
         CHECK(reply.status == 200);
         CHECK(reply.header("Content-Type") == c.type);
-        CHECK(body_of(reply) == c.bytes);
+        CHECK(to_body(reply) == c.bytes);
         CHECK_FALSE(reply.header("ETag").empty());
     }
     const auto part =
         asked(site.path, "/place.tvx", {{"Host", "localhost"}, {"Range", "bytes=2-4"}});
     CHECK(part.status == 206);
     CHECK(part.header("Content-Range") == "bytes 2-4/10");
-    CHECK(body_of(part) == "234");
+    CHECK(to_body(part) == "234");
 }
 
 TEST_CASE("no link in a site leads out of it, or anywhere", "[publish][view]") {
@@ -101,9 +101,9 @@ TEST_CASE("no link in a site leads out of it, or anywhere", "[publish][view]") {
         INFO(path);
         const http::Response reply = asked(site.path, path);
         CHECK(reply.status == 404);
-        CHECK_THAT(body_of(reply), !contains("secret\n") && !contains("below"));
+        CHECK_THAT(to_body(reply), !contains("secret\n") && !contains("below"));
     }
-    CHECK_THAT(body_of(asked(site.path, "/out.txt")), contains("symbolic link"));
+    CHECK_THAT(to_body(asked(site.path, "/out.txt")), contains("symbolic link"));
 }
 
 TEST_CASE("a folder is redirected to within its own host, and never listed", "[publish][view]") {

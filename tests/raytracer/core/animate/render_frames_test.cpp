@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string text_of(const fs::path& file) {
+std::string to_text(const fs::path& file) {
     std::ostringstream out;
     out << std::ifstream(file).rdbuf();
     return out.str();
@@ -69,8 +69,8 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
     Film film;
     CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made == kAll);
-    CHECK(text_of(film.frame("000.png")) == "4");
-    CHECK(text_of(film.frame("004.png")) == "8");
+    CHECK(to_text(film.frame("000.png")) == "4");
+    CHECK(to_text(film.frame("004.png")) == "8");
     CHECK(film.run() == util::ExitCode::kDone);
     CHECK(film.made.empty());
     SECTION("but again on request") {
@@ -324,12 +324,12 @@ TEST_CASE("a video is made through the program, whole or not at all", "[raytrace
     film.options.ffmpeg = program.string();
     install("for last; do :; done\necho \"$@\" > \"$last\"\n");
     CHECK(film.run() == util::ExitCode::kDone);
-    const std::string called = text_of(video);
+    const std::string called = to_text(video);
     CHECK_THAT(called,
                contains("-framerate 4 ") && contains("out/%03d.png") && contains("-frames:v 5"));
     install("for last; do :; done\necho broken > \"$last\"\nexit 3\n");
     CHECK_THROWS_WITH(film.run(), contains("failed with status 3") && contains("v.mp4"));
-    CHECK(text_of(video) == called);
+    CHECK(to_text(video) == called);
     fs::remove(program);
     CHECK_THROWS_WITH(film.run(), contains("is not installed"));
     CHECK(animate::find_program("sh") != "");

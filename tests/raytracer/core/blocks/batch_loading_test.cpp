@@ -12,9 +12,9 @@
 
 using namespace terravox;
 using terravox::test::ArrayWorld;
-using terravox::test::bytes_of;
 using terravox::test::landscape;
 using terravox::test::small_scene;
+using terravox::test::to_bytes;
 
 namespace {
 
@@ -99,7 +99,7 @@ void until(const Condition& condition) {
         std::this_thread::yield();
 }
 
-Keys keys_of(const BatchWorld& world) {
+Keys list_keys(const BatchWorld& world) {
     Keys out;
     const auto range = voxel::boxes_over(world.info().bounds, 0);
     for (int bx = range.min.bx; bx < range.max.bx; ++bx)
@@ -114,7 +114,7 @@ Keys keys_of(const BatchWorld& world) {
 TEST_CASE("boxes with waiters are requested together, in the order of the waits",
           "[raytracer][world][batch]") {
     BatchWorld world(8);
-    const Keys keys = keys_of(world);
+    const Keys keys = list_keys(world);
     REQUIRE(keys.size() > 20);
     world.hold();
     Ear ear;
@@ -134,7 +134,7 @@ TEST_CASE("boxes with waiters are requested together, in the order of the waits"
 
 TEST_CASE("a box of a batch is available as soon as it has arrived", "[raytracer][world][batch]") {
     BatchWorld world(8);
-    const Keys keys = keys_of(world);
+    const Keys keys = list_keys(world);
     world.hold();
     Ear ear;
     blocks::BlockManager blocks(world, kBatchMemory_bytes, 1);
@@ -165,7 +165,7 @@ TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no othe
                                           {"twice", BatchWorld::Way::kTwice}}));
     DYNAMIC_SECTION(c.name) {
         BatchWorld world(8, c.way);
-        const Keys keys = keys_of(world);
+        const Keys keys = list_keys(world);
         world.inner().make_hole(keys[3]);
         world.inner().make_hole(keys[4], [] { throw 42; });
         Ear ear;
@@ -198,7 +198,7 @@ TEST_CASE(
         output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
         processors::ThreadProcessor processor(view, blocks, 2);
         (void)render::render_film({view, processor, true, {}}, film);
-        return bytes_of(film);
+        return to_bytes(film);
     };
     static const std::string reference = picture(*landscape(), kBatchMemory_bytes, 1);
     struct Case {

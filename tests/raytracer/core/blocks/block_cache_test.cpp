@@ -78,17 +78,17 @@ TEST_CASE("removed waits take entries along that nothing else needs", "[raytrace
     Listener waiting;
     Listener other;
     for (int number = 0; number < 4; ++number)
-        cache.entry_of(key(number)).waits.push_back({&waiting, 7});
-    cache.entry_of(key(0)).waits.push_back({&waiting, 8});
-    cache.entry_of(key(1)).waits.push_back({&other, 7});
-    cache.entry_of(key(2)).loading = true;
+        cache.make_entry(key(number)).waits.push_back({&waiting, 7});
+    cache.make_entry(key(0)).waits.push_back({&waiting, 8});
+    cache.make_entry(key(1)).waits.push_back({&other, 7});
+    cache.make_entry(key(2)).loading = true;
 
     CHECK_FALSE(cache.remove_waits(listener, std::nullopt));
     CHECK(cache.contains(key(3)));
     CHECK_FALSE(cache.remove_waits(waiting, 7));
-    CHECK(cache.entry_of(key(0)).waits.size() == 1);
-    CHECK(cache.entry_of(key(1)).waits.size() == 1);
-    CHECK(cache.entry_of(key(2)).waits.empty());
+    CHECK(cache.make_entry(key(0)).waits.size() == 1);
+    CHECK(cache.make_entry(key(1)).waits.size() == 1);
+    CHECK(cache.make_entry(key(2)).waits.empty());
     CHECK_FALSE(cache.contains(key(3)));
     CHECK_FALSE(cache.remove_waits(waiting, std::nullopt));
     CHECK_FALSE(cache.contains(key(0)));

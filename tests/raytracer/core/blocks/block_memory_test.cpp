@@ -38,7 +38,7 @@ private:
     std::atomic<int> m_told = 0;
 };
 
-voxel::BoxKey key_of(int box) {
+voxel::BoxKey to_key(int box) {
     return {0, box, 0, 0};
 }
 
@@ -56,10 +56,10 @@ TEST_CASE("without memory nobody waits for a box for ever", "[raytracer][world]"
             blocks::BlockManager blocks(world, kPlenty_bytes, 1);
             const test::ScarceMemory scarce(allocations);
             for (int box = 0; box < kBoxes / 2; ++box)
-                blocks.wait_for(key_of(box), waiting, 0);
+                blocks.wait_for(to_key(box), waiting, 0);
             waiting.wait_for_all(kBoxes / 2);
             for (int box = kBoxes / 2; box < kBoxes; ++box)
-                (void)blocks.get(key_of(box));
+                (void)blocks.get(to_key(box));
         });
         INFO("after " << allocations << " allocations: " << end.error_output);
         REQUIRE(WIFEXITED(end.status));

@@ -18,7 +18,7 @@ using Keys = std::vector<voxel::BoxKey>;
 constexpr std::size_t kBox_bytes = 100;
 constexpr std::size_t kMemory_bytes = 40 * kBox_bytes;
 
-voxel::BoxKey key_of(int number) {
+voxel::BoxKey to_key(int number) {
     return {0, number, 0, 0};
 }
 
@@ -26,11 +26,11 @@ voxel::BoxKey key_of(int number) {
 Keys keys(int first, int end) {
     Keys out;
     for (int number = first; number < end; ++number)
-        out.push_back(key_of(number));
+        out.push_back(to_key(number));
     return out;
 }
 
-LoadQueue queue_of(std::size_t batch, std::size_t loaders) {
+LoadQueue make_queue(std::size_t batch, std::size_t loaders) {
     return LoadQueue({kMemory_bytes, batch, loaders});
 }
 
@@ -63,7 +63,7 @@ void complete(LoadQueue& queue, const LoadQueue::Request& request) {
 
 TEST_CASE("boxes with a waiter are taken in their order, and before prefetched ones",
           "[raytracer][world][queue]") {
-    LoadQueue queue = queue_of(2, 1);
+    LoadQueue queue = make_queue(2, 1);
     queue.replace_prefetched(keys(10, 12));
     add_requested(queue, keys(0, 3));
 
@@ -99,7 +99,7 @@ TEST_CASE("boxes with a waiter are limited to a quarter of the memory, but the f
         {"more than a quarter", 11, 0},
     }));
     DYNAMIC_SECTION(c.name) {
-        LoadQueue queue = queue_of(100, 1);
+        LoadQueue queue = make_queue(100, 1);
         add_requested(queue, keys(0, 50));
         CHECK(take(queue, c.unseen_boxes, c.unseen_boxes).keys ==
               keys(0, static_cast<int>(c.taken)));
@@ -119,14 +119,14 @@ TEST_CASE("prefetching stops at three quarters of the memory", "[raytracer][worl
         {"no box fits", 30, 0},
     }));
     DYNAMIC_SECTION(c.name) {
-        LoadQueue queue = queue_of(100, 1);
+        LoadQueue queue = make_queue(100, 1);
         queue.replace_prefetched(keys(0, 50));
         CHECK(take(queue, c.used_boxes).keys == keys(0, static_cast<int>(c.taken)));
     }
 }
 
 TEST_CASE("boxes under way count as memory until they have arrived", "[raytracer][world][queue]") {
-    LoadQueue queue = queue_of(8, 3);
+    LoadQueue queue = make_queue(8, 3);
     add_requested(queue, keys(0, 24));
     const LoadQueue::Request first = take(queue);
     CHECK(first.keys.size() == 8);

@@ -25,29 +25,29 @@ TEST_CASE("every letter that attributions need has a look of its own",
     for (char32_t c = U'!'; c <= U'~'; ++c)
         letters.push_back(c);
     for (const char32_t c : letters) {
-        const output::Glyph g = output::glyph_of(c);
+        const output::Glyph g = output::find_glyph(c);
         INFO("U+" << std::hex << static_cast<std::uint32_t>(c));
         CHECK((g.width >= 1 && g.width <= 8));
         CHECK(looks.insert({g.width, g.rows}).second);
         if (c != U'?')
-            CHECK(g.rows != output::glyph_of(U'?').rows);
+            CHECK(g.rows != output::find_glyph(U'?').rows);
         for (const std::uint8_t row : g.rows)
             CHECK(row >> g.width == 0);
     }
-    CHECK(output::glyph_of(U'\u4e2d').rows == output::glyph_of(U'?').rows);
-    CHECK(output::glyph_of(U'\u00a0').rows == output::glyph_of(U' ').rows);
+    CHECK(output::find_glyph(U'\u4e2d').rows == output::find_glyph(U'?').rows);
+    CHECK(output::find_glyph(U'\u00a0').rows == output::find_glyph(U' ').rows);
 }
 
 TEST_CASE("text is read as UTF-8, and what is not is marked", "[raytracer][output][credit]") {
-    CHECK(output::letters_of("ač€") == U"ač€");
-    CHECK(output::letters_of("\xf0\x9f\x98\x80") == U"\U0001f600");
+    CHECK(output::to_letters("ač€") == U"ač€");
+    CHECK(output::to_letters("\xf0\x9f\x98\x80") == U"\U0001f600");
     for (const char* bad :
          {"\xff", "\xc3", "\x80", "\xc0\x80", "\xed\xa0\x80", "\xf8\x88\x80\x80\x80", "\xe2\x82"}) {
-        const auto letters = output::letters_of(bad);
+        const auto letters = output::to_letters(bad);
         CHECK(letters.front() == U'\ufffd');
         CHECK(letters.size() == std::string(bad).size());
     }
-    CHECK(output::letters_of("").empty());
+    CHECK(output::to_letters("").empty());
 }
 
 TEST_CASE("a credit can be read on any ground and touches nothing else",
@@ -85,7 +85,7 @@ TEST_CASE("a credit can be read on any ground and touches nothing else",
 TEST_CASE(
     "a credit that is too long goes on in the next line, and a picture that is too small has none",
     "[raytracer][output][credit]") {
-    const auto height_of = [](const char* text, int width, int height) {
+    const auto find_height = [](const char* text, int width, int height) {
         const output::CreditLine credit(text, width, height);
         int rows = 0;
         for (int y = 0; y < height; ++y) {
@@ -96,15 +96,15 @@ TEST_CASE(
         }
         return rows;
     };
-    CHECK(height_of("ARSO", 320, 180) < 20);
-    CHECK(height_of(kCredit, 320, 180) > 2 * height_of("ARSO", 320, 180));
-    CHECK(height_of(
+    CHECK(find_height("ARSO", 320, 180) < 20);
+    CHECK(find_height(kCredit, 320, 180) > 2 * find_height("ARSO", 320, 180));
+    CHECK(find_height(
               "Donaudampfschifffahrtselektrizitätenhauptbetriebswerkbauunterbeamtengesellschaft",
               100, 180) > 30);
-    CHECK(height_of("", 320, 180) == 0);
-    CHECK(height_of(" \n\t", 320, 180) == 0);
+    CHECK(find_height("", 320, 180) == 0);
+    CHECK(find_height(" \n\t", 320, 180) == 0);
     for (int size = 1; size < 40; ++size)
-        CHECK(height_of(kCredit, size, size) <= size);
+        CHECK(find_height(kCredit, size, size) <= size);
 }
 
 TEST_CASE("the credit stands in 8-bit pictures alone", "[raytracer][output][credit]") {

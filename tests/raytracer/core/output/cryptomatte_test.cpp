@@ -53,7 +53,7 @@ TEST_CASE("ranks stand by share, things of one name together, and unnamed ones a
     matte.add(2, 0.1f);
     matte.add(77, 0.15f);
     matte.add(1, 0.05f);
-    const auto ranks = mattes.ranks_of(matte);
+    const auto ranks = mattes.find_ranks(matte);
     const auto id = [](const char* name) {
         return std::bit_cast<float>(output::cryptomatte_id(name));
     };

@@ -31,7 +31,7 @@ void write_plain(const output::Film& film, const std::filesystem::path& file, do
 constexpr int kImageWidth = 61;
 constexpr int kImageHeight = 37;
 
-output::Film film_of(int width, int height) {
+output::Film make_film(int width, int height) {
     std::mt19937 random(21);
     std::uniform_real_distribution<float> value(0, 4);
     tiles::TileResult all;
@@ -60,7 +60,7 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    const output::Film film = film_of(kImageWidth, kImageHeight);
+    const output::Film film = make_film(kImageWidth, kImageHeight);
     write_plain(film, file, 3, core::ToneCurve::kPhotographic,
                 kMetadata);  // exposure and tone are for 8-bit pictures
     const PictureFile back = read_picture(file);
@@ -96,7 +96,7 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     const auto tone = GENERATE(core::ToneCurve::kPhotographic, core::ToneCurve::kFilmic,
                                core::ToneCurve::kAgx, core::ToneCurve::kLinear);
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
-    const output::Film film = film_of(kImageWidth, kImageHeight);
+    const output::Film film = make_film(kImageWidth, kImageHeight);
     write_plain(film, file, exposure, tone, {});
     const PictureFile back = read_picture(file);
     REQUIRE(back.channels.size() == 3);
@@ -123,7 +123,7 @@ TEST_CASE("texts of strangers fit into every format, and hide nothing", "[raytra
     const auto file = folder.path() / ("picture" + ending);
     // A byte of 0, a colour of a terminal, Latin-1, and what looks like the header of an EXR file.
     const std::string hostile = "a\0b\x1b[31m \xa9 terravox:holes\0string\0................"s;
-    write_plain(film_of(8, 8), file, 0, core::ToneCurve::kPhotographic,
+    write_plain(make_film(8, 8), file, 0, core::ToneCurve::kPhotographic,
                 {{"Copyright", hostile}, {"ImageDescription", std::string(100'000, 'x') + "é"}});
     const PictureFile back = read_picture(file);
     CHECK_THAT(back.text("Copyright"),
@@ -198,7 +198,7 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
         {{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(output::check_image_target(folder.path() / c.target, 4, 3), util::Error);
-        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0,
+        CHECK_THROWS_AS(write_plain(make_film(8, 8), folder.path() / c.target, 0,
                                     core::ToneCurve::kPhotographic, {}),
                         util::Error);
         CHECK(entries_in(folder.path()) == 2);
@@ -213,7 +213,7 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     std::ofstream(file) << "older";
-    const output::Film film = film_of(400, 300);
+    const output::Film film = make_film(400, 300);
     const auto good = folder.path() / ("good" + file.extension().string());
     write_plain(film, good, 0, core::ToneCurve::kPhotographic, {});
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(good));
@@ -245,7 +245,7 @@ TEST_CASE("a plain TIFF is 8-bit on request", "[raytracer][output]") {
     info.tiff_samples = core::TiffSamples::kByte;
     info.tone = core::ToneCurve::kAgx;
     info.exposure_ev = 0.5;
-    const output::Film film = film_of(kImageWidth, kImageHeight);
+    const output::Film film = make_film(kImageWidth, kImageHeight);
     output::write_image(film, file, info);
     output::write_image(film, png, info);
     const PictureFile back = read_picture(file);

@@ -45,7 +45,7 @@ output::PictureInfo bled_info() {
 }
 
 /// The right half shows nothing of the world.
-output::Film half_of(int width, int height) {
+output::Film make_half(int width, int height) {
     output::Film film(width, height);
     tiles::TileResult all = synthetic_tile(0, 0, width, height, false);
     std::size_t i = 0;
@@ -72,7 +72,7 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     const auto file = folder.path() / "bled.tif";
     constexpr int kWidth = 1300;
     constexpr int kHeight = 700;
-    const output::Film film = half_of(kWidth, kHeight);
+    const output::Film film = make_half(kWidth, kHeight);
     output::PictureInfo info = bled_info();
     info.exposure_ev = -0.5;
     info.tone = core::ToneCurve::kAgx;
@@ -136,7 +136,7 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
 TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][output][geotiff]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tiff";
-    const output::Film film = half_of(150, 90);
+    const output::Film film = make_half(150, 90);
     output::PictureInfo info = bled_info();
     info.tiff_samples = core::TiffSamples::kFloat;
     output::write_image(film, file, info);
@@ -160,7 +160,7 @@ TEST_CASE("the alpha of a TIFF of floats has been multiplied into its light, tha
     // Ref: TIFF 6.0, ExtraSamples: 1 for alpha that was multiplied into the colours, 2 for other.
     const auto extra_samples = [&](const char* name) {
         const auto file = folder.path() / name;
-        output::write_image(half_of(15, 9), file, info);
+        output::write_image(make_half(15, 9), file, info);
         std::ifstream in(file, std::ios::binary);
         const std::string bytes(std::istreambuf_iterator<char>(in), {});
         const auto number = [&](std::size_t at, std::size_t size) {
@@ -185,7 +185,7 @@ TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file s
     const auto file = folder.path() / "bled.tif";
     std::ofstream(file) << "older";
     output::PictureInfo info = bled_info();
-    const output::Film film = half_of(400, 300);
+    const output::Film film = make_half(400, 300);
     output::write_image(film, folder.path() / "whole.tif", info);
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(folder.path() / "whole.tif"));
     std::filesystem::remove(folder.path() / "whole.tif");

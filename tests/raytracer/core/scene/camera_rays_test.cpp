@@ -86,7 +86,7 @@ TEST_CASE("the camera turns clockwise about its line of sight", "[raytracer][cam
     const auto projection =
         GENERATE(core::CameraProjection::kPerspective, core::CameraProjection::kOrthographic,
                  core::CameraProjection::kFisheye);
-    scene::Scene scene = scene_of(projection, 400, 400);
+    scene::Scene scene = make_scene(projection, 400, 400);
     scene.camera.space = core::CoordinateSpace::kVoxel;
     scene.camera.position = {0, 50, 900};
     scene.camera.target = {0, 50, 0};
@@ -108,9 +108,9 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
         voxel::WorldInfo world = slovenia(voxel_m);
         if (run % 3 == 0)
             world.crs_units_per_voxel = voxel_m * 1.44;
-        scene::Scene scene =
-            scene_of(core::CameraProjection::kOrthographic, 1 + static_cast<int>(random.in(0, 900)),
-                     1 + static_cast<int>(random.in(0, 900)));
+        scene::Scene scene = make_scene(core::CameraProjection::kOrthographic,
+                                        1 + static_cast<int>(random.in(0, 900)),
+                                        1 + static_cast<int>(random.in(0, 900)));
         scene.camera.down_deg = 90;
         scene.camera.azimuth_deg = random.in(-360, 360);
         scene.camera.roll_deg = run % 2 == 0 ? 0 : random.in(-180, 180);
@@ -138,11 +138,11 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
             REQUIRE(((*g)[1] > 0 && (*g)[2] == 0 && (*g)[4] == 0 && (*g)[5] < 0));
         CHECK_FALSE(camera.geotransform(voxel::WorldInfo{}));
     }
-    scene::Scene scene = scene_of(core::CameraProjection::kOrthographic);
+    scene::Scene scene = make_scene(core::CameraProjection::kOrthographic);
     scene.camera.down_deg = 89;
     CHECK_FALSE(scene::make_camera(scene, slovenia(), kWorldBounds).geotransform(slovenia()));
     CHECK_FALSE(
-        scene::make_camera(scene_of(core::CameraProjection::kIsometric), slovenia(), kWorldBounds)
+        scene::make_camera(make_scene(core::CameraProjection::kIsometric), slovenia(), kWorldBounds)
             .geotransform(slovenia()));
     scene.camera.down_deg = 90;
     scene.camera.projection = core::CameraProjection::kPerspective;
@@ -196,15 +196,15 @@ TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][c
                     .epsilon(1e-7));
         }
     }
-    CHECK_FALSE(scene::make_camera(scene_of(core::CameraProjection::kPanorama), {}, kWorldBounds)
+    CHECK_FALSE(scene::make_camera(make_scene(core::CameraProjection::kPanorama), {}, kWorldBounds)
                     .world_to_ndc());
-    CHECK_FALSE(scene::make_camera(scene_of(core::CameraProjection::kFisheye), {}, kWorldBounds)
+    CHECK_FALSE(scene::make_camera(make_scene(core::CameraProjection::kFisheye), {}, kWorldBounds)
                     .world_to_ndc());
 }
 
 TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones farther away",
           "[raytracer][camera][levels]") {
-    scene::Scene scene = scene_of(core::CameraProjection::kOrthographic, 100, 100);
+    scene::Scene scene = make_scene(core::CameraProjection::kOrthographic, 100, 100);
     const auto level_at = [&](double height_m, double detail) {
         scene.camera.height_m = height_m;
         const walk::LevelCut cut(kWorldBounds, scene::make_camera(scene, slovenia(), kWorldBounds),
@@ -224,7 +224,7 @@ TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones fa
     for (const core::CameraProjection projection :
          {core::CameraProjection::kPerspective, core::CameraProjection::kPanorama,
           core::CameraProjection::kFisheye}) {
-        scene::Scene other = scene_of(projection, 100, 50);
+        scene::Scene other = make_scene(projection, 100, 50);
         const scene::Camera camera = scene::make_camera(other, slovenia(), kWorldBounds);
         const walk::LevelCut cut(kWorldBounds, camera, 1, 0, 5),
             same(kWorldBounds, camera.position(), camera.pixel_rad(), 1, 0, 5);
@@ -311,7 +311,7 @@ TEST_CASE("a picture of a world without end shows it as far as its height covers
     const scene::Camera beyond({1e8, 50, 0}, {0, 0, 0}, 50, 100, 100);
     CHECK(walk::within_horizon(kEndless, beyond) == kEndless);
     const scene::Camera parallel = scene::make_camera(
-        scene_of(core::CameraProjection::kOrthographic, 100, 100), {}, kWorldBounds);
+        make_scene(core::CameraProjection::kOrthographic, 100, 100), {}, kWorldBounds);
     CHECK(walk::within_horizon(kEndless, parallel) == kEndless);
 }
 

@@ -20,7 +20,7 @@ struct Pixel {
     double y;
     double depth;
 };
-Pixel pixel_of(const scene::Camera& camera, core::Vec3 point, int width, int height) {
+Pixel find_pixel(const scene::Camera& camera, core::Vec3 point, int width, int height) {
     // The picture's axes out of three rays: the middle one, and the rates of change to the right
     // and down.
     const auto flat = [&](double px, double py) {
@@ -83,7 +83,7 @@ TEST_CASE(
         double high_y = -1e9;
         double nearest = 1e18;
         for (int i = 0; i < 8; ++i) {
-            const Pixel p = pixel_of(camera, corner(b, i), size[0], size[1]);
+            const Pixel p = find_pixel(camera, corner(b, i), size[0], size[1]);
             low_x = std::min(low_x, p.x / size[0]);
             high_x = std::max(high_x, p.x / size[0]);
             low_y = std::min(low_y, p.y / size[1]);

@@ -25,7 +25,7 @@ TEST_CASE(
         const double w = scene.output.size_px[0];
         const double h = scene.output.size_px[1];
         INFO(projection << " run " << run << ", " << w << " x " << h << ", fov "
-                        << scene.camera.fov_deg << ", forward " << text_of(camera.forward()));
+                        << scene.camera.fov_deg << ", forward " << to_text(camera.forward()));
         const core::Ray middle = camera.ray(w / 2, h / 2);
         REQUIRE(core::length(middle.direction - camera.forward()) < 1e-14);
         REQUIRE(core::length(middle.origin - camera.position()) < 1e-9);
@@ -65,7 +65,7 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
         const int h = 1 + static_cast<int>(random.in(0, 4000));
         const double fov = random.in(1, 170);
         const scene::Camera camera(from, to, fov, w, h);
-        scene::Scene scene = scene_of(core::CameraProjection::kPerspective, w, h);
+        scene::Scene scene = make_scene(core::CameraProjection::kPerspective, w, h);
         scene.camera.space = core::CoordinateSpace::kVoxel;
         scene.camera.position = {from.x, from.y, from.z};
         scene.camera.target = {to.x, to.y, to.z};
@@ -77,7 +77,7 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
         const core::Vec3 right = core::normalized(core::cross(forward, core::Vec3{0, 1, 0}));
         const core::Vec3 up = core::cross(right, forward);
         const double half = std::tan(fov * (kPi / 180) / 2);
-        INFO("run " << run << " from " << text_of(from) << " to " << text_of(to) << " fov " << fov);
+        INFO("run " << run << " from " << to_text(from) << " to " << to_text(to) << " fov " << fov);
         if (std::abs(forward.y) < 0.9999)
             REQUIRE((core::length(b.forward - forward) == 0 &&
                      core::length(b.right - right * half) == 0 &&
@@ -104,7 +104,7 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
 TEST_CASE(
     "a panorama goes once around, evenly, upright, and is whole when it is twice as wide as high",
     "[raytracer][camera][panorama]") {
-    scene::Scene scene = scene_of(core::CameraProjection::kPanorama, 720, 360);
+    scene::Scene scene = make_scene(core::CameraProjection::kPanorama, 720, 360);
     scene.camera.space = core::CoordinateSpace::kVoxel;
     scene.camera.position = {0, 100, 0};
     scene.camera.target = {30, 60, -40};
@@ -112,7 +112,7 @@ TEST_CASE(
     for (int x = 0; x <= 720; x += 5)
         for (int y = 0; y <= 360; y += 5) {
             const core::Vec3 d = camera.ray(x, y).direction;
-            INFO(x << ", " << y << ": " << text_of(d));
+            INFO(x << ", " << y << ": " << to_text(d));
             REQUIRE(camera.sees(x, y));
             REQUIRE(std::asin(std::clamp(d.y, -1.0, 1.0)) ==
                     Approx((180 - y) * kPi / 360).margin(1e-7));
@@ -159,7 +159,7 @@ TEST_CASE(
     "[raytracer][camera][fisheye]") {
     const double fov = GENERATE(1.0, 90.0, 180.0, 220.0, 360.0);
     const auto size = GENERATE(values<std::array<int, 2>>({{400, 300}, {300, 400}, {300, 300}}));
-    scene::Scene scene = scene_of(core::CameraProjection::kFisheye, size[0], size[1]);
+    scene::Scene scene = make_scene(core::CameraProjection::kFisheye, size[0], size[1]);
     scene.camera.space = core::CoordinateSpace::kVoxel;
     scene.camera.position = {0, 100, 0};
     scene.camera.target = {30, 60, -40};
@@ -208,8 +208,8 @@ TEST_CASE(
         scene.camera.height_m = height_m;
         const voxel::WorldInfo world = slovenia(voxel_m);
         const scene::Camera camera = scene::make_camera(scene, world, kWorldBounds);
-        INFO(projection << " run " << run << ", forward " << text_of(camera.forward()) << ", from "
-                        << text_of(camera.position()));
+        INFO(projection << " run " << run << ", forward " << to_text(camera.forward()) << ", from "
+                        << to_text(camera.position()));
         const double step = height_m / voxel_m / scene.output.size_px[1];
         const core::Ray a = camera.ray(3, 5);
         const core::Ray b = camera.ray(4, 5);
@@ -234,7 +234,7 @@ TEST_CASE(
 
 TEST_CASE("an isometric camera sees the three edges of a cube equally long, 120 degrees apart",
           "[raytracer][camera][orthographic]") {
-    scene::Scene scene = scene_of(core::CameraProjection::kIsometric);
+    scene::Scene scene = make_scene(core::CameraProjection::kIsometric);
     scene.camera.azimuth_deg = GENERATE(45.0, 135.0, 225.0, -45.0);
     const scene::Camera camera = scene::make_camera(scene, {}, {{0, 0, 0}, {64, 64, 64}});
     CHECK(std::asin(-camera.forward().y) * 180 / kPi == Approx(35.264389682754654));
@@ -251,8 +251,8 @@ TEST_CASE(
                  core::CameraProjection::kFisheye);
     Random random(5);
     for (int run = 0; run < 200; ++run) {
-        scene::Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(0, 900)),
-                                      1 + static_cast<int>(random.in(0, 900)));
+        scene::Scene scene = make_scene(projection, 1 + static_cast<int>(random.in(0, 900)),
+                                        1 + static_cast<int>(random.in(0, 900)));
         scene.camera.azimuth_deg = random.in(-360, 360);
         scene.camera.down_deg = random.in(-30, 90);
         scene.camera.roll_deg = random.in(-90, 90);
@@ -285,7 +285,7 @@ TEST_CASE(
         if (projection != core::CameraProjection::kFisheye)
             REQUIRE(most >= 1 - 2 * scene.camera.margin - 1e-9);
     }
-    scene::Scene scene = scene_of(projection);
+    scene::Scene scene = make_scene(projection);
     const auto size = [&](double zoom) {
         scene.camera.zoom = zoom;
         const scene::Camera camera = scene::make_camera(scene, {}, kWorldBounds);
@@ -299,7 +299,7 @@ TEST_CASE(
 TEST_CASE("a panorama that frames the world stands above its middle",
           "[raytracer][camera][panorama]") {
     const scene::Camera camera =
-        scene::make_camera(scene_of(core::CameraProjection::kPanorama), {}, kWorldBounds);
+        scene::make_camera(make_scene(core::CameraProjection::kPanorama), {}, kWorldBounds);
     CHECK((camera.position().x == 450 && camera.position().z == 420 && camera.position().y > 250));
 }
 
@@ -352,7 +352,7 @@ TEST_CASE("a camera that cannot be is refused in one line that names field, valu
          [](scene::Scene::Camera& s) { s.zoom = 0; }, "camera.zoom = 0"},
     }));
     DYNAMIC_SECTION(c.name) {
-        scene::Scene scene = scene_of(c.projection);
+        scene::Scene scene = make_scene(c.projection);
         scene.camera.space = core::CoordinateSpace::kVoxel;
         scene.camera.position = {0, 100, 0};
         scene.camera.target = {30, 60, -40};
@@ -381,7 +381,7 @@ TEST_CASE("cameras that look straight up or down, and other odd but right ones, 
                                                                 {9e8, 100, -9e8},
                                                                 {10, 100 + 1e-6, 20}}));
     const auto size = GENERATE(values<std::array<int, 2>>({{1, 1}, {65536, 1}, {1, 65536}}));
-    scene::Scene scene = scene_of(projection, size[0], size[1]);
+    scene::Scene scene = make_scene(projection, size[0], size[1]);
     scene.camera.space = core::CoordinateSpace::kVoxel;
     scene.camera.position = {10, 100, 20};
     scene.camera.target = target;
@@ -390,7 +390,7 @@ TEST_CASE("cameras that look straight up or down, and other odd but right ones, 
         for (const double y : {0.0, 0.5, size[1] / 2.0, size[1] - 0.25}) {
             const core::Ray ray = camera.ray(x, y);
             INFO(projection << ", target " << target[0] << " " << target[1] << " " << target[2]
-                            << ": " << text_of(ray.direction) << " from " << text_of(ray.origin));
+                            << ": " << to_text(ray.direction) << " from " << to_text(ray.origin));
             CHECK(core::length(ray.direction) == Approx(1).epsilon(1e-12));
             CHECK(std::isfinite(core::length(ray.origin)));
         }

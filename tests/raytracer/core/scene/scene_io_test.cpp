@@ -17,7 +17,7 @@ using terravox::test::TemporaryFolder;
 
 namespace {
 
-std::map<std::string, std::string> values_of(const scene::Scene& scene) {
+std::map<std::string, std::string> list_values(const scene::Scene& scene) {
     // The writer is not used here: it is what is tested.
     std::map<std::string, std::string> out;
     const auto text = [](const auto& v) {
@@ -59,9 +59,9 @@ std::string other_value(std::string_view path, const scene::FieldRule& rule, con
                 return std::string(word);
         return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
     } else if constexpr (core::WordEnum<T>) {
-        return std::string(core::word_of(field == core::words_of(T{})[0].value
-                                             ? core::words_of(T{})[1].value
-                                             : core::words_of(T{})[0].value));
+        return std::string(core::to_word(field == core::list_words(T{})[0].value
+                                             ? core::list_words(T{})[1].value
+                                             : core::list_words(T{})[0].value));
     } else if constexpr (std::is_same_v<T, scene::TileSize>)
         return "12.5%";
     else if constexpr (std::is_same_v<T, scene::PointList>)
@@ -102,9 +102,9 @@ private:
 
 TEST_CASE("the default scene survives writing and reading", "[raytracer][scene]") {
     const scene::Scene scene;
-    CHECK(values_of(SceneFile(scene::to_toml(scene)).read()) == values_of(scene));
-    CHECK(values_of(SceneFile("").read()) == values_of(scene));
-    CHECK(values_of(SceneFile("version = 1\n").read()) == values_of(scene));
+    CHECK(list_values(SceneFile(scene::to_toml(scene)).read()) == list_values(scene));
+    CHECK(list_values(SceneFile("").read()) == list_values(scene));
+    CHECK(list_values(SceneFile("version = 1\n").read()) == list_values(scene));
 }
 
 TEST_CASE("every field can be set by its flag, and survives writing and reading",
@@ -121,9 +121,9 @@ TEST_CASE("every field can be set by its flag, and survives writing and reading"
         scene::Scene one;
         REQUIRE_NOTHROW(scene::set_field(one, std::string(path), text));
         REQUIRE_NOTHROW(scene::set_field(all, std::string(path), text));
-        const auto changed = values_of(one);
-        CHECK(changed.at(std::string(path)) != values_of(defaults).at(std::string(path)));
-        CHECK(values_of(SceneFile(scene::to_toml(one)).read()) == changed);
+        const auto changed = list_values(one);
+        CHECK(changed.at(std::string(path)) != list_values(defaults).at(std::string(path)));
+        CHECK(list_values(SceneFile(scene::to_toml(one)).read()) == changed);
         const auto flag = std::find_if(flags.begin(), flags.end(),
                                        [&](const scene::SceneFlag& f) { return f.path == path; });
         REQUIRE(flag != flags.end());
@@ -132,22 +132,22 @@ TEST_CASE("every field can be set by its flag, and survives writing and reading"
         CHECK_THAT(flag->help, contains(std::string(rule.doc)));
     });
     CHECK(flags.size() == fields);
-    CHECK(values_of(SceneFile(scene::to_toml(all)).read()) == values_of(all));
+    CHECK(list_values(SceneFile(scene::to_toml(all)).read()) == list_values(all));
 }
 
 TEST_CASE("words and values of scenes lead to each other", "[raytracer][scene]") {
     const auto check = [](auto value) {
         using Enum = decltype(value);
-        const auto words = core::words_of(value);
+        const auto words = core::list_words(value);
         CHECK(words.size() >= 2);
         for (std::size_t i = 0; i < words.size(); ++i) {
             INFO(words[i].text);
             CHECK(static_cast<std::size_t>(words[i].value) == i);
-            CHECK(core::from_word<Enum>(core::word_of(words[i].value)) == words[i].value);
+            CHECK(core::from_word<Enum>(core::to_word(words[i].value)) == words[i].value);
         }
         CHECK_FALSE(core::from_word<Enum>("zigzag"));
         CHECK_FALSE(core::from_word<Enum>(""));
-        CHECK(core::word_of(static_cast<Enum>(99)).empty());
+        CHECK(core::to_word(static_cast<Enum>(99)).empty());
     };
     check(core::CameraProjection{});
     check(core::CoordinateSpace{});
@@ -321,7 +321,7 @@ TEST_CASE(
         CHECK_THROWS_AS(scene::set_field(scene, c.path, c.text), util::UsageError);
         CHECK_THROWS_WITH(scene::set_field(scene, c.path, c.text),
                           contains(c.path) && contains(c.said));
-        CHECK(values_of(scene) == values_of(scene::Scene{}));
+        CHECK(list_values(scene) == list_values(scene::Scene{}));
     }
 }
 

@@ -40,7 +40,8 @@ private:
     std::mt19937_64 m_engine;
 };
 
-inline scene::Scene scene_of(core::CameraProjection projection, int width = 640, int height = 360) {
+inline scene::Scene make_scene(core::CameraProjection projection, int width = 640,
+                               int height = 360) {
     scene::Scene scene;
     scene.camera.projection = projection;
     scene.output.size_px = {width, height};
@@ -49,8 +50,8 @@ inline scene::Scene scene_of(core::CameraProjection projection, int width = 640,
 
 /// A camera somewhere about the world that looks somewhere.
 inline scene::Scene placed(Random& random, core::CameraProjection projection) {
-    scene::Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(1, 900)),
-                                  1 + static_cast<int>(random.in(1, 900)));
+    scene::Scene scene = make_scene(projection, 1 + static_cast<int>(random.in(1, 900)),
+                                    1 + static_cast<int>(random.in(1, 900)));
     scene.camera.space = core::CoordinateSpace::kVoxel;
     const auto point = [&] {
         return std::array<double, 3>{random.in(-900, 1900), random.in(-300, 900),
@@ -64,7 +65,7 @@ inline scene::Scene placed(Random& random, core::CameraProjection projection) {
     return scene;
 }
 
-inline std::string text_of(core::Vec3 v) {
+inline std::string to_text(core::Vec3 v) {
     return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) +
            ")";
 }

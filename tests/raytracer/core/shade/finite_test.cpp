@@ -187,7 +187,7 @@ std::string text(voxel::Colour c) {
 }
 
 /// What is wrong with a pixel; empty: nothing.
-std::string fault_of(const tiles::PixelSample& p, const tiles::LayerSample& l) {
+std::string describe_fault(const tiles::PixelSample& p, const tiles::LayerSample& l) {
     if (!is_light(p.colour))
         return "colour " + text(p.colour);
     if (!is_light(l.direct))
@@ -229,7 +229,7 @@ std::string fault_of_picture(const scene::Scene& scene, Chooser& choose) {
     const output::Film film = test::render_scene(job, 1);
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const std::string fault = fault_of(film.at(x, y), film.layers_at(x, y));
+            const std::string fault = describe_fault(film.at(x, y), film.layers_at(x, y));
             if (!fault.empty())
                 return "pixel " + std::to_string(x) + ", " + std::to_string(y) + ": " + fault;
         }

@@ -36,8 +36,8 @@ material::MaterialAppearance clear(material::Kind kind, float index) {
     return appearance;
 }
 
-scene::Scene scene_of(core::Integrator integrator, int samples, std::array<double, 3> eye,
-                      std::array<double, 3> target) {
+scene::Scene make_scene(core::Integrator integrator, int samples, std::array<double, 3> eye,
+                        std::array<double, 3> target) {
     scene::Scene scene;
     scene.output.size_px = {48, 32};
     scene.camera.space = core::CoordinateSpace::kVoxel;
@@ -62,7 +62,7 @@ struct Mean {
     double least = 1e9;
     double most = 0;
 };
-Mean mean_of(const output::Film& film) {
+Mean measure_mean(const output::Film& film) {
     Mean out;
     for (const tiles::PixelSample& p : film.samples()) {
         if (p.alpha < 1)
@@ -77,12 +77,12 @@ Mean mean_of(const output::Film& film) {
     return out;
 }
 
-Mean light_of(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world,
-              const MaterialAppearances& appearances) {
+Mean make_light(const scene::Scene& scene, std::unique_ptr<ArrayWorld> world,
+                const MaterialAppearances& appearances) {
     world->editable_info().bounds = world->level_bounds();
     test::Job job(scene, std::size_t{256} << 20, std::move(world));
     job.view.materials = std::make_shared<material::MaterialTable>(appearances);
-    return mean_of(test::render_scene(job, 2));
+    return measure_mean(test::render_scene(job, 2));
 }
 
 /// Pillars of all heights, an overhanging deck, a pit and a tunnel, on a plain; water in a basin,
@@ -113,7 +113,7 @@ std::unique_ptr<ArrayWorld> plane() {
 
 /// Looks at a spot on the plane, steeply.
 scene::Scene spot_scene(core::Integrator integrator, int samples, double x, double z) {
-    scene::Scene scene = scene_of(integrator, samples, {x + 0.3, 11, z + 0.2}, {x, 0, z});
+    scene::Scene scene = make_scene(integrator, samples, {x + 0.3, 11, z + 0.2}, {x, 0, z});
     scene.output.size_px = {4, 4};
     scene.camera.fov_deg = 1;
     return scene;
@@ -178,10 +178,10 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
     };
     for (const Case& c : cases) {
         MaterialAppearances appearances = matt(1);
-        scene::Scene scene = scene_of(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
+        scene::Scene scene = make_scene(core::Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
         scene.camera.fov_deg = 60;
         c.set(appearances, scene);
-        const Mean found = light_of(scene, furnace_world(), appearances);
+        const Mean found = make_light(scene, furnace_world(), appearances);
         INFO(c.name << ": " << found.pixels << " pixels from " << found.least << " to "
                     << found.most);
         REQUIRE(found.pixels > 400);
@@ -204,8 +204,9 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
-        const Mean found = light_of(scene_of(core::Integrator::kPath, 16, {-8, 4, 6}, {0, -2, 0}),
-                                    std::move(world), appearances);
+        const Mean found =
+            make_light(make_scene(core::Integrator::kPath, 16, {-8, 4, 6}, {0, -2, 0}),
+                       std::move(world), appearances);
         const double expected =
             static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
         INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to "
@@ -226,7 +227,7 @@ TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of alt
                 scene.sun.size = size;
                 scene.sun.altitude_deg = altitude_deg;
                 scene.sun.light = {{1.5, 1.5, 1.5}};
-                const Mean found = light_of(scene, plane(), matt(0.6f));
+                const Mean found = make_light(scene, plane(), matt(0.6f));
                 INFO(integrator << ", size " << size << ", altitude " << altitude_deg);
                 CHECK(found.light ==
                       Approx(0.6 * 1.5 * std::sin(altitude_deg * std::numbers::pi / 180))
@@ -242,11 +243,11 @@ TEST_CASE(
         scene.sky.model = core::SkyModel::kAtmosphere;
         scene.sky.visibility_km = 0;
         scene.sun.altitude_deg = altitude_deg;
-        const Mean path = light_of(scene, plane(), matt(0.5f));
+        const Mean path = make_light(scene, plane(), matt(0.5f));
         scene.quality.integrator = core::Integrator::kDirect;
         scene.quality.ambient_occlusion = false;
         scene.quality.samples = 4;
-        const Mean table = light_of(scene, plane(), matt(0.5f));
+        const Mean table = make_light(scene, plane(), matt(0.5f));
         INFO("altitude " << altitude_deg);
         CHECK(path.light == Approx(table.light).epsilon(0.01));
     }
@@ -279,7 +280,7 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
             scene::Scene scene = spot_scene(integrator, 1024, c.x, c.z);
             scene.quality.ao_rays = 4;
             scene.quality.ao_range_m = 1000;
-            const Mean found = light_of(scene, std::move(world), appearances);
+            const Mean found = make_light(scene, std::move(world), appearances);
             INFO(integrator << " at " << c.x << ", " << c.z << ", open " << 1 - kept);
             CHECK(found.light == Approx(0.8 * (1 - kept)).epsilon(0.01));
         }
@@ -340,7 +341,7 @@ TEST_CASE(
                                                   ArrayWorld::Coord{40, 12, 40});
         world->fill({-40, -8, -40}, {40, -3, 40}, Material::kRock);
         world->fill({-40, -3, -40}, {40, 0, 40}, Material::kWater);
-        const Mean found = light_of(scene, std::move(world), appearances);
+        const Mean found = make_light(scene, std::move(world), appearances);
         INFO(c.integrator << ", sun at " << c.altitude_deg);
         CHECK(found.light == Approx(expected).epsilon(0.005));
     }

@@ -93,17 +93,17 @@ struct Brightness {
     /// Standard deviation of a pixel that shows no lamp about that of a converged picture.
     double spread = 0;
 };
-Brightness brightness_of(const output::Film& film, const output::Film* converged = nullptr) {
+Brightness measure_brightness(const output::Film& film, const output::Film* converged = nullptr) {
     Brightness out;
     constexpr double kBrightestFace = 0.25 * kLampLight;
-    const auto light_of = [](const tiles::PixelSample& pixel) {
+    const auto make_light = [](const tiles::PixelSample& pixel) {
         return static_cast<double>(voxel::luminance(pixel.colour));
     };
     std::size_t i = 0;
     std::size_t faces = 0;
     for (const tiles::PixelSample& pixel : film.samples()) {
-        const double light = light_of(pixel);
-        const double truth = converged != nullptr ? light_of(converged->samples()[i]) : light;
+        const double light = make_light(pixel);
+        const double truth = converged != nullptr ? make_light(converged->samples()[i]) : light;
         ++i;
         out.mean += light;
         if (truth > kBrightestFace)
@@ -140,7 +140,7 @@ TEST_CASE("a lamp lights the ground below it as its lower side is seen from ther
             scene.camera.position = {30.5, 20.0, 0.5};
             scene.camera.target = {0.5, 0, 0.5};
             const Brightness found =
-                brightness_of(lamp_film(scene, lamp_above_plane(height), true));
+                measure_brightness(lamp_film(scene, lamp_above_plane(height), true));
             INFO("height " << height << ", integrator " << static_cast<int>(integrator));
             CHECK(found.mean ==
                   Approx(static_cast<double>(kAlbedo * kLampLight) * seen_from_below(height))
@@ -154,11 +154,12 @@ TEST_CASE("lamps that are sampled bring the light that paths find by chance, wit
         lamp_film(street_scene(core::Integrator::kPath, 4096), lamp_street(), false);
     const output::Film converged =
         lamp_film(street_scene(core::Integrator::kPath, 1024), lamp_street(), true);
-    CHECK(brightness_of(converged).mean == Approx(brightness_of(chance).mean).epsilon(0.01));
+    CHECK(measure_brightness(converged).mean ==
+          Approx(measure_brightness(chance).mean).epsilon(0.01));
 
-    const Brightness sampled = brightness_of(
+    const Brightness sampled = measure_brightness(
         lamp_film(street_scene(core::Integrator::kPath, 16), lamp_street(), true), &converged);
-    const Brightness met = brightness_of(
+    const Brightness met = measure_brightness(
         lamp_film(street_scene(core::Integrator::kPath, 16), lamp_street(), false), &converged);
     INFO("noise of sampled lamps " << sampled.spread << ", of lamps by chance " << met.spread);
     CHECK(sampled.spread < 0.55 * met.spread);

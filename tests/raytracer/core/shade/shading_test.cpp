@@ -47,7 +47,7 @@ TEST_CASE("an occlusion ray leaves the foliage that it starts in, and nothing el
     const auto shading = shade::make_shading(job.view);
     for (const walk::RayKind kind :
          {walk::RayKind::kShadow, walk::RayKind::kSky, walk::RayKind::kAmbient}) {
-        INFO(walk::name_of(kind));
+        INFO(walk::to_name(kind));
         for (const Material material : {Material::kHighVegetation, Material::kRock}) {
             walk::TracedRay ray = met(*shading, material, core::Face::kNone);
             ray.kind = kind;

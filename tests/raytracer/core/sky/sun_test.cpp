@@ -93,15 +93,17 @@ TEST_CASE("a zone's clock is that of its summer and winter", "[raytracer][sky][s
         by_zone.date = by_offset.date = date;
         by_offset.utc_offset_h = offset_h;
         INFO(date);
-        CHECK(sky::sun_of(by_zone, &bled).azimuth_deg == sky::sun_of(by_offset, &bled).azimuth_deg);
+        CHECK(sky::compute_sun(by_zone, &bled).azimuth_deg ==
+              sky::compute_sun(by_offset, &bled).azimuth_deg);
     }
     by_zone.utc_offset_h = 5;
     by_offset.utc_offset_h = 5;
-    CHECK(sky::sun_of(by_zone, &bled).azimuth_deg == sky::sun_of(by_offset, &bled).azimuth_deg);
+    CHECK(sky::compute_sun(by_zone, &bled).azimuth_deg ==
+          sky::compute_sun(by_offset, &bled).azimuth_deg);
     by_zone.utc_offset_h.reset();
     by_zone.zone = "Europe/Bled";
-    CHECK_THROWS_AS(sky::sun_of(by_zone, &bled), util::UsageError);
-    CHECK_THROWS_WITH(sky::sun_of(by_zone, &bled), contains("'Europe/Bled' is not known"));
+    CHECK_THROWS_AS(sky::compute_sun(by_zone, &bled), util::UsageError);
+    CHECK_THROWS_WITH(sky::compute_sun(by_zone, &bled), contains("'Europe/Bled' is not known"));
 }
 
 TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky][sun]") {
@@ -134,8 +136,9 @@ TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky]
         scene::Scene::Sun sun;
         c.change(sun);
         const geo::MapPlace here{46, 14};
-        CHECK_THROWS_AS(sky::sun_of(sun, &here), util::UsageError);
-        CHECK_THROWS_WITH(sky::sun_of(sun, &here), contains(c.said) && contains("place the sun"));
+        CHECK_THROWS_AS(sky::compute_sun(sun, &here), util::UsageError);
+        CHECK_THROWS_WITH(sky::compute_sun(sun, &here),
+                          contains(c.said) && contains("place the sun"));
     }
 }
 
@@ -145,16 +148,16 @@ TEST_CASE("the sun comes from date, time and place, or from the angles when both
     const geo::MapPlace delft{52.0, 4.37};
     sun.time_h = 12;
     sun.utc_offset_h = 0;
-    const auto noon = sky::sun_of(sun, &delft);
+    const auto noon = sky::compute_sun(sun, &delft);
     CHECK(noon.altitude_deg == Approx(61.4).margin(0.5));
     CHECK(noon.azimuth_deg == Approx(187).margin(8));
     sun.utc_offset_h.reset();
     sun.time_h = 24;
-    CHECK(sky::sun_of(sun, &delft).altitude_deg < 0);
+    CHECK(sky::compute_sun(sun, &delft).altitude_deg < 0);
     sun.altitude_deg = 5;
     sun.azimuth_deg = 77;
-    CHECK(sky::sun_of(sun, &delft).altitude_deg == 5);
-    CHECK(sky::sun_of(sun, nullptr).azimuth_deg == 77);
+    CHECK(sky::compute_sun(sun, &delft).altitude_deg == 5);
+    CHECK(sky::compute_sun(sun, nullptr).azimuth_deg == 77);
 }
 
 TEST_CASE("on a map the sun stands over the places that lie under it on Earth",
@@ -177,7 +180,7 @@ TEST_CASE("on a map the sun stands over the places that lie under it on Earth",
     for (const double time_h : {7.0, 10.5, 12.0, 16.0}) {
         sun.time_h = time_h;
         const double true_azimuth_deg =
-            geo::sun_position(sky::time_of(sun, &place), place).azimuth_deg;
+            geo::sun_position(sky::to_time(sun, &place), place).azimuth_deg;
         double lat_deg = 0;
         double lon_deg = 0;
         GeographicLib::Geodesic::WGS84().Direct(place.lat_deg, place.lon_deg, true_azimuth_deg, 50,
@@ -185,7 +188,7 @@ TEST_CASE("on a map the sun stands over the places that lie under it on Earth",
         double x = lon_deg;
         double y = lat_deg;
         to_map.apply({&x, 1}, {&y, 1});
-        const core::Vec3 direction = sky::Sun(sky::sun_of(sun, &place), 1).direction();
+        const core::Vec3 direction = sky::Sun(sky::compute_sun(sun, &place), 1).direction();
         const double map_azimuth = std::atan2(x - c.easting, y - c.northing);
         const double sun_azimuth = std::atan2(direction.x, -direction.z);
         INFO(time_h << " h, " << true_azimuth_deg << " degrees");

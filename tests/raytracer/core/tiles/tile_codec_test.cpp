@@ -34,23 +34,23 @@ tiles::RenderTile rectangle(int x0, int y0, int x1, int y1, int step = 1, bool r
 
 /// Of numbers alone, without gaps: as bytes.
 template <class T>
-Bytes bytes_of(const T& value) {
+Bytes to_bytes(const T& value) {
     const auto* at = reinterpret_cast<const std::byte*>(&value);
     return {at, at + sizeof value};
 }
 
 bool same(const tiles::PixelSample& a, const tiles::PixelSample& b) {
-    return bytes_of(a) == bytes_of(b);
+    return to_bytes(a) == to_bytes(b);
 }
 static_assert(sizeof(tiles::PixelSample) == 7 * sizeof(float));
 bool same(const tiles::LayerSample& a, const tiles::LayerSample& b) {
-    return bytes_of(a.direct) == bytes_of(b.direct) &&
-           bytes_of(a.indirect) == bytes_of(b.indirect) &&
-           bytes_of(a.albedo) == bytes_of(b.albedo) && bytes_of(a.normal) == bytes_of(b.normal) &&
-           bytes_of(a.position) == bytes_of(b.position) && bytes_of(a.sun) == bytes_of(b.sun) &&
-           bytes_of(a.water) == bytes_of(b.water) && a.material == b.material &&
-           bytes_of(a.materials) == bytes_of(b.materials) &&
-           bytes_of(a.squares) == bytes_of(b.squares);
+    return to_bytes(a.direct) == to_bytes(b.direct) &&
+           to_bytes(a.indirect) == to_bytes(b.indirect) &&
+           to_bytes(a.albedo) == to_bytes(b.albedo) && to_bytes(a.normal) == to_bytes(b.normal) &&
+           to_bytes(a.position) == to_bytes(b.position) && to_bytes(a.sun) == to_bytes(b.sun) &&
+           to_bytes(a.water) == to_bytes(b.water) && a.material == b.material &&
+           to_bytes(a.materials) == to_bytes(b.materials) &&
+           to_bytes(a.squares) == to_bytes(b.squares);
 }
 bool same(const tiles::TileResult& a, const tiles::TileResult& b) {
     const auto alike = [](const auto& x, const auto& y) {
@@ -58,7 +58,7 @@ bool same(const tiles::TileResult& a, const tiles::TileResult& b) {
                           [](const auto& p, const auto& q) { return same(p, q); });
     };
     return a.tile == b.tile && alike(a.samples, b.samples) && alike(a.layers, b.layers) &&
-           a.bands == b.bands && a.holes == b.holes && bytes_of(a.counts) == bytes_of(b.counts);
+           a.bands == b.bands && a.holes == b.holes && to_bytes(a.counts) == to_bytes(b.counts);
 }
 
 // Where numbers lie in encoded bytes; the format is fixed, so the test may know it.

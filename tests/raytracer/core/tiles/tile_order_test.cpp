@@ -72,7 +72,7 @@ TEST_CASE("orders are what their names say", "[raytracer][tiles]") {
           {2, 0},
           {3, 0}}},
     }));
-    DYNAMIC_SECTION(core::word_of(c.order) << ", " << c.columns << " x " << c.rows) {
+    DYNAMIC_SECTION(core::to_word(c.order) << ", " << c.columns << " x " << c.rows) {
         CHECK((tiles::order_cells(c.columns, c.rows, c.order) == c.cells));
     }
 }

@@ -9,7 +9,7 @@ using terravox::test::small_scene;
 
 namespace {
 
-shade::SampleSum sample_of(double brightness) {
+shade::SampleSum make_sample(double brightness) {
     shade::SampleSum out;
     const auto value = static_cast<float>(brightness);
     out.direct = {value, value, value};
@@ -31,10 +31,10 @@ TEST_CASE("samples become the means of pixels, each in its place", "[raytracer][
     const std::vector<trace::TilePixel> pixels{last, first};
 
     sums.begin_part(pixels.size());
-    const std::vector<shade::SampleSum> low{sample_of(1), sample_of(10)};
+    const std::vector<shade::SampleSum> low{make_sample(1), make_sample(10)};
     CHECK(sums.add_round(low, job.view, 0));
     CHECK(sums.round() == 1);
-    const std::vector<shade::SampleSum> high{sample_of(3), sample_of(30)};
+    const std::vector<shade::SampleSum> high{make_sample(3), make_sample(30)};
     CHECK_FALSE(sums.add_round(high, job.view, 0));
     sums.end_part(pixels, job.view.voxel_m);
 
@@ -53,7 +53,7 @@ TEST_CASE("a tile may want fewer samples than its scene", "[raytracer][trace]") 
     trace::SampleAccumulator sums;
     sums.begin_tile(1, false);
     sums.begin_part(1);
-    const std::vector<shade::SampleSum> one{sample_of(1)};
+    const std::vector<shade::SampleSum> one{make_sample(1)};
     CHECK(sums.add_round(one, job.view, 2));
     CHECK_FALSE(sums.add_round(one, job.view, 2));
 }
@@ -69,11 +69,12 @@ TEST_CASE("a pixel that is known well enough needs no more samples", "[raytracer
     sums.begin_part(2);
     // The first pixel is the same each time, the second is not.
     for (int round = 0; round < 3; ++round) {
-        const std::vector<shade::SampleSum> both{sample_of(5), sample_of(round % 2 == 0 ? 1 : 9)};
+        const std::vector<shade::SampleSum> both{make_sample(5),
+                                                 make_sample(round % 2 == 0 ? 1 : 9)};
         CHECK(sums.add_round(both, job.view, 0));
         CHECK(sums.active().size() == 2);
     }
-    const std::vector<shade::SampleSum> both{sample_of(5), sample_of(9)};
+    const std::vector<shade::SampleSum> both{make_sample(5), make_sample(9)};
     CHECK(sums.add_round(both, job.view, 0));
     REQUIRE(sums.active().size() == 1);
     CHECK(sums.active().front() == 1);

@@ -9,10 +9,10 @@
 
 using namespace terravox;
 using terravox::test::ArrayWorld;
-using terravox::test::bytes_of;
 using terravox::test::Job;
 using terravox::test::landscape;
 using terravox::test::small_scene;
+using terravox::test::to_bytes;
 
 namespace {
 
@@ -43,21 +43,21 @@ struct Picture {
     std::string bytes;
 };
 
-Picture picture_of(scene::Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2,
-                   std::size_t memory_bytes = kPlenty) {
+Picture render_picture(scene::Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2,
+                       std::size_t memory_bytes = kPlenty) {
     Job job(scene, memory_bytes, std::move(world));
     output::Film film(scene.output.size_px[0], scene.output.size_px[1]);
     processors::ThreadProcessor processor(job.view, job.blocks, threads);
     Picture out{render::render_film({job.view, processor, true, {}}, film), {}};
-    out.bytes = bytes_of(film);
+    out.bytes = to_bytes(film);
     return out;
 }
 
 }  // namespace
 
 TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytracer][world][hole]") {
-    const Picture holed = picture_of(eastern_slope(), without_the_middle());
-    const Picture whole = picture_of(eastern_slope(), landscape());
+    const Picture holed = render_picture(eastern_slope(), without_the_middle());
+    const Picture whole = render_picture(eastern_slope(), landscape());
     CHECK_FALSE(holed.counts.holes.empty());
     CHECK(std::all_of(holed.counts.holes.begin(), holed.counts.holes.end(),
                       [](const voxel::BoxKey& key) { return key.bx == 0 && key.by == 0; }));
@@ -67,14 +67,14 @@ TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytrac
     CHECK(whole.counts.trace.hole_rays == 0);
     scene::Scene bright = eastern_slope();
     bright.quality.shadows = false;
-    const Picture unshadowed = picture_of(bright, without_the_middle());
+    const Picture unshadowed = render_picture(bright, without_the_middle());
     CHECK(unshadowed.counts.holes.empty());
     CHECK(unshadowed.counts.trace.hole_rays == 0);
 }
 
 TEST_CASE("the holes that a picture reports do not depend on threads, tiles or memory",
           "[raytracer][world][hole][deterministic]") {
-    const Picture reference = picture_of(eastern_slope(), without_the_middle(), 1);
+    const Picture reference = render_picture(eastern_slope(), without_the_middle(), 1);
     struct Case {
         const char* name;
         int threads;
@@ -90,7 +90,8 @@ TEST_CASE("the holes that a picture reports do not depend on threads, tiles or m
         scene::Scene scene = eastern_slope();
         scene.quality.tile = {c.tile_px};
         scene.quality.tile_order = c.order;
-        const Picture other = picture_of(scene, without_the_middle(), c.threads, c.memory_bytes);
+        const Picture other =
+            render_picture(scene, without_the_middle(), c.threads, c.memory_bytes);
         CHECK(other.counts.holes == reference.counts.holes);
         CHECK(other.counts.trace.hole_rays == reference.counts.trace.hole_rays);
         CHECK(other.bytes == reference.bytes);

@@ -288,7 +288,7 @@ TEST_CASE("the eight voxels around a face are those that are found one by one",
             const int place = k < 4 ? k : k + 1;
             const core::VoxelCoord front = walk::neighbour(hit.voxel, hit.face);
             std::int32_t c[3] = {front.x, front.y, front.z};
-            const int axis = core::axis_of(hit.face);
+            const int axis = core::to_axis(hit.face);
             c[(axis + 1) % 3] += place / 3 - 1;
             c[(axis + 2) % 3] += place % 3 - 1;
             bool solid = false;

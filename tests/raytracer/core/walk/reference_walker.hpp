@@ -77,7 +77,7 @@ inline std::optional<walk::Hit> reference_hit(const ArrayWorld& world, const cor
             return std::nullopt;
         v[axis] += ray.direction[axis] > 0 ? 1 : -1;
         t = next;
-        face = core::face_of(axis, ray.direction[axis] < 0);
+        face = core::to_face(axis, ray.direction[axis] < 0);
     }
     return std::nullopt;
 }

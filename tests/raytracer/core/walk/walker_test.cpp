@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kPlenty = std::size_t{1} << 30;
 constexpr int kMaxFailuresShown = 4;
 
-std::string text_of(const std::optional<walk::Hit>& hit) {
+std::string to_text(const std::optional<walk::Hit>& hit) {
     if (!hit)
         return "nothing";
     char out[200];
@@ -28,7 +28,7 @@ std::string text_of(const std::optional<walk::Hit>& hit) {
     return out;
 }
 
-std::string text_of(const core::Ray& r) {
+std::string to_text(const core::Ray& r) {
     char out[300];
     std::snprintf(out, sizeof out, "origin (%.17g, %.17g, %.17g) direction (%.17g, %.17g, %.17g)",
                   r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z);
@@ -86,12 +86,12 @@ private:
             if (start)
                 at = " start (" + std::to_string(start->x) + ", " + std::to_string(start->y) +
                      ", " + std::to_string(start->z) + ")";
-            FAIL_CHECK(text_of(ray) << at
+            FAIL_CHECK(to_text(ray) << at
                                     << (stop == walk::StopAt::kSolid ? ""
                                         : stop.air_stops             ? " within a medium"
                                                                      : " through water")
-                                    << " t_max " << t_max << "\n  walker:    " << text_of(found)
-                                    << "\n  reference: " << text_of(wanted));
+                                    << " t_max " << t_max << "\n  walker:    " << to_text(found)
+                                    << "\n  reference: " << to_text(wanted));
         }
     }
     ArrayWorld& m_world;
@@ -320,7 +320,7 @@ TEST_CASE("the walker finds the voxel, face and time that single steps find",
             for (int i = 0; i < kind.count; ++i) {
                 const core::Ray ray = kind.make(random, world.level_bounds());
                 pair.check(ray,
-                           i % 8 == 7   ? walk::StopAt::end_of(voxel::Material::kWater)
+                           i % 8 == 7   ? walk::StopAt::find_end(voxel::Material::kWater)
                            : i % 4 == 3 ? walk::StopAt::kNotWater
                                         : walk::StopAt::kSolid,
                            i % 5 == 4 ? real(random, 0, 200) : core::kFar);
@@ -350,17 +350,17 @@ TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
                 // As shadow, mirror and water rays do: the point on the face as rounding left it,
                 // snapped or not.
                 core::Vec3 at = first.origin + first.direction * hit->t;
-                const int axis = core::axis_of(hit->face);
+                const int axis = core::to_axis(hit->face);
                 if (i % 2 == 0)
                     (axis == 0   ? at.x
                      : axis == 1 ? at.y
                                  : at.z) =
-                        hit->voxel[axis] + (core::sign_of(hit->face) > 0 ? 1 : 0);
+                        hit->voxel[axis] + (core::to_sign(hit->face) > 0 ? 1 : 0);
                 core::VoxelCoord outside = hit->voxel;
                 (axis == 0   ? outside.x
                  : axis == 1 ? outside.y
-                             : outside.z) += core::sign_of(hit->face);
-                const core::Vec3 n = core::normal_of(hit->face);
+                             : outside.z) += core::to_sign(hit->face);
+                const core::Vec3 n = core::to_normal(hit->face);
                 core::Vec3 d =
                     core::normalized({component(random), component(random), component(random)});
                 if (core::dot(d, n) < 0)
@@ -370,7 +370,8 @@ TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
                                 i % 5 == 0 ? 30.0 : core::kFar);
                 pair.check_from({at, -d}, hit->voxel, walk::StopAt::kNotWater);
                 if (voxel::see_through(hit->attr.material))
-                    pair.check_from({at, -d}, hit->voxel, walk::StopAt::end_of(hit->attr.material));
+                    pair.check_from({at, -d}, hit->voxel,
+                                    walk::StopAt::find_end(hit->attr.material));
             }
             if (w.max[0] - w.min[0] > 1)
                 CHECK(started > 40);

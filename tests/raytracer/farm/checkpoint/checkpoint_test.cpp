@@ -37,7 +37,7 @@ Hashes hashes(const std::vector<tiles::TileResult>& tiles) {
     return out;
 }
 
-std::string bytes_of(const fs::path& file) {
+std::string read_all_bytes(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -170,7 +170,7 @@ TEST_CASE("a checkpoint that was cut short or damaged has all other tiles, and c
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
     make(file, {tiles.begin(), tiles.begin() + 4});
-    const std::string bytes = bytes_of(file);
+    const std::string bytes = read_all_bytes(file);
     std::string damaged = bytes;
     damaged[bytes.size() / 2] ^= 1;
     for (const std::string& text : {bytes.substr(0, bytes.size() - 10), damaged}) {
@@ -186,11 +186,11 @@ TEST_CASE("a checkpoint that was cut short or damaged has all other tiles, and c
         REQUIRE(hashes(again) == hashes(tiles));
     }
     write(file, bytes.substr(0, 20));
-    CHECK_THAT(message_of([&] { farm::Checkpoint(file, small_key(), kResume); }),
+    CHECK_THAT(to_message([&] { farm::Checkpoint(file, small_key(), kResume); }),
                contains("no checkpoint of a picture"));
     write(file, "a text of mine, which is not to be overwritten");
     CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kResume), util::Error);
-    CHECK(bytes_of(file) == "a text of mine, which is not to be overwritten");
+    CHECK(read_all_bytes(file) == "a text of mine, which is not to be overwritten");
 }
 
 TEST_CASE("a tile with invalid pixels is rendered again", "[raytracer][checkpoint]") {
@@ -209,24 +209,24 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     make(file, {small_tiles()[0]});
-    const std::string bytes = bytes_of(file);
+    const std::string bytes = read_all_bytes(file);
     scene::Scene other = small_picture();
     other.camera.fov_deg = 55;
     const auto info = landscape()->info();
     CHECK_THAT(
-        message_of([&] { farm::Checkpoint(file, farm::key_of(other, info, {"test"}), kResume); }),
+        to_message([&] { farm::Checkpoint(file, farm::to_key(other, info, {"test"}), kResume); }),
         contains("go on with the checkpoint") &&
             contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
-    CHECK_THAT(message_of([&] {
-                   farm::Checkpoint(file, farm::key_of(small_picture(), info, {"else"}), kResume);
+    CHECK_THAT(to_message([&] {
+                   farm::Checkpoint(file, farm::to_key(small_picture(), info, {"else"}), kResume);
                }),
                contains("input 1 = test there, else here"));
     farm::PictureKey other_build = small_key();
     other_build.build = "0123";
-    CHECK_THAT(message_of([&] { farm::Checkpoint(file, other_build, kResume); }),
+    CHECK_THAT(to_message([&] { farm::Checkpoint(file, other_build, kResume); }),
                contains("this is terravox") && contains("build 0123"));
     CHECK_THROWS_AS(farm::Checkpoint(file, small_key(), kRefuse), util::UsageError);
-    CHECK(bytes_of(file) == bytes);
+    CHECK(read_all_bytes(file) == bytes);
     // Names need not be text.
     farm::PictureKey strange = small_key();
     strange.inputs = {"\xff\xfe.laz: 1 file"};
@@ -245,7 +245,7 @@ TEST_CASE("what is no whole first tile of the picture is not taken", "[raytracer
     const auto taken = [&](const std::function<void(tiles::RenderTile&)>& change) {
         tiles::RenderTile tile = small_tiles()[4].tile;
         change(tile);
-        return message_of([&] { checkpoint.add(tile_of_chance(tile, false, 1)); });
+        return to_message([&] { checkpoint.add(tile_of_chance(tile, false, 1)); });
     };
     CHECK(taken([](tiles::RenderTile&) {}) == "nothing");
     CHECK_THAT(taken([](tiles::RenderTile& t) { t.step = 2; }),
@@ -263,11 +263,11 @@ TEST_CASE("what is no whole first tile of the picture is not taken", "[raytracer
                    t.x1 += 160;
                }),
                contains("no whole tile"));
-    CHECK_THAT(message_of([&] { checkpoint.add(small_tiles(true)[0]); }),
+    CHECK_THAT(to_message([&] { checkpoint.add(small_tiles(true)[0]); }),
                contains("has layers; the picture has none"));
     CHECK(checkpoint.count() == 1);
     checkpoint.close();
-    CHECK_THAT(message_of([&] { checkpoint.add(small_tiles()[0]); }), contains("after the end"));
+    CHECK_THAT(to_message([&] { checkpoint.add(small_tiles()[0]); }), contains("after the end"));
 }
 
 TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][checkpoint]") {
@@ -276,7 +276,7 @@ TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][check
     {
         farm::Checkpoint first(file, small_key(), kResume);
         first.add(small_tiles()[0]);
-        CHECK_THAT(message_of([&] { farm::Checkpoint(file, small_key(), kResume); }),
+        CHECK_THAT(to_message([&] { farm::Checkpoint(file, small_key(), kResume); }),
                    contains("a.tiles: another coordinator is writing to it"));
         first.add(small_tiles()[1]);
     }
@@ -289,7 +289,7 @@ TEST_CASE("a link at the name of a checkpoint is refused, and leads to what it l
     std::ofstream(folder.path() / "precious") << "as it was";
     fs::create_symlink("precious", folder.path() / "a.tiles");
     CHECK_THAT(
-        message_of([&] { farm::Checkpoint(folder.path() / "a.tiles", small_key(), kResume); }),
+        to_message([&] { farm::Checkpoint(folder.path() / "a.tiles", small_key(), kResume); }),
         contains("a.tiles is a symbolic link"));
     CHECK(fs::file_size(folder.path() / "precious") == 9);
 }
@@ -324,7 +324,7 @@ TEST_CASE("a full disk is reported, and all tiles that were added before are kep
         const rlimit limit{room, before.rlim_max};
         std::size_t added = 0;
         ::setrlimit(RLIMIT_FSIZE, &limit);
-        const std::string said = message_of([&] {
+        const std::string said = to_message([&] {
             farm::Checkpoint checkpoint(file, small_key(), kResume);
             for (; added < 9; ++added)
                 checkpoint.add(tiles[added]);
@@ -404,6 +404,6 @@ TEST_CASE("checkpoints are named after their pictures, and are for pictures that
     CHECK_THROWS_AS(farm::check_can_checkpoint(scene), util::UsageError);
     scene.quality.time_s = 0;
     scene.quality.coarse_step = 8;
-    CHECK_THAT(message_of([&] { farm::check_can_checkpoint(scene); }),
+    CHECK_THAT(to_message([&] { farm::check_can_checkpoint(scene); }),
                contains("coarse_step = 8; allowed: 1"));
 }

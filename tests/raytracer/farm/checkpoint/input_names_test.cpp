@@ -25,7 +25,7 @@ void make_survey(const fs::path& folder) {
     write_text(folder / "empty.laz", "");
 }
 
-std::string name_of(const fs::path& input) {
+std::string to_name(const fs::path& input) {
     return farm::name_inputs({input.string()}, {}, {}).front();
 }
 
@@ -36,16 +36,16 @@ TEST_CASE("inputs are named by what is in them, not by where they lie",
     const TemporaryFolder here, there;
     make_survey(here.path() / "survey");
     make_survey(there.path() / "survey");
-    const std::string name = name_of(here.path() / "survey");
+    const std::string name = to_name(here.path() / "survey");
     CHECK_THAT(name, contains("survey: 3 files, 100001 bytes, "));
-    CHECK(name_of(there.path() / "survey") == name);
-    CHECK(name_of((there.path() / "survey").string() + "/") == name);
+    CHECK(to_name(there.path() / "survey") == name);
+    CHECK(to_name((there.path() / "survey").string() + "/") == name);
     fs::last_write_time(there.path() / "survey" / "a.laz",
                         fs::file_time_type::clock::now() - std::chrono::hours(9));
     write_text(there.path() / "survey" / ".hidden" / "x", "x");
     write_text(there.path() / "survey" / "session.lock", "x");
     write_text(there.path() / "survey" / "store.gpkg-wal", "x");
-    CHECK(name_of(there.path() / "survey") == name);
+    CHECK(to_name(there.path() / "survey") == name);
 }
 
 TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inputs]") {
@@ -68,9 +68,9 @@ TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inpu
         INFO(c.name);
         const TemporaryFolder folder;
         make_survey(folder.path() / "survey");
-        const std::string before = name_of(folder.path() / "survey");
+        const std::string before = to_name(folder.path() / "survey");
         c.change(folder.path() / "survey");
-        CHECK(name_of(folder.path() / "survey") != before);
+        CHECK(to_name(folder.path() / "survey") != before);
     }
 }
 

@@ -17,7 +17,7 @@ using enum farm::Checkpoint::Existing;
 
 namespace {
 
-std::string file_bytes_of(const fs::path& file) {
+std::string read_file_bytes(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -44,7 +44,7 @@ std::vector<tiles::TileResult> some(const std::vector<tiles::TileResult>& tiles,
 fs::path render_part(const fs::path& file, Job& job, const farm::Part& part) {
     const scene::Scene& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
-    farm::Checkpoint checkpoint(file, farm::key_of(scene, job.world->info(), {"landscape"}),
+    farm::Checkpoint checkpoint(file, farm::to_key(scene, job.world->info(), {"landscape"}),
                                 kResume);
     processors::ThreadProcessor processor(job.view, job.blocks, 2);
     const int edge = scene.quality.tile.in_picture(width);
@@ -121,7 +121,7 @@ TEST_CASE("parts of several coordinators make the picture of one",
         CHECK_FALSE(scene_there.empty());
         CHECK(a.text("terravox:scene") == scene_there);
         if (c.memory_mib > 0)
-            CHECK((file_bytes_of(whole_png) == file_bytes_of(joined_png)));
+            CHECK((read_file_bytes(whole_png) == read_file_bytes(joined_png)));
     }
 }
 
@@ -145,7 +145,7 @@ TEST_CASE("missing tiles are reported by their rows", "[raytracer][checkpoint][m
     joined.write(all);
     farm::Checkpoint goes_on(all, small_key(), kResume);
     CHECK(goes_on.count() == 7);
-    CHECK_THAT(message_of([&] { joined.write(all); }), contains("it is there already"));
+    CHECK_THAT(to_message([&] { joined.write(all); }), contains("it is there already"));
     goes_on.close();
     CHECK(goes_on.count() == 7);
 }
@@ -159,7 +159,7 @@ TEST_CASE("tiles in several files must be equal", "[raytracer][checkpoint][merge
     CHECK(farm::JoinedTiles({a, write(folder, "same.tiles", some(tiles, {4, 5, 6}))}).count() == 4);
     tiles[5].samples[7].colour.g = std::nextafter(tiles[5].samples[7].colour.g, 1e9f);
     const auto other = write(folder, "other.tiles", some(tiles, {1, 5}));
-    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, other}); }),
+    CHECK_THAT(to_message([&] { farm::JoinedTiles({a, other}); }),
                contains("other.tiles: the tile in column 3, row 2 shows something else than in") &&
                    contains("a.tiles; one of the two is wrong"));
     // One with holes stands back, in either order.
@@ -182,14 +182,14 @@ TEST_CASE("files of different pictures, and such as are being written, are not j
     scene::Scene scene = small_picture();
     scene.quality.seed = 3;
     const auto b = write(folder, "b.tiles", some(tiles, {1}),
-                         farm::key_of(scene, landscape()->info(), {"test"}));
-    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, b}); }),
+                         farm::to_key(scene, landscape()->info(), {"test"}));
+    CHECK_THAT(to_message([&] { farm::JoinedTiles({a, b}); }),
                contains("b.tiles: of another picture than") && contains("a.tiles") &&
                    contains("quality.seed = 0 there, 3 here"));
-    CHECK_THAT(message_of([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
+    CHECK_THAT(to_message([&] { farm::JoinedTiles({a, folder.path() / "none.tiles"}); }),
                contains("none.tiles: No such file"));
     farm::Checkpoint writing(a, small_key(), kResume);
-    CHECK_THAT(message_of([&] { farm::JoinedTiles({a}); }),
+    CHECK_THAT(to_message([&] { farm::JoinedTiles({a}); }),
                contains("a.tiles: a coordinator is writing to it"));
 }
 

@@ -15,7 +15,7 @@ namespace {
 farm::PictureKey key_with(const std::function<void(scene::Scene&)>& change) {
     scene::Scene scene = small_scene();
     change(scene);
-    return farm::key_of(scene, landscape()->info(), {"a.laz: 1 file", "generated:7"});
+    return farm::to_key(scene, landscape()->info(), {"a.laz: 1 file", "generated:7"});
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ inline scene::Scene small_picture(bool with_layers = false) {
 
 /// 3 x 3 tiles of 16 pixels.
 inline farm::PictureKey small_key(bool with_layers = false) {
-    return farm::key_of(small_picture(with_layers), landscape()->info(), {"test"});
+    return farm::to_key(small_picture(with_layers), landscape()->info(), {"test"});
 }
 
 /// Random tiles, without holes, in the given order.
@@ -37,7 +37,7 @@ inline std::vector<tiles::TileResult> small_tiles(bool with_layers = false, unsi
 }
 
 /// What is said of the failure; "nothing": there is none.
-inline std::string message_of(const std::function<void()>& what) {
+inline std::string to_message(const std::function<void()>& what) {
     try {
         what();
     } catch (const util::Error& e) {

@@ -280,7 +280,7 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
 namespace {
 
 /// An array whose tasks call the stage's program.
-ArrayJob array_of(const Stage& stage, int tasks) {
+ArrayJob read_array(const Stage& stage, int tasks) {
     ArrayJob job;
     job.name = "land";
     job.tasks_name = "shards";
@@ -297,7 +297,7 @@ ArrayJob array_of(const Stage& stage, int tasks) {
 
 TEST_CASE("tasks of an array know their number, and the join follows", "[cluster][scripts]") {
     Stage stage;
-    const ArrayJob job = array_of(stage, 3);
+    const ArrayJob job = read_array(stage, 3);
     CHECK(stage.called(array_tasks_script(stage.place, job), {"SLURM_ARRAY_TASK_ID=2"}, {"1001"}) ==
           std::vector<std::string>{"task 1003"});
     CHECK(stage.called(array_join_script(stage.place, job), {}) ==
@@ -313,7 +313,7 @@ TEST_CASE("arrays are submitted one after the other, and the join after all of t
                              "printf '%s\\n' \"$*\" >> \"$here/submitted\"\n"
                              "wc -l < \"$here/submitted\"\n";
     fs::permissions(sbatch, fs::perms::owner_all);
-    const std::string script = submission_script(stage.work(), array_of(stage, 1500), 7);
+    const std::string script = submission_script(stage.work(), read_array(stage, 1500), 7);
     (void)stage.called(script, {"PATH=" + stage.folder.path().string() + ":/usr/bin:/bin"});
     REQUIRE(stage.done.status == 0);
     CHECK(stage.done.out == "submitted: tasks 1:2, join 3\n");

@@ -12,7 +12,7 @@ using namespace terravox::cluster;
 
 namespace {
 
-std::vector<int> numbers_of(const std::string& array) {
+std::vector<int> list_numbers(const std::string& array) {
     std::vector<int> out;
     std::istringstream in(array);
     for (std::string piece; std::getline(in, piece, ',');) {
@@ -32,8 +32,8 @@ TEST_CASE("each frame belongs to one task", "[cluster][tasks]") {
     const TaskPlan plan{{5, 14}, per_task};
     CHECK(plan.tasks() == (10 + per_task - 1) / per_task);
     for (int frame = 5; frame <= 14; ++frame)
-        CHECK(plan.task_of(frame) == (frame - 5) / per_task);
-    CHECK(plan.task_of(14) == plan.tasks() - 1);
+        CHECK(plan.find_task(frame) == (frame - 5) / per_task);
+    CHECK(plan.find_task(14) == plan.tasks() - 1);
 }
 
 TEST_CASE("numbers of an array are written shortly and mean the same", "[cluster][tasks]") {
@@ -46,7 +46,7 @@ TEST_CASE("numbers of an array are written shortly and mean the same", "[cluster
     for (int i = 0; i < 3000; ++i)
         if (random() % 3 != 0)
             numbers.push_back(i);
-    CHECK(numbers_of(array_text(numbers)) == numbers);
+    CHECK(list_numbers(array_text(numbers)) == numbers);
 }
 
 TEST_CASE("arrays stay below the limit, and every task is in one of them", "[cluster][tasks]") {

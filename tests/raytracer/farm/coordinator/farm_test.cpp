@@ -19,7 +19,7 @@ namespace {
 
 std::string local_picture(bool layers) {
     Job job(farm_scene(layers));
-    return bytes_of(render_scene(job, 2));
+    return to_bytes(render_scene(job, 2));
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ TEST_CASE(
                 bench.add_threads(threads);
             output::Film film = empty_film(job);
             const render::RenderCounts counts = bench.render(film);
-            CHECK(bytes_of(film) == wanted);
+            CHECK(to_bytes(film) == wanted);
             CHECK(counts.missing == 0);
             CHECK(bench.expelled().empty());
             // A worker's first tile always is checked; with threads in the pool it may get none.
@@ -60,12 +60,12 @@ TEST_CASE(
     first.add_worker();
     output::Film film = empty_film(job);
     (void)first.render(film);
-    CHECK(bytes_of(film) == local_picture(false));
+    CHECK(to_bytes(film) == local_picture(false));
     scene::Scene other = farm_scene();
     other.sun.altitude_deg = 55;
     other.camera.azimuth_deg = 20;
     Job wanted(other);
-    const std::string right = bytes_of(render_scene(wanted, 1));
+    const std::string right = to_bytes(render_scene(wanted, 1));
     const shade::View view = shade::make_view(other, job.blocks);
     first.farm().end();
     {
@@ -77,7 +77,7 @@ TEST_CASE(
         first.farm().begin(pool, other, view);
         output::Film again = empty_film(job);
         (void)render::render_film({view, pool, true, {}}, again);
-        CHECK(bytes_of(again) == right);
+        CHECK(to_bytes(again) == right);
         first.farm().end();
     }
 }
@@ -98,7 +98,7 @@ TEST_CASE(
     bench.add_worker();
     output::Film film = empty_film(job);
     const render::RenderCounts counts = bench.render(film);
-    CHECK((bytes_of(film) == bytes_of(render_scene(alone, 2))));
+    CHECK((to_bytes(film) == to_bytes(render_scene(alone, 2))));
     CHECK(counts.holes == std::set<voxel::BoxKey>{hole});
     CHECK(bench.pool().counts().checked >= 28);
     CHECK(bench.expelled().empty());
@@ -115,7 +115,7 @@ TEST_CASE(
         bench.farm().begin(pool, job.view.scene, job.view);
         output::Film whole = empty_film(job);
         CHECK(render::render_film({job.view, pool, true, {}}, whole).holes.empty());
-        CHECK((bytes_of(whole) == local_picture(false)));
+        CHECK((to_bytes(whole) == local_picture(false)));
         CHECK_FALSE(expelled);
         bench.farm().end();
     }
@@ -152,7 +152,7 @@ TEST_CASE("workers that die, leave and join at any time change no pixel", "[rayt
             default: break;
         }
     }
-    CHECK(bytes_of(film) == wanted);
+    CHECK(to_bytes(film) == wanted);
     CHECK(bench.expelled().empty());
 }
 
@@ -295,7 +295,7 @@ TEST_CASE("a worker in the middle of a tile goes on with no other than it should
     // Its boxes never arrive: tiles in progress do not end by themselves.
     FakeCoordinator coordinator(1, std::size_t{64} << 20);
     const auto tile = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kSpiral).front().front();
-    coordinator.begin(spec_of(false));
+    coordinator.begin(make_spec(false));
     coordinator.lease(tile, 77);
     const auto has_begun = [](unsigned tiles) {
         return [tiles](const farm::Frame& f) {

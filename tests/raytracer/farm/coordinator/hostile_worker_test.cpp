@@ -78,7 +78,7 @@ private:
 const std::string& wanted() {
     static const std::string bytes = [] {
         Job job(farm_scene());
-        return bytes_of(render_scene(job, 2));
+        return to_bytes(render_scene(job, 2));
     }();
     return bytes;
 }
@@ -133,7 +133,7 @@ struct Bench : OwnJob, FarmBench {
             over = true;
             help.join();
         }
-        CHECK(bytes_of(film) == wanted());
+        CHECK(to_bytes(film) == wanted());
     }
 };
 
@@ -244,6 +244,6 @@ TEST_CASE("workers of one host that cannot render are left out, and the coordina
     FakeWorker a(job, bench.plug(), failing), b(job, bench.plug(), failing),
         c(job, bench.plug(), failing);
     CHECK(bench.render(film).missing == 0);
-    CHECK(bytes_of(film) == wanted());
+    CHECK(to_bytes(film) == wanted());
     CHECK(bench.expelled().empty());
 }

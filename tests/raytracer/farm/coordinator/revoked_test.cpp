@@ -107,7 +107,7 @@ TEST_CASE("a worker whose certificate is revoked is disconnected, and its leases
         REQUIRE(result);
         film.add(*result);
     }
-    CHECK(bytes_of(film) == bytes_of(render_scene(alone, 1)));
+    CHECK(to_bytes(film) == to_bytes(render_scene(alone, 1)));
     farm.end();
 }
 

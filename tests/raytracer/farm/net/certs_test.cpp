@@ -28,7 +28,7 @@ std::map<std::string, std::string> files_in(const fs::path& folder) {
     return out;
 }
 
-std::vector<std::string> names_of(const std::map<std::string, std::string>& files) {
+std::vector<std::string> list_names(const std::map<std::string, std::string>& files) {
     std::vector<std::string> out;
     for (const auto& [name, text] : files)
         out.push_back(name);
@@ -42,7 +42,7 @@ net::Credentials credentials(const fs::path& folder, const std::string& name) {
             .key = folder / (name + ".key")};
 }
 
-mode_t mode_of(const fs::path& path) {
+mode_t read_mode(const fs::path& path) {
     struct stat facts{};
     REQUIRE(::stat(path.c_str(), &facts) == 0);
     return facts.st_mode & 0777;
@@ -54,16 +54,16 @@ TEST_CASE("certificates for a farm are made at once", "[common][net][certs]") {
     const test::TemporaryFolder folder;
     const fs::path place = folder.path() / "farm" / "keys";
     net::make_certs(place, {}, 365);
-    CHECK(names_of(files_in(place)) ==
+    CHECK(list_names(files_in(place)) ==
           std::vector<std::string>{"ca.key", "ca.pem", "coordinator.key", "coordinator.pem",
                                    "worker.key", "worker.pem"});
-    CHECK(mode_of(place) == 0700);
+    CHECK(read_mode(place) == 0700);
     for (const char* name : {"ca.key", "coordinator.key", "worker.key"})
-        CHECK(mode_of(place / name) == 0600);
+        CHECK(read_mode(place / name) == 0600);
     for (const char* name : {"coordinator", "worker"}) {
         INFO(name);
         CHECK_NOTHROW(net::read_pem(credentials(place, name)));
-        const auto chain = net::certificates_of(files_in(place)[std::string(name) + ".pem"]);
+        const auto chain = net::parse_certificates(files_in(place)[std::string(name) + ".pem"]);
         REQUIRE(chain.size() == 1);
         X509* certificate = chain.front().get();
         for (const char* host : {"terravox-farm", name})
@@ -103,7 +103,7 @@ TEST_CASE("a certificate that cannot be made leaves nothing behind", "[common][n
     std::ofstream(folder.path() / "ca.key") << "no key\n";
     CHECK_THROWS_WITH(net::make_certs(folder.path(), {"a"}, 30),
                       contains("do not belong together"));
-    CHECK(names_of(files_in(folder.path())) == std::vector<std::string>{"ca.key", "ca.pem"});
+    CHECK(list_names(files_in(folder.path())) == std::vector<std::string>{"ca.key", "ca.pem"});
     CHECK_THROWS_WITH(net::make_certs(folder.path() / "ca.pem", {"a"}, 30),
                       contains("make the folder") || contains("write"));
 }
@@ -167,7 +167,7 @@ TEST_CASE("certificates name their role, and lists of revoked ones grow", "[comm
     net::make_certs(place, {"node-7"}, 30);
     const auto files = files_in(place);
     const auto role = [&](const std::string& name) {
-        return net::role_of(net::certificates_of(files.at(name + ".pem")).front().get());
+        return net::find_role(net::parse_certificates(files.at(name + ".pem")).front().get());
     };
     CHECK(role("coordinator") == "coordinator");
     CHECK(role("worker") == "worker");
@@ -178,7 +178,7 @@ TEST_CASE("certificates name their role, and lists of revoked ones grow", "[comm
                       contains("allowed: worker, coordinator"));
     net::revoke_certs(place, {"worker"});
     net::revoke_certs(place, {"office", "node-7"});
-    const auto list = net::crl_of(files_in(place).at("ca.crl"));
+    const auto list = net::parse_crl(files_in(place).at("ca.crl"));
     REQUIRE(list);
     CHECK(sk_X509_REVOKED_num(X509_CRL_get_REVOKED(list.get())) == 3);
     const auto before = files_in(place);

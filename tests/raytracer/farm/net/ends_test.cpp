@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 namespace {
 
 /// A peer with the token that ignores all limits: gRPC's own channel after the handshake.
-std::shared_ptr<grpc::Channel> channel_of(const sockets::Address& address) {
+std::shared_ptr<grpc::Channel> make_channel(const sockets::Address& address) {
     auto socket = sockets::connect_to(sockets::resolve(address, false).front(),
                                       std::chrono::steady_clock::now() + kLong);
     const auto deadline = std::chrono::steady_clock::now() + kLong;
@@ -155,7 +155,7 @@ TEST_CASE("a frame that is too large ends the link, and not the process", "[comm
         CHECK_FALSE(accepted->receive());
     }
     SECTION("at the receiver") {
-        auto channel = channel_of(farm.address());
+        auto channel = make_channel(farm.address());
         auto stub = farm::Farm::NewStub(channel);
         grpc::ClientContext context;
         auto stream = stub->Join(&context);
@@ -228,7 +228,7 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
                "more than 16777216 bytes"}}) {
         INFO(c.name);
         Farm farm;
-        auto stub = farm::Farm::NewStub(channel_of(farm.address()));
+        auto stub = farm::Farm::NewStub(make_channel(farm.address()));
         grpc::ClientContext context;
         auto stream = stub->Join(&context);
         auto accepted = farm.arrivals().next();
@@ -248,7 +248,7 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
 TEST_CASE("a connection carries one call", "[common][net][ends]") {
     const Said said;
     Farm farm;
-    auto channel = channel_of(farm.address());
+    auto channel = make_channel(farm.address());
     auto stub = farm::Farm::NewStub(channel);
     {
         grpc::ClientContext context;

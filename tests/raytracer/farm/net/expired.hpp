@@ -16,7 +16,7 @@ namespace terravox::test {
 inline std::pair<std::string, std::string> made_by(const std::filesystem::path& folder,
                                                    const std::string& host, int days) {
     using namespace net;
-    const auto text_of = [&](const char* name) {
+    const auto to_text = [&](const char* name) {
         std::ifstream in(folder / name, std::ios::binary);
         return std::string(std::istreambuf_iterator<char>(in), {});
     };
@@ -24,8 +24,8 @@ inline std::pair<std::string, std::string> made_by(const std::filesystem::path& 
         if (!ok)
             throw std::runtime_error("make a certificate for a test: " + openssl_reason());
     };
-    const auto ca = certificates_of(text_of("ca.pem"));
-    const auto ca_key = key_of(text_of("ca.key")), key = KeyPtr(EVP_EC_gen("P-256"));
+    const auto ca = parse_certificates(to_text("ca.pem"));
+    const auto ca_key = parse_key(to_text("ca.key")), key = KeyPtr(EVP_EC_gen("P-256"));
     const CertificatePtr certificate(X509_new());
     need(ca.size() == 1 && ca_key && key && certificate);
     need(X509_set_version(certificate.get(), 2) == 1 &&

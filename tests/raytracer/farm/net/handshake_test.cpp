@@ -12,10 +12,10 @@ namespace {
 
 constexpr const char* kHandshakeToken = "a token of the tests";
 
-auto hello_of(const Bytes& bytes) {
+auto encode_hello(const Bytes& bytes) {
     return std::span<const std::byte, kHello_bytes>(bytes);
 }
-auto answer_of(const Bytes& bytes) {
+auto make_answer(const Bytes& bytes) {
     return std::span<const std::byte, kAnswer_bytes>(bytes);
 }
 
@@ -29,7 +29,7 @@ struct Ends {
         const auto step = listener.take(dialler.hello());
         REQUIRE(step.outcome == Outcome::kMore);
         REQUIRE(step.reply.size() == kHello_bytes);
-        proof = dialler.prove(hello_of(step.reply));
+        proof = dialler.prove(encode_hello(step.reply));
     }
 };
 
@@ -38,7 +38,7 @@ struct Ends {
 TEST_CASE("both sides accept a peer with the token", "[common][net][handshake]") {
     Ends ends(kHandshakeToken, kHandshakeToken);
     CHECK(ends.listener.take(ends.proof).outcome == Outcome::kProven);
-    CHECK_NOTHROW(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))));
+    CHECK_NOTHROW(ends.dialler.check(make_answer(ends.listener.answer(Verdict::kWelcome))));
 }
 
 TEST_CASE("the handshake works byte by byte, too, and reads nothing beyond its end",
@@ -53,7 +53,7 @@ TEST_CASE("the handshake works byte by byte, too, and reads nothing beyond its e
         REQUIRE(step.outcome == Outcome::kMore);
         REQUIRE(step.reply.empty() == (said.size() < kHello_bytes));
         if (!step.reply.empty())
-            said = dialler.prove(hello_of(step.reply));
+            said = dialler.prove(encode_hello(step.reply));
     }
     REQUIRE(listener.wanted() == kProof_bytes);
     for (std::size_t i = 0; i + 1 < said.size(); ++i)
@@ -68,9 +68,9 @@ TEST_CASE("another token shows, whichever end has it", "[common][net][handshake]
         Ends ends(kHandshakeToken, other);
         CHECK(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
         // A listener without the token cannot make the proof of a welcome.
-        CHECK_THROWS_AS(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
+        CHECK_THROWS_AS(ends.dialler.check(make_answer(ends.listener.answer(Verdict::kWelcome))),
                         RefusedError);
-        CHECK_THROWS_WITH(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
+        CHECK_THROWS_WITH(ends.dialler.check(make_answer(ends.listener.answer(Verdict::kWelcome))),
                           contains("does not know the token"));
     }
 }
@@ -82,7 +82,7 @@ TEST_CASE("a proof is worth nothing on another connection, or sent back",
     Ends mirrored(kHandshakeToken, kHandshakeToken);
     Bytes echo{std::byte{0}};
     echo.insert(echo.end(), mirrored.proof.begin(), mirrored.proof.end());
-    CHECK_THROWS_AS(mirrored.dialler.check(answer_of(echo)), RefusedError);
+    CHECK_THROWS_AS(mirrored.dialler.check(make_answer(echo)), RefusedError);
 }
 
 TEST_CASE("one bit changed anywhere in a proof is a wrong token", "[common][net][handshake]") {
@@ -93,7 +93,7 @@ TEST_CASE("one bit changed anywhere in a proof is a wrong token", "[common][net]
         REQUIRE(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
         auto answer = Ends(kHandshakeToken, kHandshakeToken).listener.answer(Verdict::kWelcome);
         answer[1 + bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
-        REQUIRE_THROWS_AS(ends.dialler.check(answer_of(answer)), RefusedError);
+        REQUIRE_THROWS_AS(ends.dialler.check(make_answer(answer)), RefusedError);
     }
 }
 
@@ -114,7 +114,7 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
         bool for_good = false;
         std::string why;
         try {
-            ends.dialler.check(answer_of(answer));
+            ends.dialler.check(make_answer(answer));
         } catch (const RefusedError& e) {
             for_good = true;
             why = e.what();
@@ -135,7 +135,7 @@ TEST_CASE("both sides report another version", "[common][net][handshake]") {
     CHECK(step.outcome == Outcome::kAnotherVersion);
     CHECK(listener.version_of_peer() == 9);
     CHECK(step.reply.size() == kHello_bytes);
-    CHECK_THROWS_WITH(dialler.prove(hello_of(hello)), contains("version 9; allowed: 1"));
+    CHECK_THROWS_WITH(dialler.prove(encode_hello(hello)), contains("version 9; allowed: 1"));
 }
 
 TEST_CASE("an invalid hello is recognised by its first byte", "[common][net][handshake]") {
@@ -148,6 +148,6 @@ TEST_CASE("an invalid hello is recognised by its first byte", "[common][net][han
         CHECK(step.reply.empty());
     }
     DiallerHandshake dialler(kHandshakeToken);
-    CHECK_THROWS_WITH(dialler.prove(hello_of(Bytes(kHello_bytes, std::byte{'H'}))),
+    CHECK_THROWS_WITH(dialler.prove(encode_hello(Bytes(kHello_bytes, std::byte{'H'}))),
                       contains("is not a Terravox farm"));
 }

@@ -123,7 +123,7 @@ TEST_CASE("a band is about as large as requested, in whole blocks, and never mor
     REQUIRE(rest);
     CHECK((rest->y0 == 80 && rest->y1 == 120));
     CHECK_FALSE(book.lease(1, 1, Time{}));
-    CHECK(book.load_of(1).pixels == 64 * 56);
+    CHECK(book.measure_load(1).pixels == 64 * 56);
 }
 
 TEST_CASE("what a revoked member has made is made again, what others made is kept",
@@ -270,6 +270,6 @@ TEST_CASE("pixels of a band are those that it visits", "[raytracer][sched]") {
                 std::size_t n = 0;
                 band.each_pixel([&](int, int) { ++n; });
                 INFO("step " << step << ", refines " << refines << ", from row " << y0);
-                CHECK(processors::LeaseBook::pixels_of(band) == n);
+                CHECK(processors::LeaseBook::count_pixels(band) == n);
             }
 }

@@ -40,7 +40,7 @@ struct PlannerBench {
     }
 };
 
-std::size_t bands_of(const std::vector<LeasePlanner::Grant>& grants, MemberId id) {
+std::size_t count_bands(const std::vector<LeasePlanner::Grant>& grants, MemberId id) {
     return static_cast<std::size_t>(
         std::count_if(grants.begin(), grants.end(), [&](const auto& g) { return g.member == id; }));
 }
@@ -124,7 +124,7 @@ TEST_CASE("an idle member repeats a lease, unless its owner is about to be done"
     PlannerBench bench;
     bench.add_tiles(1, 16);
     const MemberId owner = bench.add(worker_spec(1), 10'240);
-    CHECK(bands_of(bench.plan(0), owner) == 1);
+    CHECK(count_bands(bench.plan(0), owner) == 1);
     const MemberId idle = bench.add(worker_spec(), 10'240);
     CHECK(bench.plan(0).empty());
     const auto grants = bench.plan(1);
@@ -148,6 +148,6 @@ TEST_CASE(
     bench.planner.add_returned(2);
     const auto grants = bench.plan(0);
     CHECK(grants.size() == 2);
-    CHECK(bands_of(grants, fast) == 2);
+    CHECK(count_bands(grants, fast) == 2);
     CHECK(bench.plan(0).empty());
 }

@@ -15,7 +15,7 @@ using namespace terravox::test;
 
 namespace {
 
-processors::ProcessorPool::Member threads_of(Job& job, int threads) {
+processors::ProcessorPool::Member make_threads(Job& job, int threads) {
     return {"here",  "threads",
             threads, true,
             false,   std::make_shared<processors::ThreadProcessor>(job.view, job.blocks, threads),
@@ -114,28 +114,28 @@ void add_in_turn(processors::ProcessorPool& pool, const std::vector<std::string>
     }
 }
 
-processors::ProcessorPool::Member green_of(Job& job) {
+processors::ProcessorPool::Member make_green(Job& job) {
     return {"here", "green", 1,
             true,   true,    std::make_shared<processors::GreenProcessor>(job.view, job.blocks),
             {}};
 }
 
 /// The picture of all tiles that were submitted.
-std::string all_tiles_of(processors::ProcessorPool& pool, const Job& job) {
+std::string render_all_tiles(processors::ProcessorPool& pool, const Job& job) {
     output::Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
         REQUIRE(result);
         film.add(*result);
     }
-    return bytes_of(film);
+    return to_bytes(film);
 }
 
 }  // namespace
 
 TEST_CASE("any mix of green and thread processors makes the same picture", "[raytracer][sched]") {
     Job alone(farm_scene());
-    const std::string wanted = bytes_of(render_scene(alone, 1));
+    const std::string wanted = to_bytes(render_scene(alone, 1));
     for (const int green : {0, 1, 2})
         for (const int thread_members : {0, 3}) {
             if (green + thread_members == 0)
@@ -144,12 +144,12 @@ TEST_CASE("any mix of green and thread processors makes the same picture", "[ray
             Job job(farm_scene());
             processors::ProcessorPool pool(pool_settings(job));
             for (int i = 0; i < green; ++i)
-                pool.add(green_of(job));
+                pool.add(make_green(job));
             for (int i = 0; i < thread_members; ++i)
-                pool.add(threads_of(job, 1 + i));
+                pool.add(make_threads(job, 1 + i));
             output::Film film = empty_film(job);
             CHECK(render::render_film({job.view, pool, true, {}}, film).tiles == 28);
-            CHECK(bytes_of(film) == wanted);
+            CHECK(to_bytes(film) == wanted);
         }
 }
 
@@ -157,19 +157,19 @@ TEST_CASE("a pool takes coarse passes, too, and later samples", "[raytracer][sch
     scene::Scene scene = small_scene();
     scene.quality.coarse_step = 8;
     Job alone(scene), job(scene);
-    const std::string wanted = bytes_of(render_scene(alone, 1));
+    const std::string wanted = to_bytes(render_scene(alone, 1));
     processors::ProcessorPool pool(pool_settings(job));
-    pool.add(threads_of(job, 2));
+    pool.add(make_threads(job, 2));
     output::Film film = empty_film(job);
     (void)render::render_film({job.view, pool, true, {}}, film);
-    CHECK(bytes_of(film) == wanted);
+    CHECK(to_bytes(film) == wanted);
 }
 
 TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
-    const std::string wanted = bytes_of(render_scene(alone, 1));
+    const std::string wanted = to_bytes(render_scene(alone, 1));
     processors::ProcessorPool pool(pool_settings(job));
-    auto first = pool.add(threads_of(job, 1));
+    auto first = pool.add(make_threads(job, 1));
     const auto tiles = tiles::plan_tiles(97, 53, 1, 16, core::TileOrder::kRows).front();
     for (const tiles::RenderTile& t : tiles)
         pool.submit(t);
@@ -179,12 +179,12 @@ TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]"
         REQUIRE(result);
         film.add(*result);
         if (i % 5 == 2) {
-            const auto next = pool.add(threads_of(job, 1));
+            const auto next = pool.add(make_threads(job, 1));
             pool.remove(first, "test");
             first = next;
         }
     }
-    CHECK(bytes_of(film) == wanted);
+    CHECK(to_bytes(film) == wanted);
     CHECK(pool.status().size() == 1);
     CHECK(pool.counts().lost == 6);
 }
@@ -225,8 +225,8 @@ TEST_CASE("a member that joins and fails again and again counts once", "[raytrac
     add_in_turn(pool, std::vector<std::string>(7, "host a"), left);
     add_in_turn(pool, std::vector<std::string>(7, "host b"), left);
     CHECK_FALSE(pool.wait(std::chrono::milliseconds(0)));  // an error would be an answer
-    pool.add(threads_of(job, 1));
-    CHECK(all_tiles_of(pool, job) == bytes_of(render_scene(alone, 1)));
+    pool.add(make_threads(job, 1));
+    CHECK(render_all_tiles(pool, job) == to_bytes(render_scene(alone, 1)));
 }
 
 TEST_CASE("three different members that fail at the same rows end the picture",
@@ -256,7 +256,7 @@ TEST_CASE("three different members that fail end nothing where this process trac
     pool.add({"here", "threads", 1, true, false, slow, {}});
     add_in_turn(pool, {"host a", "host b", "host c", "host d"}, left);
     slow->resume();
-    CHECK(all_tiles_of(pool, job) == bytes_of(render_scene(alone, 1)));
+    CHECK(render_all_tiles(pool, job) == to_bytes(render_scene(alone, 1)));
 }
 
 TEST_CASE("when the last member has failed, this process continues alone", "[raytracer][sched]") {
@@ -265,7 +265,7 @@ TEST_CASE("when the last member has failed, this process continues alone", "[ray
     processors::ProcessorPool pool(counting(job, left));
     submit_all(pool);
     add_in_turn(pool, {"host a"}, left);
-    CHECK(all_tiles_of(pool, job) == bytes_of(render_scene(alone, 1)));
+    CHECK(render_all_tiles(pool, job) == to_bytes(render_scene(alone, 1)));
 }
 
 TEST_CASE("what this process cannot trace either ends the picture with its error",

@@ -20,24 +20,24 @@
 
 using namespace terravox;
 using namespace std::chrono_literals;
-using terravox::test::bytes_of;
 using terravox::test::Job;
 using terravox::test::landscape;
 using terravox::test::small_scene;
+using terravox::test::to_bytes;
 
 namespace {
 
 constexpr std::size_t kMemory_bytes = std::size_t{256} << 20;
 constexpr int kGreen = 0;  // instead of a number of threads
 
-std::unique_ptr<processors::TileProcessor> processor_of(int threads, const shade::View& view,
-                                                        blocks::BlockManager& blocks) {
+std::unique_ptr<processors::TileProcessor> make_processor(int threads, const shade::View& view,
+                                                          blocks::BlockManager& blocks) {
     if (threads == kGreen)
         return std::make_unique<processors::GreenProcessor>(view, blocks);
     return std::make_unique<processors::ThreadProcessor>(view, blocks, threads);
 }
 
-std::vector<tiles::RenderTile> tiles_of(const scene::Scene& scene) {
+std::vector<tiles::RenderTile> list_tiles(const scene::Scene& scene) {
     const auto [width, height] = scene.output.size_px;
     return tiles::plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
                              scene.quality.tile_order)
@@ -54,10 +54,10 @@ struct Outcome {
 
 /// Submits all tiles from another thread, as a processor of threads waits for room.
 /// @param before_take is called before each result, with the number of those that were taken
-Outcome picture_of(
+Outcome render_picture(
     const shade::View& view, processors::TileProcessor& processor,
     const std::function<void(std::size_t)>& before_take = [](std::size_t) {}) {
-    const auto tiles = tiles_of(view.scene);
+    const auto tiles = list_tiles(view.scene);
     std::thread submitter([&] {
         for (const tiles::RenderTile& tile : tiles)
             processor.submit(tile);
@@ -78,15 +78,15 @@ Outcome picture_of(
     submitter.join();
     CHECK_FALSE(processor.take());
     CHECK(out.tiles.size() == tiles.size());
-    out.bytes = bytes_of(film);
+    out.bytes = to_bytes(film);
     return out;
 }
 
 /// What a processor with plenty of memory and time returns.
-Outcome expected_of(const scene::Scene& scene) {
+Outcome make_expected(const scene::Scene& scene) {
     Job job(scene);
     processors::ThreadProcessor processor(job.view, job.blocks, 1);
-    return picture_of(job.view, processor);
+    return render_picture(job.view, processor);
 }
 
 bool equal(const tiles::TileResult& a, const tiles::TileResult& b) {
@@ -107,7 +107,7 @@ struct Silent {
         int threads, std::function<void()> is_asked = [] {})
         : job(small_scene()),
           blocks(*world, kMemory_bytes, 2),
-          processor(processor_of(threads, job.view, blocks)) {
+          processor(make_processor(threads, job.view, blocks)) {
         delay_all(*world, [this, is_asked = std::move(is_asked)] {
             asked = true;
             is_asked();
@@ -146,7 +146,7 @@ TEST_CASE("every tile is returned once, the same by any processor, in whatever s
         scene.output.layers = core::PictureLayers::kAll;
     if (name == "large tiles")
         scene.quality.tile = {4096};
-    const Outcome expected = expected_of(scene);
+    const Outcome expected = make_expected(scene);
     const auto check = [&](const Outcome& got) {
         CHECK(got.bytes == expected.bytes);
         for (const auto& [index, tile] : expected.tiles)
@@ -155,12 +155,12 @@ TEST_CASE("every tile is returned once, the same by any processor, in whatever s
     for (const int threads : {5, kGreen}) {
         INFO(threads << " threads");
         Job job(scene);
-        check(picture_of(job.view, *processor_of(threads, job.view, job.blocks)));
+        check(render_picture(job.view, *make_processor(threads, job.view, job.blocks)));
     }
     Job cold(scene);
     processors::GreenProcessor green(cold.view, cold.blocks);
     std::size_t slices = 0;
-    const Outcome sliced = picture_of(cold.view, green, [&](std::size_t) {
+    const Outcome sliced = render_picture(cold.view, green, [&](std::size_t) {
         while (!green.wait(0ms))
             ++slices;
     });
@@ -173,7 +173,7 @@ TEST_CASE("what a tile throws reaches take() with its type", "[raytracer][sched]
     const int threads = GENERATE(1, 3, kGreen);
     INFO(threads << " threads");
     Job job(small_scene());
-    const auto processor = processor_of(threads, job.view, job.blocks);
+    const auto processor = make_processor(threads, job.view, job.blocks);
     // More tiles than fit: a submitter must not wait for ever behind a failure.
     for (int i = 0; i < 40; ++i) {
         tiles::RenderTile tile;  // of more pixels than any vector can hold
@@ -197,15 +197,15 @@ TEST_CASE("a box that throws an error is a hole in the picture and not the end o
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0}, [] { throw 42; });
     Job job(small_scene(), kMemory_bytes, std::move(world));
-    CHECK(picture_of(job.view, *processor_of(threads, job.view, job.blocks)).hole_rays > 0);
+    CHECK(render_picture(job.view, *make_processor(threads, job.view, job.blocks)).hole_rays > 0);
     CHECK(job.blocks.hole_count() == 2);
 }
 
 TEST_CASE("closing finishes the tiles that were accepted, and nothing else", "[raytracer][sched]") {
     const int threads = GENERATE(2, kGreen);
     Job job(small_scene());
-    const auto processor = processor_of(threads, job.view, job.blocks);
-    const auto tiles = tiles_of(job.view.scene);
+    const auto processor = make_processor(threads, job.view, job.blocks);
+    const auto tiles = list_tiles(job.view.scene);
     for (std::size_t i = 0; i < 4; ++i)
         processor->submit(tiles.at(i));
     processor->close();
@@ -230,12 +230,12 @@ TEST_CASE("tiles that wait for a box do not keep others from being traced", "[ra
     });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, kMemory_bytes, 2);
-    const Outcome got =
-        picture_of(job.view, *processor_of(threads, job.view, blocks), [&](std::size_t taken) {
-            if (taken == 2)
-                may_come = true;
-        });
-    CHECK(got.bytes == expected_of(job.view.scene).bytes);
+    const Outcome got = render_picture(job.view, *make_processor(threads, job.view, blocks),
+                                       [&](std::size_t taken) {
+                                           if (taken == 2)
+                                               may_come = true;
+                                       });
+    CHECK(got.bytes == make_expected(job.view.scene).bytes);
 }
 
 TEST_CASE("boxes that arrive late, out of order, and are evicted soon change nothing",
@@ -248,8 +248,8 @@ TEST_CASE("boxes that arrive late, out of order, and are evicted soon change not
     });
     Job job(small_scene());
     blocks::BlockManager blocks(*world, 20'000, 3);
-    const Outcome got = picture_of(job.view, *processor_of(threads, job.view, blocks));
-    CHECK(got.bytes == expected_of(job.view.scene).bytes);
+    const Outcome got = render_picture(job.view, *make_processor(threads, job.view, blocks));
+    CHECK(got.bytes == make_expected(job.view.scene).bytes);
     CHECK(got.parked > got.tiles.size());
     CHECK(blocks.stats().levels[0].reloaded > 10);
 }
@@ -268,9 +268,9 @@ TEST_CASE("a stop request takes effect while a world does not answer", "[raytrac
 TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others are returned",
           "[raytracer][sched]") {
     const int threads = GENERATE(1, kGreen);
-    const Outcome expected = expected_of(small_scene());
+    const Outcome expected = make_expected(small_scene());
     Silent silent(threads);
-    auto tiles = tiles_of(silent.job.view.scene);
+    auto tiles = list_tiles(silent.job.view.scene);
     const auto room = static_cast<std::size_t>(silent.processor->capacity());
     tiles.resize(std::min(tiles.size(), room));
     for (const tiles::RenderTile& tile : tiles)
@@ -298,13 +298,13 @@ TEST_CASE("a tile whose rays wait for a box may be withdrawn, and submitted agai
     const int threads = GENERATE(1, kGreen);
     Silent silent(threads);
     const tiles::RenderTile tile =
-        tiles_of(silent.job.view.scene).front();  // the middle: it sees ground
+        list_tiles(silent.job.view.scene).front();  // the middle: it sees ground
     silent.processor->submit(tile);
     silent.wait_until_asked();
     silent.processor->withdraw(tile);
     silent.processor->close();
     CHECK_FALSE(silent.processor->take());  // without the box: else this would wait for ever
-    silent.processor = processor_of(threads, silent.job.view, silent.blocks);
+    silent.processor = make_processor(threads, silent.job.view, silent.blocks);
     silent.processor->submit(tile);
     silent.processor->withdraw(tile);
     silent.processor->submit(tile);
@@ -312,14 +312,14 @@ TEST_CASE("a tile whose rays wait for a box may be withdrawn, and submitted agai
     silent.processor->close();
     const auto result = silent.processor->take();
     REQUIRE(result);
-    CHECK(equal(expected_of(small_scene()).tiles.at(tile.index), *result));
+    CHECK(equal(make_expected(small_scene()).tiles.at(tile.index), *result));
     CHECK_FALSE(silent.processor->take());
 }
 
 TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits for room",
           "[raytracer][sched]") {
     Silent silent(1);
-    const auto tiles = tiles_of(silent.job.view.scene);
+    const auto tiles = list_tiles(silent.job.view.scene);
     std::thread submitter([&] {
         for (const tiles::RenderTile& tile : tiles)
             silent.processor->submit(tile);
@@ -336,9 +336,9 @@ TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits
 
 TEST_CASE("a processor with work waiting can be destroyed", "[raytracer][sched]") {
     Job job(small_scene());
-    const auto tiles = tiles_of(job.view.scene);
+    const auto tiles = list_tiles(job.view.scene);
     for (int round = 0; round < 20; ++round) {
-        const auto processor = processor_of(round % 4, job.view, job.blocks);
+        const auto processor = make_processor(round % 4, job.view, job.blocks);
         for (std::size_t i = 0; i < 2; ++i)
             processor->submit(tiles[i]);
         if (round % 2 == 0)
@@ -349,7 +349,7 @@ TEST_CASE("a processor with work waiting can be destroyed", "[raytracer][sched]"
 TEST_CASE("a slice ends without an answer while a world is silent, until it is cancelled",
           "[raytracer][sched]") {
     Silent silent(kGreen);
-    for (const tiles::RenderTile& tile : tiles_of(silent.job.view.scene))
+    for (const tiles::RenderTile& tile : list_tiles(silent.job.view.scene))
         silent.processor->submit(tile);
     silent.wait_until_asked();
     CHECK_FALSE(silent.processor->wait(1ms));
@@ -364,7 +364,7 @@ TEST_CASE("cancelling from elsewhere ends a tile that is being traced", "[raytra
     scene.quality.samples = std::numeric_limits<int>::max();  // for years
     Job job(scene);
     processors::GreenProcessor processor(job.view, job.blocks);
-    processor.submit(tiles_of(scene).front());
+    processor.submit(list_tiles(scene).front());
     CHECK_FALSE(processor.wait(0ms));
     std::atomic<bool> tracing{false};
     std::thread other([&] {

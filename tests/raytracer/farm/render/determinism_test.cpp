@@ -12,11 +12,11 @@
 #include "voxelserver/make/worlds/open/open_world.hpp"
 
 using namespace terravox;
-using terravox::test::bytes_of;
 using terravox::test::Job;
 using terravox::test::landscape;
 using terravox::test::render_scene;
 using terravox::test::small_scene;
+using terravox::test::to_bytes;
 
 namespace {
 
@@ -57,12 +57,12 @@ TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and 
           "[raytracer][render][deterministic]") {
     const auto reference = [] {
         Job job(small_scene());
-        return bytes_of(render_scene(job, 1));
+        return to_bytes(render_scene(job, 1));
     }();
     for (const Variant& v : kVariants) {
         DYNAMIC_SECTION(v.name) {
             Job job(with(small_scene(), v), v.memory_bytes);
-            CHECK((bytes_of(render_scene(job, v.threads)) == reference));
+            CHECK((to_bytes(render_scene(job, v.threads)) == reference));
             constexpr std::size_t kFewBoxes =
                 400'000;  // those in use stay, even where nothing fits
             CHECK(job.blocks.stats().peak_bytes <= std::max(v.memory_bytes, kFewBoxes));
@@ -105,7 +105,7 @@ TEST_CASE(
         kind.set(scene);
         const auto picture = [&](const Variant& v) {
             Job job(with(scene, v), v.memory_bytes);
-            return bytes_of(render_scene(job, v.threads));
+            return to_bytes(render_scene(job, v.threads));
         };
         const std::string reference =
             picture({"as at first", 1, 16, 8, core::TileOrder::kSpiral, 256 * kMiB});
@@ -133,7 +133,7 @@ PictureOfLevels picture_of_levels(terravox::test::PyramidWorld& world, const sce
     output::Film film(width, height);
     processors::ThreadProcessor processor(view, blocks, v.threads);
     PictureOfLevels out{{}, render::render_film({view, processor, true, {}}, film)};
-    out.bytes = bytes_of(film);
+    out.bytes = to_bytes(film);
     return out;
 }
 
@@ -184,7 +184,7 @@ TEST_CASE("fetching boxes ahead does not change the picture",
           "[raytracer][render][deterministic]") {
     Job plain(small_scene()), ahead(small_scene());
     render::prefetch_visible(ahead.view, ahead.blocks);
-    CHECK((bytes_of(render_scene(plain, 2)) == bytes_of(render_scene(ahead, 2))));
+    CHECK((to_bytes(render_scene(plain, 2)) == to_bytes(render_scene(ahead, 2))));
 }
 
 TEST_CASE("a picture names whose its data are, and their licence once", "[raytracer][render]") {

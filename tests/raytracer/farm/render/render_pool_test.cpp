@@ -48,7 +48,7 @@ private:
 
 /// The picture, with something done after each so many tiles.
 template <class Act>
-std::string picture_of(Job& job, processors::TileProcessor& processor, const Act& act) {
+std::string render_picture(Job& job, processors::TileProcessor& processor, const Act& act) {
     const auto [width, height] = job.view.scene.output.size_px;
     const auto tiles = tiles::plan_tiles(width, height, 1, 8, core::TileOrder::kRows).front();
     for (const tiles::RenderTile& t : tiles)
@@ -62,7 +62,7 @@ std::string picture_of(Job& job, processors::TileProcessor& processor, const Act
         REQUIRE(result);
         film.add(*result);
     }
-    return bytes_of(film);
+    return to_bytes(film);
 }
 
 bool has(const render::RenderPool& render_pool, std::string_view kind) {
@@ -76,12 +76,12 @@ bool has(const render::RenderPool& render_pool, std::string_view kind) {
 
 TEST_CASE("a crew changes while a picture is under way, and no pixel does", "[raytracer][farm]") {
     Job job(farm_scene());
-    const std::string wanted = bytes_of(render_scene(job, 2));
+    const std::string wanted = to_bytes(render_scene(job, 2));
     Daemon daemon;
     render::RenderPool render_pool(changing(0, true), job.blocks, farm::BoxSource{});
     const auto processor = render_pool.begin(job.view);
     CHECK(has(render_pool, "green"));
-    const std::string is = picture_of(job, *processor, [&](std::size_t done) {
+    const std::string is = render_picture(job, *processor, [&](std::size_t done) {
         if (done == 5)
             render_pool.set_threads(2);
         if (done == 10)
@@ -131,7 +131,7 @@ TEST_CASE("a worker that was disconnected does not return until it is dialled ag
 TEST_CASE("the next picture of a pool begins when the last is released, finished or not",
           "[raytracer][farm]") {
     Job job(farm_scene());
-    const std::string wanted = bytes_of(render_scene(job, 2));
+    const std::string wanted = to_bytes(render_scene(job, 2));
     render::RenderPool render_pool(changing(1, true), job.blocks, farm::BoxSource{});
     for (int i = 0; i < 20; ++i) {
         auto processor = render_pool.begin(job.view);
@@ -140,7 +140,7 @@ TEST_CASE("the next picture of a pool begins when the last is released, finished
             processor->submit(t);
         (void)processor->wait(std::chrono::milliseconds(i % 4));
     }
-    CHECK(picture_of(job, *render_pool.begin(job.view), [](std::size_t) {}) == wanted);
+    CHECK(render_picture(job, *render_pool.begin(job.view), [](std::size_t) {}) == wanted);
 }
 
 TEST_CASE(

@@ -29,8 +29,8 @@ TEST_CASE("workers see the sun of an analysis where the coordinator sees it", "[
             scene.sun.zone = "Europe/Ljubljana";
             scene.sun.time_h = time_h;
             const scene::Scene sent = farm::unpack_scene(farm::pack(scene, world).scene);
-            const auto here = solar::sun_way_of(scene, &*world.centre).directions;
-            const auto there = solar::sun_way_of(sent, &*world.centre).directions;
+            const auto here = solar::make_sun_way(scene, &*world.centre).directions;
+            const auto there = solar::make_sun_way(sent, &*world.centre).directions;
             REQUIRE(here.size() == there.size());
             for (std::size_t i = 0; i < here.size(); ++i)
                 CHECK(here[i].to == there[i].to);

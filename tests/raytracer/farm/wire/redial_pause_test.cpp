@@ -11,7 +11,7 @@ using farm::RedialPause;
 
 namespace {
 
-std::vector<std::chrono::milliseconds> pauses_of(RedialPause& pause, int number) {
+std::vector<std::chrono::milliseconds> list_pauses(RedialPause& pause, int number) {
     std::vector<std::chrono::milliseconds> out;
     for (int i = 0; i < number; ++i)
         out.push_back(pause.next());
@@ -26,7 +26,7 @@ TEST_CASE("pauses between attempts double up to the longest, and begin anew afte
     INFO("seed " << seed);
     RedialPause pause(seed);
     auto whole = farm_times().redial;
-    for (const auto one : pauses_of(pause, 20)) {
+    for (const auto one : list_pauses(pause, 20)) {
         CHECK(one <= whole);
         CHECK(one >= whole * 3 / 4);
         whole = std::min(whole * 2, farm_times().max_redial);
@@ -40,7 +40,7 @@ TEST_CASE("pauses depend on the seed alone, and differ between seeds", "[raytrac
     RedialPause one(7);
     RedialPause same(7);
     RedialPause other(8);
-    const auto pauses = pauses_of(one, 20);
-    CHECK(pauses == pauses_of(same, 20));
-    CHECK(pauses != pauses_of(other, 20));
+    const auto pauses = list_pauses(one, 20);
+    CHECK(pauses == list_pauses(same, 20));
+    CHECK(pauses != list_pauses(other, 20));
 }

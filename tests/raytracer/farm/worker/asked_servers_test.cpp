@@ -8,7 +8,7 @@ using namespace terravox::test;
 namespace {
 
 /// A voxel server with the metadata of the job's world, and without boxes.
-BadServer server_of(const Job& job) {
+BadServer make_server(const Job& job) {
     return BadServer(
         [json = voxel::world_to_json(job.world->info())](const std::string& path, int) {
             return path == "/v2/world" ? Deed{.body = json} : problem(404);
@@ -37,7 +37,7 @@ TEST_CASE(
     }));
     DYNAMIC_SECTION(c.name) {
         Job job(farm_scene());
-        BadServer server = server_of(job);
+        BadServer server = make_server(job);
         const std::string url = "http://" + std::string(c.user) + server.url().substr(7) + c.rest;
         remote::HttpAccess http = remote::no_http_access();
         if (c.is_allowed)
@@ -55,7 +55,7 @@ TEST_CASE(
     "the coordinator for the rest",
     "[raytracer][farm][worker]") {
     Job wanted(farm_scene());
-    const std::string picture = bytes_of(render_scene(wanted, 1));
+    const std::string picture = to_bytes(render_scene(wanted, 1));
     struct Case {
         const char* name;
         bool allowed, in_private, with_token;
@@ -68,7 +68,7 @@ TEST_CASE(
     }));
     DYNAMIC_SECTION(c.name) {
         Job job(farm_scene());
-        BadServer server = server_of(job);
+        BadServer server = make_server(job);
         const remote::HttpOrigin origin = remote::HttpOrigin::parse(server.url());
         remote::HttpAccess http = remote::no_http_access();
         if (c.allowed)
@@ -79,7 +79,7 @@ TEST_CASE(
         bench.add_worker(1, http);
         output::Film film = empty_film(job);
         CHECK(bench.render(film).missing == 0);
-        CHECK((bytes_of(film) == picture));
+        CHECK((to_bytes(film) == picture));
         const auto heads = server.heads();
         CHECK(heads.empty() == !c.in_private);
         for (const std::string& head : heads)

@@ -147,7 +147,7 @@ private:
     std::thread m_serving, m_pinging, m_draining;
 };
 
-inline farm::PictureSpec spec_of(bool layers) {
+inline farm::PictureSpec make_spec(bool layers) {
     const Job job(farm_scene(layers));
     return farm::pack(job.view.scene, job.blocks.world_info());
 }

@@ -63,7 +63,7 @@ TEST_CASE("whichever thread of a picture cannot be started, a worker reports tha
     for (bool refused = true; refused; ++given) {
         INFO("after " << given << " threads");
         FakeCoordinator coordinator(kThreads, std::size_t{64} << 20);
-        const farm::PictureSpec spec = spec_of(false);
+        const farm::PictureSpec spec = make_spec(false);
         REQUIRE(coordinator.next(is_heartbeat));  // all that a link needs is there
         const RefusedThread one(given);
         coordinator.begin(spec);
@@ -131,7 +131,7 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
             try {
                 c.begin();
             } catch (const std::exception&) {
-                error = util::message_of(std::current_exception());
+                error = util::to_message(std::current_exception());
             }
             refused = one.was_refused();
             CHECK((error.find(kNoMore) != std::string::npos) == refused);

@@ -14,7 +14,7 @@ TEST_CASE(
     "next",
     "[raytracer][farm][worker]") {
     const tiles::RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};
-    const farm::PictureSpec spec = spec_of(false);
+    const farm::PictureSpec spec = make_spec(false);
     FakeCoordinator coordinator(1, std::size_t{64} << 20);
     coordinator.begin(spec, 1);
     coordinator.lease(tile, 7);

@@ -266,22 +266,22 @@ TEST_CASE("credentials are a token, read anew each time, or certificates",
     chmod(token.c_str(), 0600);
     unsetenv("TERRAVOX_FARM_TOKEN");
     farm::WorkerConfig c = listening();
-    CHECK_THROWS_AS(farm::credentials_of(c), util::UsageError);
-    CHECK_THROWS_WITH(farm::credentials_of(c), contains("neither token nor certificates"));
+    CHECK_THROWS_AS(farm::make_credentials(c), util::UsageError);
+    CHECK_THROWS_WITH(farm::make_credentials(c), contains("neither token nor certificates"));
     c.token_file = token;
-    CHECK(farm::credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncpd7bf4gy1ks8e");
+    CHECK(farm::make_credentials(c).token == "h3kx8tq5vz2mw9rj6ncpd7bf4gy1ks8e");
     std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzvh8cj5nr1fa6e\n";
-    CHECK(farm::credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzvh8cj5nr1fa6e");
-    CHECK_FALSE(farm::credentials_of(c).tls());
+    CHECK(farm::make_credentials(c).token == "b7gd4sy2pk9xq6tm3wzvh8cj5nr1fa6e");
+    CHECK_FALSE(farm::make_credentials(c).tls());
     c = listening();
     c.tls_ca = "a";
     c.tls_cert = "b";
     c.tls_key = "c";
     setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u", 1);
-    CHECK(farm::credentials_of(c).token.empty());
-    CHECK(farm::credentials_of(c).tls());
-    CHECK(farm::credentials_of(c).key == "c");
-    CHECK(farm::credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u");
+    CHECK(farm::make_credentials(c).token.empty());
+    CHECK(farm::make_credentials(c).tls());
+    CHECK(farm::make_credentials(c).key == "c");
+    CHECK(farm::make_credentials(listening()).token == "y3bw6fj8nq2xs5gm9tzkc7dv1hr4pe8u");
     unsetenv("TERRAVOX_FARM_TOKEN");
 }
 
@@ -297,10 +297,10 @@ TEST_CASE(
     setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
     const remote::HttpOrigin voxels = remote::HttpOrigin::parse("https://voxels.example"),
                              other = remote::HttpOrigin::parse("http://10.0.0.1:8080");
-    const remote::HttpAccess nobody = farm::http_access_of(listening());
+    const remote::HttpAccess nobody = farm::make_http_access(listening());
     CHECK_FALSE(nobody.token);
     CHECK(nobody.ranges(voxels).empty());
-    const remote::HttpAccess some = farm::http_access_of(f.load(
+    const remote::HttpAccess some = farm::make_http_access(f.load(
         "version = 1\nlisten = \":1\"\nallow_origins = "
         "[\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
         "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
@@ -315,11 +315,11 @@ TEST_CASE(
     const farm::WorkerConfig clear = f.load(
         "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin "
         "= \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
-    CHECK_THROWS_AS(farm::http_access_of(clear), util::UsageError);
-    CHECK_THROWS_WITH(farm::http_access_of(clear), contains("clear text"));
+    CHECK_THROWS_AS(farm::make_http_access(clear), util::UsageError);
+    CHECK_THROWS_WITH(farm::make_http_access(clear), contains("clear text"));
     chmod(token.c_str(), 0644);
     CHECK_THROWS_WITH(
-        farm::http_access_of(
+        farm::make_http_access(
             f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = "
                    "\"https://a\"\nserver_token_file = \"server-token\"\n")),
         contains("chmod 600"));

@@ -29,7 +29,7 @@ TEST_CASE("a lease whose pixels no frame can hold is refused before it is traced
           Case{"256 x 256 with layers", 256, true, false}}) {
         INFO(c.name);
         FakeCoordinator coordinator(1, 64 * kMiB);
-        coordinator.begin(spec_of(c.layers));
+        coordinator.begin(make_spec(c.layers));
         coordinator.lease(square(c.edge_px), 77);
         // A tile that is traced requests boxes.
         const auto answer = coordinator.next(
@@ -56,7 +56,7 @@ TEST_CASE("leases in progress take no more than the worker's memory, however man
          {Case{"less than one needs", 16 * kMiB, 1}, Case{"as three need", 64 * kMiB, 3}}) {
         INFO(c.name);
         FakeCoordinator coordinator(4, c.memory_bytes);
-        coordinator.begin(spec_of(false));
+        coordinator.begin(make_spec(false));
         constexpr unsigned kLeases = 8;
         for (unsigned i = 0; i < kLeases; ++i)
             coordinator.lease(square(512, static_cast<int>(i)), 1 + i);
@@ -89,7 +89,7 @@ TEST_CASE("a coordinator's texts are limited in size, and must have been request
 
 TEST_CASE("a coordinator's scene names no file and no limit of the worker",
           "[raytracer][farm][worker]") {
-    const farm::PictureSpec good = spec_of(false);
+    const farm::PictureSpec good = make_spec(false);
     CHECK_NOTHROW(farm::unpack_scene(good.scene));
     struct Case {
         const char* name;

@@ -35,7 +35,7 @@ TEST_CASE("names of the sources' files state squares and CRSs", "[voxelserver][g
         {"", "", "", 0, 0},
     }));
     DYNAMIC_SECTION("'" << c.file << "'") {
-        const auto square = SquareNames::load(util::config_dir() / "sources").square_of(c.file);
+        const auto square = SquareNames::load(util::config_dir() / "sources").find_square(c.file);
         REQUIRE(square.has_value() == !std::string(c.source).empty());
         if (!square)
             return;
@@ -51,7 +51,7 @@ TEST_CASE("names of the sources' files state squares and CRSs", "[voxelserver][g
 TEST_CASE("an image is named like a square with or without the letters before its numbers",
           "[voxelserver][grid][names]") {
     const auto names = SquareNames::load(util::config_dir() / "sources");
-    const auto square = names.square_of("TM_462_101.laz");
+    const auto square = names.find_square("TM_462_101.laz");
     REQUIRE(square);
     CHECK(grid::is_named_like("photos/462_101.png", *square));
     CHECK(grid::is_named_like("TM_462_101.jpg", *square));
@@ -67,9 +67,9 @@ TEST_CASE("a name that fits sources in two CRSs states none", "[voxelserver][gri
         std::ofstream(folder.path() / (std::string(id) + ".toml"))
             << "id = '" << id << "'\ncrs = '" << crs
             << "'\nsquare_m = 500\n[access]\nurls = ['https://x.org/S_{N}_{E}.laz']\n";
-    CHECK_FALSE(SquareNames::load(folder.path()).square_of("S_101_462.laz"));
+    CHECK_FALSE(SquareNames::load(folder.path()).find_square("S_101_462.laz"));
     std::filesystem::remove(folder.path() / "b.toml");
-    const auto square = SquareNames::load(folder.path()).square_of("S_101_462.laz");
+    const auto square = SquareNames::load(folder.path()).find_square("S_101_462.laz");
     REQUIRE(square);
     CHECK(square->west == 462000);
     CHECK(square->north == 101500);
@@ -79,5 +79,5 @@ TEST_CASE("a damaged source file is named", "[voxelserver][grid][names]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "bad.toml") << "id = [";
     CHECK_THROWS_AS(SquareNames::load(folder.path()), util::UsageError);
-    CHECK(!SquareNames::load(folder.path() / "absent").square_of("TM_462_101.laz"));
+    CHECK(!SquareNames::load(folder.path() / "absent").find_square("TM_462_101.laz"));
 }

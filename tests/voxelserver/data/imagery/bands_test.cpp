@@ -10,7 +10,7 @@ using imagery::Raster;
 namespace {
 
 /// What the images in a folder say of one column.
-std::string column_of(const std::filesystem::path& path) {
+std::string find_column(const std::filesystem::path& path) {
     const auto f = frame();
     return column_text(Orthophotos({path}, f).read(voxel_x(f, 10), voxel_z(f, 10), 1, 1), 0, 0);
 }
@@ -59,7 +59,7 @@ TEST_CASE("near infrared is found by the file's metadata, by its name, or as a f
         if (std::string(c.file) == "rgba.tif")
             image.value = [](int, int, int band) { return band == 3 ? 255 : by_band(0, 0, band); };
         write_image(folder.path() / c.file, image);
-        CHECK(column_of(folder.path()) == c.expected);
+        CHECK(find_column(folder.path()) == c.expected);
     }
 }
 
@@ -73,5 +73,5 @@ TEST_CASE(
     write_image(folder.path() / "rgb.tif", image);
     image.value = [](int, int, int band) { return 200 + band; };
     write_image(folder.path() / "irc.tif", image);
-    CHECK(column_of(folder.path()) == "40,80,120 200/201");
+    CHECK(find_column(folder.path()) == "40,80,120 200/201");
 }

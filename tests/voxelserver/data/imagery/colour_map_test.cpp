@@ -84,7 +84,7 @@ Material nearest_by_trying(Rgb8 colour, MaterialSet candidates, double& lead) {
     const Lab p = lab_by_libm(colour);
     for (const auto* row : files.back().rows("entry")) {
         const Material m = *voxel::material_from_name((*row)["material"].value_or(std::string()));
-        if ((candidates & bit_of(m)) == 0)
+        if ((candidates & to_bit(m)) == 0)
             continue;
         const auto v = std::stoul((*row)["colour"].value_or(std::string()).substr(1), nullptr, 16);
         const Lab q = lab_by_libm({static_cast<std::uint8_t>(v >> 16),
@@ -109,7 +109,7 @@ Material nearest_by_trying(Rgb8 colour, MaterialSet candidates, double& lead) {
 TEST_CASE("a set of materials tells each from all others", "[voxelserver][imagery]") {
     MaterialSet all = 0;
     for (int m = 0; m < voxel::kMaterialCount; ++m) {
-        const MaterialSet bit = bit_of(static_cast<Material>(m));
+        const MaterialSet bit = to_bit(static_cast<Material>(m));
         CHECK(bit != 0);
         CHECK((all & bit) == 0);
         all |= bit;

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string bytes_of(const fs::path& file) {
+std::string read_all_bytes(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -77,7 +77,7 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it",
         image.width = image.height = 64;
         image.options = {"BLOCKYSIZE=64"};
         write_image(file, image);
-        std::string bytes = bytes_of(file);
+        std::string bytes = read_all_bytes(file);
         // Entries of the directory (12 bytes: tag, type, count, value): ImageWidth, ImageLength,
         // RowsPerStrip become 40000.
         int changed = 0;
@@ -111,7 +111,7 @@ TEST_CASE("an image cut short or with flipped bytes is read or refused",
     image.options = {compression, "TILED=YES", "BLOCKXSIZE=64", "BLOCKYSIZE=64"};
     INFO(image.options[0]);
     write_image(whole, image);
-    const std::string bytes = bytes_of(whole);
+    const std::string bytes = read_all_bytes(whole);
     int refused = 0;
     for (int i = 1; i <= 20; ++i) {
         std::string part = bytes;
@@ -148,7 +148,7 @@ TEST_CASE("odd and broken TIFFs of a real collection are read or refused",
             continue;
         ++files;
         const fs::path bare = folder.path() / entry.path().filename();
-        put_bytes(bare, bytes_of(entry.path()));
+        put_bytes(bare, read_all_bytes(entry.path()));
         const std::string without_place = try_all(bare);
         INFO(bare.filename().string() << " as it is: " << without_place);
         CHECK((without_place == "read" || without_place == "refused"));

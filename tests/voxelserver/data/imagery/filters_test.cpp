@@ -23,7 +23,7 @@ constexpr std::array kSome = {Material::kAir,       Material::kGround,   Materia
 MaterialSet bits(std::initializer_list<Material> materials) {
     MaterialSet out = 0;
     for (const Material m : materials)
-        out |= bit_of(m);
+        out |= to_bit(m);
     return out;
 }
 
@@ -33,7 +33,7 @@ FilterRow row(MaterialSet of, MaterialSet by, std::optional<Material> to, double
 }
 
 /// A grid from letters: '.' air, g grass, r road, w water.
-Grid grid_of(const std::vector<std::string>& lines, int margin) {
+Grid make_grid(const std::vector<std::string>& lines, int margin) {
     const std::map<char, Material> letters{{'.', Material::kAir},
                                            {'g', Material::kGrass},
                                            {'r', Material::kRoad},
@@ -71,7 +71,7 @@ Grid random_grid(int width, int height, int margin, std::mt19937& numbers) {
 
 /// The rows one after another over all of a grid, disc by disc; discs are cut at the grid's edge.
 Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
-    const auto radii = radii_of(filters, voxel_m);
+    const auto radii = list_radii(filters, voxel_m);
     for (std::size_t f = 0; f < filters.size(); ++f) {
         const FilterRow& filter = filters[f];
         const Grid before = grid;
@@ -79,7 +79,7 @@ Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
             for (int x = 0; x < grid.width; ++x) {
                 const auto at = static_cast<std::size_t>(z * grid.width + x);
                 const Material own = before.material[at];
-                if ((filter.of & bit_of(own)) == 0 ||
+                if ((filter.of & to_bit(own)) == 0 ||
                     (!before.flags.empty() && (before.flags[at] & Grid::kFixed) != 0))
                     continue;
                 std::map<Material, int> votes;
@@ -108,7 +108,7 @@ Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
                 Material winner = Material::kAir;
                 int best = 0;
                 for (const auto& [m, n] : votes) {
-                    if ((filter.by & bit_of(m)) == 0 && !(filter.to && m == *filter.to))
+                    if ((filter.by & to_bit(m)) == 0 && !(filter.to && m == *filter.to))
                         continue;
                     total += n;
                     if (filter.to ? m == *filter.to : n > best) {
@@ -117,7 +117,7 @@ Grid by_definition(Grid grid, const Filters& filters, double voxel_m) {
                     }
                 }
                 if (best == 0 ||
-                    (!filter.to && votes[own] == best && (filter.by & bit_of(own)) != 0))
+                    (!filter.to && votes[own] == best && (filter.by & to_bit(own)) != 0))
                     continue;
                 if (best * 1000 >= filter.at_least_permille * total)
                     grid.material[at] = winner;
@@ -153,7 +153,7 @@ TEST_CASE("the share of the votes counts, and what has no vote does not",
           "[voxelserver][imagery][filters]") {
     const auto run = [](const std::vector<std::string>& lines, int permille,
                         std::optional<Material> to = Material::kWater) {
-        Grid grid = grid_of(lines, 1);
+        Grid grid = make_grid(lines, 1);
         apply_filters(grid,
                       {row(bits({Material::kGrass}), bits({Material::kGrass, Material::kWater}), to,
                            1, permille)},
@@ -173,7 +173,7 @@ TEST_CASE("fixed columns vote and stay, silent ones change and have no vote",
           "[voxelserver][imagery][filters]") {
     const Filters filters{row(bits({Material::kGrass, Material::kWater}),
                               bits({Material::kGrass, Material::kWater}), std::nullopt, 1, 500)};
-    Grid grid = grid_of({"www", "wgw", "www"}, 1);
+    Grid grid = make_grid({"www", "wgw", "www"}, 1);
     grid.flags.assign(9, 0);
     SECTION("fixed") {
         grid.flags[4] = Grid::kFixed;
@@ -195,22 +195,23 @@ TEST_CASE("fixed columns vote and stay, silent ones change and have no vote",
 TEST_CASE("radii follow the voxel and the margin stays bounded",
           "[voxelserver][imagery][filters]") {
     const auto all = bits({Material::kGrass, Material::kRoad});
-    CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 1) == std::vector<int>{3});
-    CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 2) == std::vector<int>{2});
-    CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 100) == std::vector<int>{1});
-    CHECK(radii_of({row(all, all, std::nullopt, 3, 500)}, 0.25) == std::vector<int>{6});
+    CHECK(list_radii({row(all, all, std::nullopt, 3, 500)}, 1) == std::vector<int>{3});
+    CHECK(list_radii({row(all, all, std::nullopt, 3, 500)}, 2) == std::vector<int>{2});
+    CHECK(list_radii({row(all, all, std::nullopt, 3, 500)}, 100) == std::vector<int>{1});
+    CHECK(list_radii({row(all, all, std::nullopt, 3, 500)}, 0.25) == std::vector<int>{6});
     const Filters chain(7, row(all, all, std::nullopt, 6, 500));
-    CHECK(margin_of(chain, 1) == kMaxMargin);
-    CHECK(radii_of(chain, 1) == std::vector<int>{4, 4, 4, 3, 3, 3, 3});
+    CHECK(measure_margin(chain, 1) == kMaxMargin);
+    CHECK(list_radii(chain, 1) == std::vector<int>{4, 4, 4, 3, 3, 3, 3});
     const auto roofs = bits({Material::kGreyRoof, Material::kFlatRoof});
-    CHECK(margin_of({row(all, all, std::nullopt, 6, 500), row(roofs, roofs, std::nullopt, 5, 500)},
-                    1) == 6);  // they do not read each other
-    CHECK(margin_of({}, 1) == 0);
+    CHECK(measure_margin(
+              {row(all, all, std::nullopt, 6, 500), row(roofs, roofs, std::nullopt, 5, 500)},
+              1) == 6);  // they do not read each other
+    CHECK(measure_margin({}, 1) == 0);
     for (const double voxel_m : {0.1, 0.25, 0.5, 1.0, 2.0, 10.0}) {
         const Filters shipped = load_filters("default");
         CHECK(shipped.size() >= 7);
-        CHECK(margin_of(shipped, voxel_m) >= 1);
-        CHECK(margin_of(shipped, voxel_m) <= kMaxMargin);
+        CHECK(measure_margin(shipped, voxel_m) >= 1);
+        CHECK(measure_margin(shipped, voxel_m) <= kMaxMargin);
     }
 }
 
@@ -222,7 +223,7 @@ TEST_CASE("filters do what their definition says, in any patch that is cut out o
     for (int i = 0; i < 20; ++i) {
         const Filters filters = i == 0 ? load_filters("default") : random_filters(numbers);
         const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0}[numbers() % 4];
-        const int margin = margin_of(filters, voxel_m);
+        const int margin = measure_margin(filters, voxel_m);
         const int side = 60 + 2 * margin;
         const Grid land = random_grid(side, side, margin, numbers);
         const Grid whole = by_definition(land, filters, voxel_m);
@@ -257,8 +258,8 @@ TEST_CASE("a grid that does not fit the filters is refused",
           "[voxelserver][imagery][filters][bad]") {
     const auto all = bits({Material::kGrass});
     const Filters filters{row(all, all, std::nullopt, 2, 500)};
-    Grid narrow = grid_of({"ggg", "ggg", "ggg"}, 1);
-    Grid torn = grid_of({"ggggg", "ggggg", "ggggg", "ggggg", "ggggg"}, 2);
+    Grid narrow = make_grid({"ggg", "ggg", "ggg"}, 1);
+    Grid torn = make_grid({"ggggg", "ggggg", "ggggg", "ggggg", "ggggg"}, 2);
     CHECK_THROWS_WITH(apply_filters(narrow, filters, 1),
                       contains("margin is 1; allowed: 2 or more"));
     torn.material.pop_back();

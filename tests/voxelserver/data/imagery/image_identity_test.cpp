@@ -35,7 +35,7 @@ std::string band(const std::string& source) {
            "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>";
 }
 
-std::string vrt_of(const std::string& inside) {
+std::string make_vrt(const std::string& inside) {
     return "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, "
            "0, -1</GeoTransform>" +
            inside + "</VRTDataset>";
@@ -91,7 +91,7 @@ TEST_CASE("a virtual image is another when an image that it is made of is",
     const fs::path file = folder.path() / "a.tif";
     const fs::path vrt = folder.path() / "all.vrt";
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
-    write(vrt, vrt_of(band("<SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename>")));
+    write(vrt, make_vrt(band("<SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename>")));
     const auto before = identity(vrt);
     CHECK((identity(vrt) == before));
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 4});
@@ -171,8 +171,8 @@ TEST_CASE("the sources are those that GDAL finds", "[voxelserver][imagery][vrt]"
         fs::create_directories(folder.path() / "f");
         write_one_colour(folder.path() / c.file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
         const fs::path file = folder.path() / "all.vrt";
-        const std::string text = vrt_of(band(std::string("<SourceFilename relativeToVRT=\"1\">") +
-                                             c.written + "</SourceFilename>"));
+        const std::string text = make_vrt(band(std::string("<SourceFilename relativeToVRT=\"1\">") +
+                                               c.written + "</SourceFilename>"));
         std::ofstream(file) << text;
         geo::start_gdal();
         const GDALDatasetUniquePtr data(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER));
@@ -191,7 +191,7 @@ TEST_CASE("the sources are those that GDAL finds", "[voxelserver][imagery][vrt]"
 }
 
 TEST_CASE("damaged virtual images name something or nothing", "[voxelserver][imagery][vrt]") {
-    const std::string good = vrt_of(
+    const std::string good = make_vrt(
         band("<SourceFilename relativeToVRT=\"1\" shared='0'>a&amp;b&#x20;c.tif</SourceFilename>"));
     REQUIRE(sources(good) == std::vector<fs::path>{"/vrt/a&b c.tif"});
     std::mt19937 random(12);

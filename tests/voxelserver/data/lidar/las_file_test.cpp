@@ -177,19 +177,19 @@ TEST_CASE("the compressed twin of a file holds the same points: all item version
         return;
     std::map<std::string, fs::path> plain;
     int pairs = 0;
-    const auto stem_of = [](const fs::path& file) {
+    const auto find_stem = [](const fs::path& file) {
         const std::string name = file.stem().string();
         return name.substr(0, name.rfind("_v"));
     };
     const auto files = clouds_in(kShared / "lazpy" / "testdata");
     for (const fs::path& file : files)
         if (file.extension() == ".las" && file.string().find("malformed") == std::string::npos)
-            plain[stem_of(file)] = file;
+            plain[find_stem(file)] = file;
     for (const fs::path& file : files) {
         if (file.extension() != ".laz" || file.string().find("malformed") != std::string::npos)
             continue;
         INFO(file.string());
-        const auto twin = plain.find(stem_of(file));
+        const auto twin = plain.find(find_stem(file));
         REQUIRE(twin != plain.end());
         ++pairs;
         const auto compressed = all_points(file);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<RawPoint> points_of(const LasInfo& info, std::span<const PointRange> ranges) {
+std::vector<RawPoint> list_points(const LasInfo& info, std::span<const PointRange> ranges) {
     std::vector<RawPoint> out;
     read_point_batches(info, ranges, [&](std::span<const RawPoint> batch) {
         CHECK(!batch.empty());
@@ -58,7 +58,7 @@ TEST_CASE("ranges in any order, overlapping, empty or single points give the poi
                               whole.begin() + static_cast<std::ptrdiff_t>(end));
                 UNSCOPED_INFO("case " << i << ": " << begin << " to " << end);
             }
-            CHECK(points_of(info, ranges) == wanted);
+            CHECK(list_points(info, ranges) == wanted);
         }
     }
 }

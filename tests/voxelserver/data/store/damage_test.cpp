@@ -37,7 +37,7 @@ TEST_CASE("a prepared square that was cut short, or grew, is refused",
     const auto file = folder.path() / "a.square";
     const SquarePtr square = made_square(3, 5000, 12);
     store::write_square(file, *square);
-    const std::string good = bytes_of(file);
+    const std::string good = read_all_bytes(file);
     const std::size_t tables = square->patches().size_bytes();
     const std::size_t header = good.size() - tables - square->all().size_bytes();
     for (const std::size_t size : cuts(good.size(), header, tables)) {
@@ -55,10 +55,10 @@ TEST_CASE("a chunk index that was cut short, or grew, is refused", "[voxelserver
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.chunks";
     store::write_chunks(file, made_index(3, 40));
-    const std::string good = bytes_of(file);
+    const std::string good = read_all_bytes(file);
     const std::size_t header = [&] {
         store::write_chunks(folder.path() / "none.chunks", store::ChunkIndex{});
-        return bytes_of(folder.path() / "none.chunks").size();
+        return read_all_bytes(folder.path() / "none.chunks").size();
     }();
     for (const std::size_t size : cuts(good.size(), header, good.size() - header)) {
         INFO("cut to " << size << " of " << good.size() << " bytes");
@@ -79,7 +79,7 @@ TEST_CASE("another version, another kind of file and no such file at all are dis
     CHECK_THROWS_WITH(store::map_square(chunks), contains("a.chunks: not a prepared square"));
     CHECK_THROWS_WITH(store::read_chunks(square), contains("a.square: not a prepared square"));
     for (const auto& file : {square, chunks}) {
-        std::string newer = bytes_of(file);
+        std::string newer = read_all_bytes(file);
         newer[kVersionAt] = static_cast<char>(store::kSquareFileVersion + 1);
         write_bytes(file, newer);
     }
@@ -95,7 +95,7 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read",
     const auto file = folder.path() / "a.square";
     const SquarePtr square = made_square(3, 400, 12);
     store::write_square(file, *square);
-    const std::string good = bytes_of(file);
+    const std::string good = read_all_bytes(file);
     std::mt19937 random(2026);
     int at_once = 0;
     int later = 0;
@@ -179,7 +179,7 @@ TEST_CASE("whatever bytes of a chunk index change, it is refused", "[voxelserver
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.chunks";
     store::write_chunks(file, made_index(3, 20));
-    const std::string good = bytes_of(file);
+    const std::string good = read_all_bytes(file);
     std::mt19937 random(77);
     for (int round = 0; round < 200; ++round) {
         std::string bad = good;

@@ -91,7 +91,7 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
     CHECK(found.fetched()[1]->file == root / "lidar/si-lss/469_101.las");
     CHECK(found.orthophotos.empty());
     CHECK(found.folder == root);
-    CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
+    CHECK(std::string(store::to_name(StoredState::kWanted)) == "wanted");
 }
 
 TEST_CASE("a square that is requested again keeps its old file until another takes its place",

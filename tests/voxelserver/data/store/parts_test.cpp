@@ -78,10 +78,10 @@ TEST_CASE("chunk indices that another world has kept spare most of a file, where
     CHECK(some <= strip.stretches / 2);
     CHECK((TimedWorld(options).boxes(3) == strip.boxes));
     const fs::path index = files_ending(kept.path(), ".chunks").front();
-    const std::string bytes = bytes_of(index);
+    const std::string bytes = read_all_bytes(index);
     write_bytes(index, bytes.substr(0, bytes.size() / 2));
     CHECK(one_box() == strip.stretches);
-    CHECK(bytes_of(index) == bytes);
+    CHECK(read_all_bytes(index) == bytes);
 }
 
 TEST_CASE("a file in which every part lies everywhere gives the same boxes",

@@ -37,7 +37,7 @@ TEST_CASE("a prepared square is read back as it was written", "[voxelserver][sto
         SECTION("and so is a copy of the mapped one") {
             const auto second = folder.path() / "b.square";
             store::write_square(second, *read);
-            CHECK((bytes_of(second) == bytes_of(file)));
+            CHECK((read_all_bytes(second) == read_all_bytes(file)));
         }
         SECTION("and it stays readable when its file goes") {
             std::filesystem::remove(file);

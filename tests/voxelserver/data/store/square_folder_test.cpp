@@ -184,7 +184,7 @@ TEST_CASE("damaged squares, indices and facts count as absent with a warning, an
     squares.put_index("s", made_index(1, 3));
     squares.put_facts("s", "facts");
     for (const char* file : {"s.square", "s.chunks", "s.facts"})
-        write_bytes(folder.path() / file, bytes_of(folder.path() / file).substr(0, 2100));
+        write_bytes(folder.path() / file, read_all_bytes(folder.path() / file).substr(0, 2100));
     const Warnings warnings;
     CHECK(squares.find("s") == nullptr);
     CHECK_FALSE(squares.find_index("s"));

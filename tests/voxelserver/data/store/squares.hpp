@@ -80,7 +80,7 @@ inline bool same_index(const store::ChunkIndex& a, const store::ChunkIndex& b) {
                       });
 }
 
-inline std::string bytes_of(const std::filesystem::path& file) {
+inline std::string read_all_bytes(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }

@@ -22,7 +22,7 @@ void each_result(const Scene& scene, const Visit& visit) {
 }
 
 /// The albedo of all cells of a scene; valid for those of each_result().
-std::vector<Light> albedo_of(const Scene& scene, const LightField& light) {
+std::vector<Light> measure_albedo(const Scene& scene, const LightField& light) {
     Scene inner(inner_cells(scene));
     const auto each_inner = [&](const auto& visit) {
         for (int z = 0; z < inner.height; ++z)
@@ -44,7 +44,7 @@ struct Errors {
     double after = 0;
 };
 
-Errors errors_of(const MadeTown& town, const Scene& scene, const std::vector<Light>& albedo) {
+Errors measure_errors(const MadeTown& town, const Scene& scene, const std::vector<Light>& albedo) {
     Errors out;
     double count = 0;
     each_result(scene, [&](std::size_t i, int x, int z) {
@@ -90,8 +90,8 @@ TEST_CASE("shadows leave no edge, and albedo is much nearer to the truth than th
     const Scene scene = town.photographed(sun, {});
     const FlightLight light = measure_light(std::array{scene}, sun);
     CHECK_THAT(light.sky[1], Catch::Matchers::WithinAbs(0.2, 0.05));
-    const auto albedo = albedo_of(scene, LightField(light));
-    const Errors errors = errors_of(town, scene, albedo);
+    const auto albedo = measure_albedo(scene, LightField(light));
+    const Errors errors = measure_errors(town, scene, albedo);
     CAPTURE(errors.before, errors.after);
     CHECK(errors.after <= errors.before / 3);
     const double before = contrast(town, scene, sun, scene.photo);
@@ -105,7 +105,8 @@ TEST_CASE("what haze took away comes back, as its veil tells", "[sunlight][level
     const MadeTown town(14);
     const auto mean_albedo = [&](const Weather& weather) {
         const Scene scene = town.photographed(sun, weather);
-        const auto albedo = albedo_of(scene, LightField(measure_light(std::array{scene}, sun)));
+        const auto albedo =
+            measure_albedo(scene, LightField(measure_light(std::array{scene}, sun)));
         double sum = 0;
         double count = 0;
         each_result(scene, [&](std::size_t i, int, int) {
@@ -173,7 +174,7 @@ TEST_CASE("grass beside a pale path is not taken for a shadow on it", "[sunlight
     for (int z = 32; z < 70; z += 6)
         for (const int x : {kMiddle - 5, kMiddle + 4})
             scene.top_m[scene.index(x, z)] = 3;
-    CHECK(greatest_factor(truth, albedo_of(scene, LightField(light_from_the_east()))) < 1.1F);
+    CHECK(greatest_factor(truth, measure_albedo(scene, LightField(light_from_the_east()))) < 1.1F);
 }
 
 TEST_CASE("a shadow that lies a metre beside that of the surface is taken out of grass and path",
@@ -193,7 +194,7 @@ TEST_CASE("a shadow that lies a metre beside that of the surface is taken out of
                 for (std::size_t c = 0; c < 3; ++c)
                     scene.photo[i][c] *= kSky[c];
         }
-    CHECK(greatest_factor(truth, albedo_of(scene, LightField(light_from_the_east()))) < 1.2F);
+    CHECK(greatest_factor(truth, measure_albedo(scene, LightField(light_from_the_east()))) < 1.2F);
 }
 
 TEST_CASE("without a sun nothing is divided, and what has the light of nature stays as it is",
@@ -203,7 +204,7 @@ TEST_CASE("without a sun nothing is divided, and what has the light of nature st
     const FlightLight light = measure_light(std::array{scene}, std::nullopt);
     CHECK(light.gain == Light{1, 1, 1});
     CHECK(light.veil == Light{});
-    const auto albedo = albedo_of(scene, LightField(light));
+    const auto albedo = measure_albedo(scene, LightField(light));
     bool same = true;
     each_result(scene,
                 [&](std::size_t i, int, int) { same = same && albedo[i] == scene.photo[i]; });

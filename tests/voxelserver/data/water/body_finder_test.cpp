@@ -56,7 +56,7 @@ bool same(const std::vector<float>& a, const std::vector<float>& b) {
     return true;
 }
 
-std::vector<std::pair<int, int>> patches_of(int from, int to) {
+std::vector<std::pair<int, int>> list_patches(int from, int to) {
     std::vector<std::pair<int, int>> out;
     for (int z = from; z < to; ++z)
         for (int x = from; x < to; ++x)
@@ -100,7 +100,7 @@ TEST_CASE("levels depend neither on which request comes first, nor on threads, n
     const auto cells = std::ref(scene);
     FunctionSource reference_source(kSide, cells);
     WaterBodies reference(reference_source, {});
-    const Picture expected = picture(reference, patches_of(-8, 9));
+    const Picture expected = picture(reference, list_patches(-8, 9));
     const bool forgets = GENERATE(false, true);
     INFO((forgets ? "forgets all the time" : "remembers all"));
     FunctionSource source(kSide, cells);
@@ -122,7 +122,7 @@ TEST_CASE("levels depend neither on which request comes first, nor on threads, n
     std::vector<std::thread> threads;
     for (std::size_t t = 0; t < found.size(); ++t)
         threads.emplace_back([&, t] {
-            auto order = patches_of(-8, 9);
+            auto order = list_patches(-8, 9);
             std::shuffle(order.begin(), order.end(), std::mt19937(static_cast<unsigned>(t)));
             found[t] = picture(bodies, order);
         });
@@ -140,10 +140,10 @@ TEST_CASE("a body too large for the bound is cut the same way whichever request 
     options.max_body_patches = 20;  // squares of 4 x 4 patches
     FunctionSource first_source(kSide, cells);
     WaterBodies first(first_source, options);
-    const Picture expected = picture(first, patches_of(-8, 9));
+    const Picture expected = picture(first, list_patches(-8, 9));
     FunctionSource whole_source(kSide, cells);
     WaterBodies whole(whole_source, {});
-    const Picture uncut = picture(whole, patches_of(-8, 9));
+    const Picture uncut = picture(whole, list_patches(-8, 9));
     bool differs = false;
     for (const auto& [patch, levels] : uncut) {
         const std::vector<float>& cut = expected.at(patch);
@@ -159,7 +159,7 @@ TEST_CASE("a body too large for the bound is cut the same way whichever request 
     CHECK(differs);
     std::mt19937 random(3);
     for (int round = 0; round < 2; ++round) {
-        auto order = patches_of(-8, 9);
+        auto order = list_patches(-8, 9);
         std::shuffle(order.begin(), order.end(), random);
         FunctionSource source(kSide, cells);
         WaterBodies bodies(source, options);

@@ -19,7 +19,7 @@ bool within(std::int32_t x, std::int32_t z, std::int32_t x0, std::int32_t z0, st
 }
 
 // The level at cell (20, 20); cells are 2 m.
-float level_of(const FunctionSource::Make& make, const Evidence& evidence = {}) {
+float find_level(const FunctionSource::Make& make, const Evidence& evidence = {}) {
     FunctionSource source(kSide, make);
     WaterOptions options;
     options.evidence = evidence;
@@ -103,14 +103,14 @@ TEST_CASE("a void is water within a level shore, and what looks wet where it is 
             const Rect& r = c.where;
             return within(x, z, r.x0, r.z0, r.wide, r.deep) ? c.inside(x, z) : c.around(x, z);
         };
-        const float level = level_of(make);
+        const float level = find_level(make);
         if (c.water)
             CHECK((level >= 39.99f && level <= 40.2f));
         else
             CHECK(std::isnan(level));
         Evidence without;
         without.*c.by = false;
-        CHECK(std::isnan(level_of(make, without)));
+        CHECK(std::isnan(find_level(make, without)));
     }
 }
 
@@ -126,12 +126,12 @@ TEST_CASE("water by class needs three returns and takes the voids around them",
                                   : nothing_seen();
     };
     if (returns == 3)
-        CHECK(level_of(make) == 40.25f);
+        CHECK(find_level(make) == 40.25f);
     else
-        CHECK(std::isnan(level_of(make)));
+        CHECK(std::isnan(find_level(make)));
     Evidence without;
     without.by_class = false;
-    CHECK(std::isnan(level_of(make, without)));
+    CHECK(std::isnan(find_level(make, without)));
 }
 
 TEST_CASE("a cell is open when water returns outnumber others by more than two to one",

@@ -18,18 +18,18 @@
 
 using namespace terravox;
 using terravox::test::contains;
-using terravox::test::content_of;
+using terravox::test::read_content;
 
 namespace {
 
 /// Blocks whose height and material hang on the column of boxes.
 class Blocks final : public voxel::PyramidWorld {
 public:
-    /// @param seed_of a column of boxes; 0: nothing is there
-    using SeedOf = std::function<std::uint32_t(std::int32_t bx, std::int32_t bz)>;
+    /// @param make_seed a column of boxes; 0: nothing is there
+    using MakeSeed = std::function<std::uint32_t(std::int32_t bx, std::int32_t bz)>;
 
-    Blocks(const voxel::VoxelBounds& bounds, SeedOf seed_of)
-        : PyramidWorld(std::size_t{64} << 20), m_seed_of(std::move(seed_of)) {
+    Blocks(const voxel::VoxelBounds& bounds, MakeSeed make_seed)
+        : PyramidWorld(std::size_t{64} << 20), m_make_seed(std::move(make_seed)) {
         m_info.title = "blocks";
         m_info.bounds = bounds;
         m_info.levels = voxel::levels_for(bounds);
@@ -39,7 +39,7 @@ public:
 protected:
     [[nodiscard]] voxel::FineColumn make_column(std::int32_t bx, std::int32_t bz) override {
         voxel::FineColumn out;
-        const std::uint32_t seed = m_seed_of(bx, bz);
+        const std::uint32_t seed = m_make_seed(bx, bz);
         if (seed == kDamaged)
             throw util::Error("read the square: it is damaged");
         voxel::BoxBuilder builder;
@@ -58,7 +58,7 @@ public:
     static constexpr std::uint32_t kDamaged = 1'000'000;
 
 private:
-    const SeedOf m_seed_of;
+    const MakeSeed m_make_seed;
     voxel::WorldInfo m_info;
 };
 
@@ -79,7 +79,7 @@ public:
 private:
     std::filesystem::path with_job(voxel::World& world, const char* name,
                                    const std::function<void(exports::Job&)>& write) {
-        const exports::Part part = exports::part_of(world.info(), {});
+        const exports::Part part = exports::make_part(world.info(), {});
         const voxel::Palette palette;
         exports::Meter silent("", 0, true);
         exports::Job job(world, part, file(name), palette, silent);
@@ -147,9 +147,9 @@ void check_patches(std::uint32_t first_seed, std::uint32_t end_seed) {
             const archive_tools::PatchReport report =
                 archive_tools::patch(archive, changes, place.file("patched.tvx"), 2);
             CHECK(report.columns == columns.replaced.size());
-            CHECK((content_of(place.file("patched.tvx")) == content_of(wanted)));
+            CHECK((read_content(place.file("patched.tvx")) == read_content(wanted)));
             (void)archive_tools::patch(archive, changes, archive, 1);
-            CHECK((content_of(archive) == content_of(wanted)));
+            CHECK((read_content(archive) == read_content(wanted)));
         }
 }
 
@@ -174,11 +174,11 @@ TEST_CASE("patch: a square that was damaged is mended, holes and all", "[archive
     const auto wanted = place.convert(after, "new.tvx");
     const std::vector mended{place.change(after, {{{3, 0}}, {{2, 0}, {4, 0}}}, "mended.tvx")};
     const std::vector broken{place.change(before, {{{3, 0}}, {{2, 0}, {4, 0}}}, "broken.tvx")};
-    const std::string damaged = content_of(archive);
+    const std::string damaged = read_content(archive);
     CHECK(archive_tools::patch(archive, mended, archive).holes == 0);
-    CHECK((content_of(archive) == content_of(wanted)));
+    CHECK((read_content(archive) == read_content(wanted)));
     CHECK(archive_tools::patch(archive, broken, archive).holes > 0);
-    CHECK((content_of(archive) == damaged));
+    CHECK((read_content(archive) == damaged));
 }
 
 TEST_CASE("patch: what does not belong together is refused, and nothing is written", "[archive]") {
@@ -223,7 +223,7 @@ TEST_CASE("patch: a change of all columns belongs to any archive of the same fra
             columns.replaced.push_back({bx, bz});
     const std::vector changes{place.change(after, columns)};
     CHECK(archive_tools::patch(archive, changes, archive).kept == 0);
-    CHECK((content_of(archive) == content_of(wanted)));
+    CHECK((read_content(archive) == read_content(wanted)));
 }
 
 TEST_CASE("patch: changes are compared with each other where they meet", "[archive]") {

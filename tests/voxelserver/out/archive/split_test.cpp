@@ -17,7 +17,7 @@
 
 using namespace terravox;
 namespace fs = std::filesystem;
-using terravox::test::content_of;
+using terravox::test::read_content;
 
 namespace {
 
@@ -50,8 +50,8 @@ private:
     std::function<void()> m_what;
 };
 
-std::vector<fs::path> paths_of(const fs::path& folder,
-                               const std::vector<archive_tools::FilePart>& parts) {
+std::vector<fs::path> list_paths(const fs::path& folder,
+                                 const std::vector<archive_tools::FilePart>& parts) {
     std::vector<fs::path> out;
     for (const auto& part : parts)
         out.push_back(folder / part.name);
@@ -63,13 +63,13 @@ std::vector<fs::path> paths_of(const fs::path& folder,
 TEST_CASE("parts of an archive are the archive, none larger than the limit", "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
-    const std::string bytes = content_of(archive);
+    const std::string bytes = read_content(archive);
     const std::uint64_t size = bytes.size();
     const std::uint64_t limit = GENERATE_COPY(100, size - 1, size, size + 1, size / 3);
     const auto parts = archive_tools::split(archive, folder.path(), limit);
     std::string joined;
     for (const archive_tools::FilePart& part : parts) {
-        const std::string one = content_of(folder.path() / part.name);
+        const std::string one = read_content(folder.path() / part.name);
         REQUIRE(one.size() == part.bytes);
         CHECK(part.bytes <= limit);
         joined += one;
@@ -86,7 +86,7 @@ TEST_CASE("an archive that changes while it is split gives parts of one state, o
           "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
-    const std::string bytes = content_of(archive);
+    const std::string bytes = read_content(archive);
     const fs::path parts = folder.path() / "parts";
     const auto cut = [&](const std::function<void()>& meanwhile) {
         Interrupted source(archive, 3, meanwhile);
@@ -105,7 +105,7 @@ TEST_CASE("an archive that changes while it is split gives parts of one state, o
         std::string joined;
         for (const auto& part :
              cut([&] { fs::rename(write_archive(folder.path() / "other.tvx"), archive); }))
-            joined += content_of(parts / part.name);
+            joined += read_content(parts / part.name);
         CHECK((joined == bytes));
     }
 }
@@ -114,7 +114,8 @@ TEST_CASE("an archive is read, verified and joined from its parts", "[archive]")
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
     const std::uint64_t limit = GENERATE(64, 1000, 4001);
-    const auto parts = paths_of(folder.path(), archive_tools::split(archive, folder.path(), limit));
+    const auto parts =
+        list_paths(folder.path(), archive_tools::split(archive, folder.path(), limit));
     REQUIRE(parts.size() > 1);
     CHECK(archive_tools::is_first_part(parts.front()));
     CHECK(!archive_tools::is_first_part(archive));
@@ -125,7 +126,7 @@ TEST_CASE("an archive is read, verified and joined from its parts", "[archive]")
     CHECK(archive_tools::verify_stored(files, 2).problems == 0);
     const fs::path joined = folder.path() / "joined.tvx";
     CHECK(archive_tools::join_parts(parts, joined, 1).boxes == 3);
-    CHECK((content_of(joined) == content_of(archive)));
+    CHECK((read_content(joined) == read_content(archive)));
 }
 
 TEST_CASE("names of parts sort by their numbers, and so do files that are named like parts",
@@ -150,7 +151,7 @@ TEST_CASE("a part that changes while others are read is noticed", "[archive]") {
     const fs::path archive = write_archive(folder.path() / "place.tvx");
     const std::uint64_t bytes = fs::file_size(archive);
     const auto parts =
-        paths_of(folder.path(), archive_tools::split(archive, folder.path(), bytes / 100));
+        list_paths(folder.path(), archive_tools::split(archive, folder.path(), bytes / 100));
     const auto source = archive_tools::ArchiveFiles(parts).open();
     std::vector<std::byte> room;
     REQUIRE(source->read(0, 1, room).size() == 1);
@@ -166,7 +167,7 @@ TEST_CASE("a part that changes while others are read is noticed", "[archive]") {
 TEST_CASE("parts that are missing, or not in their place, are refused", "[archive]") {
     const test::TemporaryFolder folder;
     const fs::path archive = write_archive(folder.path() / "place.tvx");
-    const auto parts = paths_of(
+    const auto parts = list_paths(
         folder.path(), archive_tools::split(archive, folder.path(), fs::file_size(archive) / 4));
     REQUIRE(parts.size() >= 4);
     const fs::path joined = folder.path() / "joined.tvx";

@@ -19,7 +19,7 @@
 using namespace terravox;
 using namespace terravox::archive_tools;
 using terravox::test::contains;
-using terravox::test::content_of;
+using terravox::test::read_content;
 using voxel::BoxKey;
 using voxel::archive::Kind;
 
@@ -32,7 +32,7 @@ using Boxes = std::map<BoxKey, BoxPtr>;
 const voxel::VoxelBounds kBounds{{-100, 0, -130}, {150, 200, 90}};
 
 /// All boxes of a small world, its coarse levels made of the finest.
-Boxes boxes_of(voxel::World& world) {
+Boxes collect_boxes(voxel::World& world) {
     Boxes out;
     for (int level = 0; level < world.info().levels; ++level) {
         const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, level);
@@ -47,7 +47,7 @@ Boxes boxes_of(voxel::World& world) {
 
 class Archive {
 public:
-    Archive() : m_world(kBounds), boxes(boxes_of(m_world)) {}
+    Archive() : m_world(kBounds), boxes(collect_boxes(m_world)) {}
 
     /// Writes the boxes as an archive.
     std::filesystem::path write() {
@@ -143,13 +143,13 @@ TEST_CASE("verify: a hole is one up to the top, and no problem", "[archive]") {
     const Verification found = verify(file);
     CHECK(found.problems == 0);
     CHECK(found.holes == static_cast<std::uint64_t>(archive.levels()));
-    CHECK(summary_of(file).holes() == found.holes);
+    CHECK(make_summary(file).holes() == found.holes);
 }
 
 TEST_CASE("verify: the summary counts what is there", "[archive]") {
     Archive archive;
     const auto file = archive.write();
-    const Summary summary = summary_of(file);
+    const Summary summary = make_summary(file);
     CHECK(summary.file_bytes == std::filesystem::file_size(file));
     REQUIRE(summary.levels.size() == static_cast<std::size_t>(archive.levels()));
     std::vector<std::uint64_t> counts(summary.levels.size());
@@ -157,13 +157,13 @@ TEST_CASE("verify: the summary counts what is there", "[archive]") {
         ++counts[static_cast<std::size_t>(key.level)];
     for (std::size_t level = 0; level < counts.size(); ++level)
         CHECK(summary.levels[level].boxes == counts[level]);
-    CHECK_THAT(text_of(summary), contains("EPSG:3794") && contains("nobody"));
+    CHECK_THAT(to_text(summary), contains("EPSG:3794") && contains("nobody"));
 }
 
 TEST_CASE("verify: any byte that changes is found", "[archive]") {
     Archive archive;
     const auto file = archive.write();
-    const std::string whole = content_of(file);
+    const std::string whole = read_content(file);
     const auto is_refused = [&](const std::string& bytes) {
         std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
         const auto finds = [&](auto verifier) {
@@ -217,7 +217,7 @@ TEST_CASE("verify: what is stored is verified in stretches, of any length", "[ar
     writer.finish();
     {
         const std::string last = voxel::to_string(keys.back());
-        const std::size_t at = content_of(file).find(last);
+        const std::size_t at = read_content(file).find(last);
         std::fstream(file, std::ios::in | std::ios::out).seekp(static_cast<std::streamoff>(at))
             << "x";
     }

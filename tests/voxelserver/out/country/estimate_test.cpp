@@ -9,17 +9,17 @@ TEST_CASE("the error of a ratio grows with the differences, and ends with the wh
           "[country][estimate]") {
     const std::vector<SizeAndValue> same{{1, 3}, {2, 6}, {5, 15}};
     const std::vector<SizeAndValue> unlike{{1, 5}, {1, 1}, {1, 3}};
-    CHECK(ratio_of(same, 100).value == Approx(3));
-    CHECK(ratio_of(same, 100).error == Approx(0).margin(1e-12));
-    CHECK(ratio_of(unlike, 100).value == Approx(3));
-    CHECK(ratio_of(unlike, 3).error == 0);
+    CHECK(measure_ratio(same, 100).value == Approx(3));
+    CHECK(measure_ratio(same, 100).error == Approx(0).margin(1e-12));
+    CHECK(measure_ratio(unlike, 100).value == Approx(3));
+    CHECK(measure_ratio(unlike, 3).error == 0);
     // 2 standard errors: 2 sqrt((1 - 3/100) (4 + 4) / 2 / 3)
-    CHECK(ratio_of(unlike, 100).error == Approx(2 * std::sqrt(0.97 * 4 / 3)));
+    CHECK(measure_ratio(unlike, 100).error == Approx(2 * std::sqrt(0.97 * 4 / 3)));
     // One measurement knows nothing of the others.
-    CHECK(ratio_of({{2, 6}}, 10).error == Approx(3));
-    CHECK(ratio_of({{2, 6}}, 1).error == 0);
-    CHECK(ratio_of({}, 10).value == 0);
-    CHECK(ratio_of({{0, 1}}, 10).value == 0);
+    CHECK(measure_ratio({{2, 6}}, 10).error == Approx(3));
+    CHECK(measure_ratio({{2, 6}}, 1).error == 0);
+    CHECK(measure_ratio({}, 10).value == 0);
+    CHECK(measure_ratio({{0, 1}}, 10).value == 0);
 }
 
 TEST_CASE("an estimate is opening, decoding and making", "[country][estimate]") {
@@ -37,7 +37,7 @@ TEST_CASE("an estimate is opening, decoding and making", "[country][estimate]") 
     together.columns = 8;
     together.covered = 800;
     together.points = 4000;
-    const Estimate estimate = estimate_of(sample, {shard, shard}, together, 4);
+    const Estimate estimate = make_estimate(sample, {shard, shard}, together, 4);
     CHECK(estimate.cpu_s.value == Approx(2 * (1 + 6 + 20)));
     CHECK(estimate.one_machine_cpu_s.value == Approx(2 + 8 + 40));
     CHECK(estimate.output_bytes.value == Approx(400));

@@ -52,9 +52,9 @@ TEST_CASE("a plan is read as it was written", "[country][plan]") {
     CHECK(read.estimate.output_bytes.error == 1e7);
     REQUIRE(read.shards.size() == 2);
     CHECK(read.shards[1].cpu_s == 9.5);
-    const std::string written = test::content_of(folder.plan());
+    const std::string written = test::read_content(folder.plan());
     write_plan(folder, read);
-    CHECK(test::content_of(folder.plan()) == written);
+    CHECK(test::read_content(folder.plan()) == written);
 }
 
 TEST_CASE("what shards are made of has a name of its own", "[country][plan]") {

@@ -51,7 +51,7 @@ struct Stage {
 
 TEST_CASE("nothing is done of a new plan", "[country][status]") {
     const Stage stage;
-    const CountryStatus status = status_of(stage.folder, stage.plan);
+    const CountryStatus status = find_status(stage.folder, stage.plan);
     CHECK(status.count(TaskState::kWaiting) == 3);
     CHECK(status.share == 0);
     CHECK_FALSE(status.left_s);
@@ -61,16 +61,16 @@ TEST_CASE("a lock says that a task runs, its journal how far it is", "[country][
     const Stage stage;
     stage.begin(2, stage.plan.job(), "\n5 6 0/0/0/0 ;\n5 6 0/1/0/0 ;\n7 8 0/2");
     stage.record(2, TaskRecord::State::kRunning, "");
-    CHECK(status_of(stage.folder, stage.plan).count(TaskState::kRunning) == 0);
+    CHECK(find_status(stage.folder, stage.plan).count(TaskState::kRunning) == 0);
     const auto lock = util::FileLock::try_take(stage.folder.lock(2));
-    const CountryStatus status = status_of(stage.folder, stage.plan);
+    const CountryStatus status = find_status(stage.folder, stage.plan);
     CHECK(status.tasks[1].state == TaskState::kRunning);
     CHECK(status.tasks[1].share == 0.5);
     CHECK(status.share == Approx(0.5 / 3));
     // 50 of 300 seconds of the plan took 50 seconds.
     REQUIRE(status.left_s);
     CHECK(*status.left_s == Approx(250).epsilon(0.1));
-    CHECK_THAT(text_of(status, stage.plan), contains("shard 2: running on node7, 50 %"));
+    CHECK_THAT(to_text(status, stage.plan), contains("shard 2: running on node7, 50 %"));
 }
 
 TEST_CASE("journals and records of another plan say nothing", "[country][status]") {
@@ -79,9 +79,9 @@ TEST_CASE("journals and records of another plan say nothing", "[country][status]
     Plan other = stage.plan;
     other.fingerprint = "g";
     stage.record(1, TaskRecord::State::kFailed, "disk full");
-    CHECK(status_of(stage.folder, other).count(TaskState::kFailed) == 0);
-    CHECK(status_of(stage.folder, stage.plan).tasks[0].share == 0);
-    CHECK(status_of(stage.folder, stage.plan).tasks[0].error == "disk full");
+    CHECK(find_status(stage.folder, other).count(TaskState::kFailed) == 0);
+    CHECK(find_status(stage.folder, stage.plan).tasks[0].share == 0);
+    CHECK(find_status(stage.folder, stage.plan).tasks[0].error == "disk full");
 }
 
 TEST_CASE("files that are no shards and no records are not taken for such", "[country][status]") {
@@ -89,7 +89,7 @@ TEST_CASE("files that are no shards and no records are not taken for such", "[co
     std::ofstream(stage.folder.shard(1)) << "no shard";
     std::ofstream(stage.folder.record(1)) << "{\"plan\": 7";
     std::ofstream(stage.folder.record(2)) << "[]";
-    CHECK(status_of(stage.folder, stage.plan).count(TaskState::kWaiting) == 3);
+    CHECK(find_status(stage.folder, stage.plan).count(TaskState::kWaiting) == 3);
 }
 
 TEST_CASE("times are written as people say them", "[country][status]") {

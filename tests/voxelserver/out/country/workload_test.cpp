@@ -44,7 +44,7 @@ TEST_CASE("squares cover a column of boxes once, even where they overlap", "[cou
 TEST_CASE("with room for all of them each square is decoded once", "[country][workload]") {
     const Survey survey(squares(3, 3, 1000), kEdge);
     const auto all = columns(6, 6);
-    const Workload work = workload_of(survey, all, 0, all.count(), 1 << 30);
+    const Workload work = measure_workload(survey, all, 0, all.count(), 1 << 30);
     CHECK(work.columns == 36);
     CHECK(work.squares == 9);
     CHECK(work.points == 9000);
@@ -56,7 +56,7 @@ TEST_CASE("without room squares are decoded for each row anew", "[country][workl
     const Survey survey(squares(3, 3, 1000), kEdge);
     const auto all = columns(6, 6);
     const std::uint64_t two = 2 * 1000 * SurveySquare::kPoint_bytes;
-    const Workload work = workload_of(survey, all, 0, all.count(), two);
+    const Workload work = measure_workload(survey, all, 0, all.count(), two);
     CHECK(work.squares > 9);
     CHECK(work.scratch_bytes <= two);
 }
@@ -68,7 +68,7 @@ TEST_CASE("shards decode what lies between them twice, and cover the whole toget
     double covered = 0;
     double points = 0;
     for (std::size_t shard = 0; shard < 6; ++shard) {
-        const Workload work = workload_of(survey, all, shard * 6, shard * 6 + 6, 1 << 30);
+        const Workload work = measure_workload(survey, all, shard * 6, shard * 6 + 6, 1 << 30);
         covered += work.covered;
         points += work.points;
     }

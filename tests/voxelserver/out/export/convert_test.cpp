@@ -15,7 +15,7 @@
 using namespace terravox;
 using namespace terravox::exports;
 using terravox::test::contains;
-using terravox::test::content_of;
+using terravox::test::read_content;
 using terravox::test::same_box;
 using terravox::test::SyntheticWorld;
 using terravox::test::TemporaryFolder;
@@ -63,7 +63,7 @@ TEST_CASE("an archive of a world has the world's boxes on every level",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     SyntheticWorld world(kBounds);
-    const Written written = write(world, part_of(world.info(), {}), folder.path() / "a.tvx");
+    const Written written = write(world, make_part(world.info(), {}), folder.path() / "a.tvx");
     CHECK(written.holes == 0);
     const auto archive = open(folder.path() / "a.tvx");
     CHECK(archive->info().bounds == kBounds);
@@ -77,7 +77,7 @@ TEST_CASE("an archive of a world has the world's boxes on every level",
     std::uint64_t solid = 0;
     for (std::int32_t x = kBounds.min[0]; x < kBounds.max[0]; ++x)
         for (std::int32_t z = kBounds.min[2]; z < kBounds.max[2]; ++z)
-            solid += static_cast<std::uint64_t>(SyntheticWorld::top_of(x, z) - kBounds.min[1]);
+            solid += static_cast<std::uint64_t>(SyntheticWorld::find_top(x, z) - kBounds.min[1]);
     CHECK(written.voxels == solid);
     CHECK_FALSE(fs::exists(folder.path() / "a.tvx.journal"));
 }
@@ -89,10 +89,10 @@ TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
     const fs::path many = folder.path() / "many.tvx";
     const fs::path broken = folder.path() / "broken.tvx";
     SyntheticWorld world(kBounds);
-    const Part part = part_of(world.info(), {});
+    const Part part = make_part(world.info(), {});
     const Written whole = write(world, part, one, 1);
     write(world, part, many, 5);
-    CHECK((content_of(one) == content_of(many)));
+    CHECK((read_content(one) == read_content(many)));
 
     SyntheticWorld breaking(kBounds);
     breaking.breaks_at_bx = 0;
@@ -102,7 +102,7 @@ TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
     breaking.breaks_at_bx = 1 << 20;
     const int before = breaking.made;
     CHECK(write(breaking, part, broken).voxels == whole.voxels);
-    CHECK((content_of(one) == content_of(broken)));
+    CHECK((read_content(one) == read_content(broken)));
     CHECK(before > 0);
     CHECK(breaking.made - before < world.made / 2);  // what was written was not made again
 }
@@ -113,11 +113,11 @@ TEST_CASE("what the journal says and the part does not have is begun anew",
     const fs::path file = folder.path() / "a.tvx";
     const fs::path good = folder.path() / "good.tvx";
     SyntheticWorld world(kBounds);
-    const Part part = part_of(world.info(), {});
+    const Part part = make_part(world.info(), {});
     write(world, part, good);
     std::ofstream(file.string() + ".journal") << "test\n100 99999999 3/0/0/1 ;\n";
     const Written written = write(world, part, file);
-    CHECK((content_of(file) == content_of(good)));
+    CHECK((read_content(file) == read_content(good)));
     CHECK(written.voxels > 1000);
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("a box that cannot be loaded is a hole of the archive and of all above
     const TemporaryFolder folder;
     SyntheticWorld world(kBounds);
     world.fails_at_bx = 2;
-    const Written written = write(world, part_of(world.info(), {}), folder.path() / "a.tvx");
+    const Written written = write(world, make_part(world.info(), {}), folder.path() / "a.tvx");
     CHECK(written.holes > 0);
     const auto archive = open(folder.path() / "a.tvx");
     CHECK_THROWS_WITH(archive->box({0, 2, 0, 3}), contains("not today"));
@@ -138,7 +138,7 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0",
           "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     SyntheticWorld world(kBounds);
-    const Part part = part_of(world.info(), {1, {0, -600, 200, -400}, {0, 40}});
+    const Part part = make_part(world.info(), {1, {0, -600, 200, -400}, {0, 40}});
     const Written written = write(world, part, folder.path() / "a.tvx");
     const auto archive = open(folder.path() / "a.tvx");
     CHECK(archive->info().voxel_m == 2);
@@ -187,24 +187,24 @@ TEST_CASE("a part is what lies in area, heights and level, and nothing else is a
     placed.crs_units_per_voxel = 0.5;
     placed.voxel_m = 0.5;
     placed.levels = 4;
-    CHECK(part_of(placed, {}).bounds == placed.bounds);
-    CHECK(part_of(placed, {0, {600, 2100, 700, 2200}, {}}).bounds ==
+    CHECK(make_part(placed, {}).bounds == placed.bounds);
+    CHECK(make_part(placed, {0, {600, 2100, 700, 2200}, {}}).bounds ==
           voxel::VoxelBounds{{1200, 0, -4400}, {1400, 300, -4200}});
-    CHECK(part_of(placed, {0, {}, {10, 20.1}}).bounds ==
+    CHECK(make_part(placed, {0, {}, {10, 20.1}}).bounds ==
           voxel::VoxelBounds{{1000, 20, -5000}, {2000, 41, -4000}});
-    CHECK(part_of(placed, {2, {}, {}}).bounds ==
+    CHECK(make_part(placed, {2, {}, {}}).bounds ==
           voxel::VoxelBounds{{250, 0, -1250}, {500, 75, -1000}});
-    CHECK_THROWS_WITH(part_of(placed, {4, {}, {}}), contains("level 4; allowed: 0 to 3"));
-    CHECK_THROWS_WITH(part_of(placed, {0, {700, 2100, 600, 2200}, {}}), contains("--area"));
-    CHECK_THROWS_WITH(part_of(placed, {0, {}, {20, 10}}), contains("--heights"));
-    CHECK_THROWS_WITH(part_of(placed, {0, {0, 0, 10, 10}, {}}), contains("nothing of the world"));
+    CHECK_THROWS_WITH(make_part(placed, {4, {}, {}}), contains("level 4; allowed: 0 to 3"));
+    CHECK_THROWS_WITH(make_part(placed, {0, {700, 2100, 600, 2200}, {}}), contains("--area"));
+    CHECK_THROWS_WITH(make_part(placed, {0, {}, {20, 10}}), contains("--heights"));
+    CHECK_THROWS_WITH(make_part(placed, {0, {0, 0, 10, 10}, {}}), contains("nothing of the world"));
 
     voxel::WorldInfo endless;
     endless.bounds = {{-(1 << 24), 0, -(1 << 24)}, {1 << 24, 300, 1 << 24}};
     endless.framed = {{-256, 0, -256}, {256, 300, 256}};
     endless.levels = 19;
-    CHECK(part_of(endless, {}).bounds == endless.framed);
-    CHECK(part_of(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds ==
+    CHECK(make_part(endless, {}).bounds == endless.framed);
+    CHECK(make_part(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds ==
           voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});
 }
 
@@ -213,10 +213,10 @@ TEST_CASE("an archive knows the typical heights of its world, in its own voxels"
     voxel::WorldInfo world;
     world.bounds = {{0, -40, 0}, {64, 500, 64}};
     world.levels = 2;
-    CHECK_FALSE(archive_info(part_of(world, {1, {}, {}}), world).typical_heights);
+    CHECK_FALSE(archive_info(make_part(world, {1, {}, {}}), world).typical_heights);
     world.typical_heights = voxel::HeightRange{-7, 83};
-    CHECK(archive_info(part_of(world, {}), world).typical_heights == world.typical_heights);
-    CHECK(archive_info(part_of(world, {1, {}, {}}), world).typical_heights ==
+    CHECK(archive_info(make_part(world, {}), world).typical_heights == world.typical_heights);
+    CHECK(archive_info(make_part(world, {1, {}, {}}), world).typical_heights ==
           voxel::HeightRange{-4, 42});
 }
 

@@ -47,8 +47,8 @@ std::shared_ptr<const voxel::Box> one_voxel(const BoxKey& key) {
     });
 }
 
-std::unique_ptr<voxel::World> archive_of(const fs::path& file, const voxel::WorldInfo& info,
-                                         const std::vector<BoxKey>& keys) {
+std::unique_ptr<voxel::World> make_archive(const fs::path& file, const voxel::WorldInfo& info,
+                                           const std::vector<BoxKey>& keys) {
     voxel::ArchiveWriter writer(file, info, 0);
     for (const BoxKey& key : keys)
         writer.add(key, voxel::archive::Kind::kBox, voxel::compress(*one_voxel(key)));
@@ -76,7 +76,7 @@ const std::vector<Writer>& writers() {
 /// @return voxels
 std::uint64_t convert_to(const Writer& writer, voxel::World& world, const fs::path& folder) {
     static const voxel::Palette palette;
-    const Part part = part_of(world.info(), {});
+    const Part part = make_part(world.info(), {});
     Meter meter("test", 1, true);
     Job job(world, part, folder / writer.name, palette, meter);
     job.threads = 2;
@@ -108,8 +108,8 @@ TEST_CASE("the bytes of a file depend neither on threads nor on memory", "[conve
                     e.job.memory_bytes = 0;
                 writer.write(e.job);
                 if (first.empty())
-                    first = test::content_of(e.job.out);
-                CHECK((test::content_of(e.job.out) == first && !first.empty()));
+                    first = test::read_content(e.job.out);
+                CHECK((test::read_content(e.job.out) == first && !first.empty()));
             }
         }
     }
@@ -133,7 +133,7 @@ TEST_CASE("a wide archive of nothing is converted or refused, and no more", "[co
     for (const Writer& writer : writers()) {
         DYNAMIC_SECTION(writer.name) {
             const test::TemporaryFolder folder;
-            const auto world = archive_of(folder.path() / "from.tvx", info_for(writer), {});
+            const auto world = make_archive(folder.path() / "from.tvx", info_for(writer), {});
             if (writer.refuses_nothing) {
                 CHECK_THROWS_WITH(convert_to(writer, *world, folder.path()),
                                   contains("nothing solid"));
@@ -152,9 +152,9 @@ TEST_CASE("a wide archive of little is converted to the little", "[convert][wide
             const voxel::WorldInfo info = info_for(writer);
             const std::int32_t last = info.bounds.max[0] / 64 - 1;
             const std::int32_t first = info.bounds.min[0] / 64;
-            const auto world =
-                archive_of(folder.path() / "from.tvx", info,
-                           {{0, first, 0, first}, {0, 0, 0, 0}, {0, last, 0, last}, {0, 7, 0, 9}});
+            const auto world = make_archive(
+                folder.path() / "from.tvx", info,
+                {{0, first, 0, first}, {0, 0, 0, 0}, {0, last, 0, last}, {0, 7, 0, 9}});
             CHECK(convert_to(writer, *world, folder.path()) == 4);
             if (std::string(writer.name) != "a.tvx")
                 return;
@@ -193,13 +193,13 @@ TEST_CASE("what is not known to be air is limited", "[convert][wide]") {
 
 TEST_CASE("a part that is higher than anything stands is refused", "[convert][wide]") {
     const voxel::WorldInfo info = wide_info(64, 4096 * 256 + 1);
-    CHECK_THROWS_WITH(part_of(info, {}), contains("4097 boxes") && contains("4096"));
+    CHECK_THROWS_WITH(make_part(info, {}), contains("4097 boxes") && contains("4096"));
     Selection low;
     Selection coarse;
     low.heights = {0, 4096 * 256};
     coarse.level = 1;
-    CHECK_NOTHROW(part_of(info, low));
-    CHECK_NOTHROW(part_of(info, coarse));
+    CHECK_NOTHROW(make_part(info, low));
+    CHECK_NOTHROW(make_part(info, coarse));
 }
 
 TEST_CASE("an archive reports where its boxes may lie", "[convert][wide]") {
@@ -209,7 +209,7 @@ TEST_CASE("an archive reports where its boxes may lie", "[convert][wide]") {
         keys.push_back({i % 3, i * 37 % 2000 - 1000, i * 11 % (16 >> i % 3), i * 71 % 2000 - 1000});
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    const auto world = archive_of(folder.path() / "a.tvx", wide_info(), keys);
+    const auto world = make_archive(folder.path() / "a.tvx", wide_info(), keys);
     std::uint32_t state = 1;
     const auto random = [&](int count) {
         return static_cast<std::int32_t>((state = state * 1664525 + 1013904223) >> 8) % count;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr BatchWriter::Limits kSmall{.queue_bytes = 100, .queue_writes = 2};
 
-Write write_of(std::int32_t bx) {
+Write make_write(std::int32_t bx) {
     return {boxes::Kind::kBox, {0, bx, 0, 0}, {}, 0};
 }
 
@@ -52,13 +52,13 @@ TEST_CASE(
     "what is queued is written in one batch, in its order, at the latest when the writer ends",
     "[voxelserver][boxes]") {
     Recorder recorder(BatchWriter::Limits{});
-    CHECK(recorder.writer->put(write_of(3), 1, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(3), 1, WhenFull::kDrop));
     recorder.writer->mark_used(7);
-    CHECK(recorder.writer->put(write_of(1), 1, WhenFull::kWait));
+    CHECK(recorder.writer->put(make_write(1), 1, WhenFull::kWait));
     recorder.opened.set_value();
     recorder.writer->flush();
     CHECK(recorder.batches == std::vector<std::string>{"3 row 7 1"});
-    CHECK(recorder.writer->put(write_of(2), 1, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(2), 1, WhenFull::kDrop));
     recorder.writer.reset();
     CHECK(recorder.batches == std::vector<std::string>{"3 row 7 1", "2"});
 }
@@ -73,13 +73,13 @@ TEST_CASE("flushing a writer waits for its first task", "[voxelserver][boxes]") 
 TEST_CASE("a full queue drops items, and has room again once they are written",
           "[voxelserver][boxes]") {
     Recorder recorder(kSmall);
-    CHECK_FALSE(recorder.writer->put(write_of(1), 101, WhenFull::kDrop));
-    CHECK(recorder.writer->put(write_of(2), 60, WhenFull::kDrop));
-    CHECK_FALSE(recorder.writer->put(write_of(3), 41, WhenFull::kDrop));
-    CHECK(recorder.writer->put(write_of(4), 40, WhenFull::kDrop));
+    CHECK_FALSE(recorder.writer->put(make_write(1), 101, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(2), 60, WhenFull::kDrop));
+    CHECK_FALSE(recorder.writer->put(make_write(3), 41, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(4), 40, WhenFull::kDrop));
     recorder.opened.set_value();
     recorder.writer->flush();
-    CHECK(recorder.writer->put(write_of(5), 100, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(5), 100, WhenFull::kDrop));
     recorder.writer->flush();
     CHECK(recorder.batches == std::vector<std::string>{"2 4", "5"});
 }
@@ -88,9 +88,10 @@ TEST_CASE("an item that waits for room in the queue is written in a later batch"
           "[voxelserver][boxes]") {
     Recorder recorder(kSmall);
     // Larger than the limit, but the queue is empty.
-    CHECK(recorder.writer->put(write_of(1), 1000, WhenFull::kWait));
+    CHECK(recorder.writer->put(make_write(1), 1000, WhenFull::kWait));
     bool queued = false;
-    std::thread waiting([&] { queued = recorder.writer->put(write_of(2), 1000, WhenFull::kWait); });
+    std::thread waiting(
+        [&] { queued = recorder.writer->put(make_write(2), 1000, WhenFull::kWait); });
     recorder.opened.set_value();
     waiting.join();
     CHECK(queued);
@@ -102,7 +103,7 @@ TEST_CASE("rows are marked as used only while the queue is short", "[voxelserver
     Recorder recorder(kSmall);
     for (std::int64_t row = 1; row <= 5; ++row)
         recorder.writer->mark_used(row);
-    CHECK(recorder.writer->put(write_of(1), 100, WhenFull::kDrop));
+    CHECK(recorder.writer->put(make_write(1), 100, WhenFull::kDrop));
     recorder.opened.set_value();
     recorder.writer->flush();
     CHECK(recorder.batches == std::vector<std::string>{"row 1 row 2 row 3 1"});

@@ -38,7 +38,7 @@ struct Inputs {
             }
         return out;
     }
-    DiskCache::FingerprintOf function() const {
+    DiskCache::MakeFingerprint function() const {
         return [this](const InputExtent& r) { return of(r); };
     }
 };
@@ -48,7 +48,7 @@ Item item(const std::string& bytes, const InputExtent& reach = {0, 0, 1, 1},
     return {tag, std::make_shared<const std::string>(bytes), reach};
 }
 
-std::string text_of(const std::optional<Item>& found) {
+std::string to_text(const std::optional<Item>& found) {
     return !found ? "absent" : found->bytes ? *found->bytes : "air";
 }
 
@@ -88,11 +88,11 @@ TEST_CASE("an item that was put is there for the next process", "[voxelserver][b
     CHECK(*found->bytes == "one");
     CHECK(found->tag == 0xfedcba9876543210);
     CHECK(found->reach == InputExtent{-5, 2, 9, 12});
-    CHECK(text_of(cache.find(Kind::kMapTile, key)) == "tile");
-    CHECK(text_of(cache.find(Kind::kBox, far)) == "air");
-    CHECK(text_of(cache.find(Kind::kBox, {3, -5, 2, 1000001})) == "absent");
+    CHECK(to_text(cache.find(Kind::kMapTile, key)) == "tile");
+    CHECK(to_text(cache.find(Kind::kBox, far)) == "air");
+    CHECK(to_text(cache.find(Kind::kBox, {3, -5, 2, 1000001})) == "absent");
     // Coordinates two million boxes apart share a Morton code, not an item.
-    CHECK(text_of(cache.find(Kind::kBox, {3, -5 + (1 << 21), 2, 1000000})) == "absent");
+    CHECK(to_text(cache.find(Kind::kBox, {3, -5 + (1 << 21), 2, 1000000})) == "absent");
     cache.flush();
     CHECK(cache.stats().entries == 3);
     CHECK(cache.keys(Kind::kBox, 3, 10) == std::vector<BoxKey>{key});
@@ -111,16 +111,16 @@ TEST_CASE(
     cache.put(Kind::kBox, away, item("away", {8, 0, 10, 1}));
     cache.flush();
     inputs.versions[{0, 0}] = 1;
-    CHECK(text_of(cache.find(Kind::kBox, near)) == "absent");
-    CHECK(text_of(cache.find(Kind::kBox, wide)) == "absent");
-    CHECK(text_of(cache.find(Kind::kBox, away)) == "away");
+    CHECK(to_text(cache.find(Kind::kBox, near)) == "absent");
+    CHECK(to_text(cache.find(Kind::kBox, wide)) == "absent");
+    CHECK(to_text(cache.find(Kind::kBox, away)) == "away");
     CHECK(cache.keys(Kind::kBox, 0, 10) == std::vector<BoxKey>{away});
     cache.put(Kind::kBox, near, item("nearer", {0, 0, 1, 1}));
     cache.flush();
-    CHECK(text_of(cache.find(Kind::kBox, near)) == "nearer");
+    CHECK(to_text(cache.find(Kind::kBox, near)) == "nearer");
     inputs.versions.clear();
-    CHECK(text_of(cache.find(Kind::kBox, near)) == "near");
-    CHECK(text_of(cache.find(Kind::kBox, wide)) == "wide");
+    CHECK(to_text(cache.find(Kind::kBox, near)) == "near");
+    CHECK(to_text(cache.find(Kind::kBox, wide)) == "wide");
 }
 
 TEST_CASE("the file keeps to its limit, and what was put last stays",
@@ -142,12 +142,12 @@ TEST_CASE("the file keeps to its limit, and what was put last stays",
         cache.flush();
         CHECK(cache.stats().bytes <= kLimit);
         CHECK(cache.stats().evictions > 300);
-        CHECK(text_of(cache.find(Kind::kBox, {0, 599, 0, 0})) == noise(10'000, 599));
-        CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+        CHECK(to_text(cache.find(Kind::kBox, {0, 599, 0, 0})) == noise(10'000, 599));
+        CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
         cache.put(Kind::kBox, {0, 1000, 0, 0},
                   item(noise(kLimit / 2, 1)));  // would push out nearly all others
         cache.flush();
-        CHECK(text_of(cache.find(Kind::kBox, {0, 1000, 0, 0})) == "absent");
+        CHECK(to_text(cache.find(Kind::kBox, {0, 1000, 0, 0})) == "absent");
     }
     CHECK(std::filesystem::file_size(file) <= kLimit + 65536);
     // A lower limit holds after the next write.
@@ -155,7 +155,7 @@ TEST_CASE("the file keeps to its limit, and what was put last stays",
     cache.put(Kind::kBox, {0, 0, 0, 0}, item("new"));
     cache.flush();
     CHECK(cache.stats().bytes <= kLimit / 4);
-    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "new");
+    CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "new");
 }
 
 TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][disk]") {
@@ -173,11 +173,11 @@ TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][d
     changed(file, change);
     DiskCache cache(file, kPlenty, inputs.function());
     for (const BoxKey& key : {BoxKey{0, 0, 0, 0}, BoxKey{0, 0, 1, 0}})
-        CHECK(text_of(cache.find(Kind::kBox, key)) == "absent");
+        CHECK(to_text(cache.find(Kind::kBox, key)) == "absent");
     CHECK(cache.stats().damaged == 1);
     cache.put(Kind::kBox, {0, 0, 0, 0}, item("again"));
     cache.flush();
-    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "again");
+    CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "again");
 }
 
 TEST_CASE("a link at the name of the cache file is not followed", "[voxelserver][boxes][disk]") {
@@ -185,22 +185,22 @@ TEST_CASE("a link at the name of the cache file is not followed", "[voxelserver]
     const Inputs inputs;
     const auto other = folder.path() / "other.sqlite";
     changed(other, "CREATE TABLE mine (a)");
-    const std::string before = test::content_of(other);
+    const std::string before = test::read_content(other);
     std::filesystem::create_symlink(other, folder.path() / "boxes.sqlite");
     {
         DiskCache cache(folder.path() / "boxes.sqlite", kPlenty, inputs.function());
         cache.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
         cache.flush();
-        CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+        CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
     }
-    CHECK((test::content_of(other) == before));
+    CHECK((test::read_content(other) == before));
     // Links in the names of folders are ordinary.
     std::filesystem::create_directory(folder.path() / "disk");
     std::filesystem::create_directory_symlink("disk", folder.path() / "cache");
     DiskCache cache(folder.path() / "cache" / "boxes.sqlite", kPlenty, inputs.function());
     cache.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
     cache.flush();
-    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
+    CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
 }
 
 TEST_CASE(
@@ -239,12 +239,12 @@ TEST_CASE(
     use();
     use();  // whatever was damaged has been noticed by now
     DiskCache cache(file, kPlenty, inputs.function());
-    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == noise(9000, 0));
+    CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == noise(9000, 0));
 
     DiskCache nowhere("/proc/no/such/boxes.sqlite", kPlenty, inputs.function());
     nowhere.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
     nowhere.flush();
-    CHECK(text_of(nowhere.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+    CHECK(to_text(nowhere.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
 }
 
 TEST_CASE("a file that another process holds locked costs the disk, nothing more",
@@ -261,12 +261,12 @@ TEST_CASE("a file that another process holds locked costs the disk, nothing more
         DiskCache cache(file, kPlenty, inputs.function());
         cache.put(Kind::kBox, {0, 1, 0, 0}, item("two"));
         cache.flush();
-        CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+        CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
         CHECK(cache.keys(Kind::kBox, 0, 10).empty());
         CHECK(cache.failing());
     }
     DiskCache cache(file, kPlenty, inputs.function());
-    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
+    CHECK(to_text(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
 }
 
 TEST_CASE("two caches on one file see each other's items", "[voxelserver][boxes][disk]") {
@@ -290,7 +290,7 @@ TEST_CASE("two caches on one file see each other's items", "[voxelserver][boxes]
     b.flush();
     for (int t = 0; t < 4; ++t)
         for (int i = 0; i < 100; ++i)
-            CHECK(text_of((t % 2 == 0 ? b : a).find(Kind::kBox, {0, i, t, 0})) ==
+            CHECK(to_text((t % 2 == 0 ? b : a).find(Kind::kBox, {0, i, t, 0})) ==
                   std::to_string(1000 * t + i));
 }
 

@@ -20,7 +20,7 @@ public:
                 for (std::int32_t bz = -1; bz <= 0; ++bz) {
                     const voxel::BoxKey key{0, bx, by, bz};
                     if ((seed * 8 + boxes.size()) % 11 != 3)
-                        boxes[key] = random_scene(seed * 8 + boxes.size()).build(key, attr_of);
+                        boxes[key] = random_scene(seed * 8 + boxes.size()).build(key, to_attr);
                     else
                         boxes[key] = nullptr;
                 }

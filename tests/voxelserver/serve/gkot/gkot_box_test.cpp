@@ -12,7 +12,7 @@ using test::BoxGrid;
 
 namespace {
 
-std::size_t index_of(const Region& r, int x, int y, int z) {
+std::size_t compute_index(const Region& r, int x, int y, int z) {
     return static_cast<std::size_t>(x) +
            static_cast<std::size_t>(z) * static_cast<std::size_t>(r.sx) +
            static_cast<std::size_t>(y) * static_cast<std::size_t>(r.sx) *
@@ -26,7 +26,7 @@ std::vector<std::uint32_t> plain_blocks(const BoxGrid& grid, const Region& r) {
         for (int z = 0; z < r.sz; ++z)
             for (int x = 0; x < r.sx; ++x)
                 if (const auto attr = grid.voxel(r.x + x, r.y + y, r.z + z))
-                    out[index_of(r, x, y, z)] = gkot::block_word(attr->material);
+                    out[compute_index(r, x, y, z)] = gkot::block_word(attr->material);
     return out;
 }
 
@@ -46,7 +46,7 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
             r.z = static_cast<int>(random() % 300) - 180;
             INFO("seed " << seed << ", region " << r.x << " " << r.y << " " << r.z << ", sizes "
                          << r.sx << " " << r.sy << " " << r.sz);
-            CHECK(gkot::blocks_of(grid.info.bounds, r, grid.fetch()) == plain_blocks(grid, r));
+            CHECK(gkot::read_blocks(grid.info.bounds, r, grid.fetch()) == plain_blocks(grid, r));
         }
         CHECK(grid.requests_outside == 0);
     }
@@ -60,7 +60,7 @@ TEST_CASE("regions at the ends of all numbers are air, and nothing is requested"
     for (const auto x : kEnds)
         for (const auto z : kEnds) {
             const auto blocks =
-                gkot::blocks_of(grid.info.bounds, {x, x, z, 16, 16, 16}, grid.fetch());
+                gkot::read_blocks(grid.info.bounds, {x, x, z, 16, 16, 16}, grid.fetch());
             CHECK(std::ranges::all_of(blocks, [](auto word) { return word == 0; }));
         }
     CHECK(grid.requests == 0);
@@ -69,8 +69,9 @@ TEST_CASE("regions at the ends of all numbers are air, and nothing is requested"
                                  {INT32_MAX, INT32_MAX, INT32_MAX}};
     for (const std::int64_t at :
          {std::int64_t{INT32_MIN} - 8, std::int64_t{INT32_MAX} - 8, INT64_MIN, INT64_MAX})
-        CHECK(gkot::blocks_of(all, {at, at, at, 16, 16, 16}, grid.fetch()).size() == 4096);
-    CHECK(gkot::blocks_of({}, {0, 0, 0, 4, 4, 4}, grid.fetch()) == std::vector<std::uint32_t>(64));
+        CHECK(gkot::read_blocks(all, {at, at, at, 16, 16, 16}, grid.fetch()).size() == 4096);
+    CHECK(gkot::read_blocks({}, {0, 0, 0, 4, 4, 4}, grid.fetch()) ==
+          std::vector<std::uint32_t>(64));
 }
 
 TEST_CASE("a box that cannot be made is an error, not air", "[gkot][box]") {
@@ -78,7 +79,7 @@ TEST_CASE("a box that cannot be made is an error, not air", "[gkot][box]") {
     const gkot::FetchBox broken = [](const voxel::BoxKey&) -> std::shared_ptr<const voxel::Box> {
         throw util::Error("the square is damaged");
     };
-    CHECK_THROWS_WITH(gkot::blocks_of(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken),
+    CHECK_THROWS_WITH(gkot::read_blocks(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken),
                       test::contains("damaged"));
 }
 
@@ -115,10 +116,10 @@ TEST_CASE("a box without a height is the same as one with the height that the or
         for (const double tmx : {-50 * voxel_m, 20 * voxel_m, 1e6}) {
             request.origin = {tmx, 3};
             request.tmz.reset();
-            const auto automatic = gkot::region_of(grid.info, request, grid.fetch());
+            const auto automatic = gkot::find_region(grid.info, request, grid.fetch());
             request.tmz = gkot::find_origin(grid.info, request.origin, grid.fetch()).tmz;
             INFO("voxels of " << voxel_m << " m, tmx " << tmx);
-            CHECK(gkot::region_of(grid.info, request, grid.fetch()).y == automatic.y);
+            CHECK(gkot::find_region(grid.info, request, grid.fetch()).y == automatic.y);
         }
     }
 }
@@ -143,7 +144,7 @@ TEST_CASE("reported heights lead back to their voxel", "[gkot][origin]") {
         const auto y = static_cast<std::int64_t>(random() % 2000000) - 1000000;
         const double voxel_m = 0.01 + static_cast<double>(random() % 100000) / 20000;
         INFO("y " << y << ", voxel_m " << voxel_m);
-        REQUIRE(gkot::voxel_of(gkot::height_of(y, voxel_m), voxel_m) == y);
+        REQUIRE(gkot::find_voxel(gkot::find_height(y, voxel_m), voxel_m) == y);
     }
 }
 

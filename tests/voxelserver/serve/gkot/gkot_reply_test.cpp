@@ -12,8 +12,8 @@ using voxel::Material;
 
 namespace {
 
-gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::int32_t, 3> box,
-                            std::array<std::int32_t, 3> sizes) {
+gkot::BoxRequest make_request(double tmx, double tmy, double tmz, std::array<std::int32_t, 3> box,
+                              std::array<std::int32_t, 3> sizes) {
     gkot::BoxRequest out;
     out.origin = {tmx, tmy};
     out.tmz = tmz;
@@ -31,7 +31,7 @@ gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::
 TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]") {
     BoxGrid grid(3);
     // Origin (-10, 20) and northing 15: x = -10, z = -15; box (1, -1, 0) of 32 x 64 x 16.
-    const auto request = request_of(-10, 15, 20, {1, -1, 0}, {32, 64, 16});
+    const auto request = make_request(-10, 15, 20, {1, -1, 0}, {32, 64, 16});
     const auto reply = test::read_old_reply(gkot::box_reply(grid.info, request, grid.fetch()));
     CHECK(reply.chunk_x == 1);
     CHECK(reply.chunk_y == -1);
@@ -67,14 +67,14 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
 TEST_CASE("an empty box has -2 and is as long as others", "[gkot][reply]") {
     BoxGrid grid(3);
     const auto reply = test::read_old_reply(
-        gkot::box_reply(grid.info, request_of(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
+        gkot::box_reply(grid.info, make_request(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
     CHECK(reply.max_height == -2);
     CHECK(reply.blocks == std::vector<std::uint32_t>(8 * 16 * 4));
     CHECK(reply.tops == std::vector<std::int32_t>(8 * 4, -1));
 }
 
 TEST_CASE("bytes are big-endian in the order that the protocol names", "[gkot][reply]") {
-    const auto request = request_of(0, 0, 0, {-1, 2, 258}, {2, 2, 1});
+    const auto request = make_request(0, 0, 0, {-1, 2, 258}, {2, 2, 1});
     const std::string reply = gkot::encode_reply(request, {0x823, 0, 0x112, 0});
     const std::string expected(
         "\xff\xff\xff\xff\0\0\0\2\0\0\1\2\0\0\0\1\0\0\0\4"
@@ -110,13 +110,13 @@ TEST_CASE("origins count from voxels by floor, also below zero and with other vo
         voxel::WorldInfo info;
         info.crs_units_per_voxel = c.units;
         info.voxel_m = c.voxel_m;
-        const auto region =
-            gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
+        const auto region = gkot::find_region(
+            info, make_request(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
         CHECK(region.x == c.x);
         CHECK(region.y == c.y);
         CHECK(region.z == c.z);
-        const auto far = gkot::region_of(
-            info, request_of(c.tmx, c.tmy, c.tmz, {INT32_MIN, INT32_MAX, -1}, {512, 512, 64}),
+        const auto far = gkot::find_region(
+            info, make_request(c.tmx, c.tmy, c.tmz, {INT32_MIN, INT32_MAX, -1}, {512, 512, 64}),
             nullptr);
         CHECK(far.x == c.x - (std::int64_t{512} << 31));
         CHECK(far.y == c.y + std::int64_t{INT32_MAX} * 512);

@@ -54,7 +54,7 @@ struct ArchiveFixture {
     http::Router router;
 };
 
-std::string text_of(const Response& r) {
+std::string to_text(const Response& r) {
     REQUIRE(r.file);
     std::string out(r.file->bytes, ' ');
     REQUIRE(::pread(*r.file->descriptor, out.data(), out.size(),
@@ -68,7 +68,7 @@ TEST_CASE("an archive is served whole and in parts", "[voxelserver][http][archiv
     ArchiveFixture f;
     const Response whole = f.get();
     CHECK(whole.status == 200);
-    CHECK(text_of(whole) == "0123456789");
+    CHECK(to_text(whole) == "0123456789");
     CHECK(whole.header("Content-Type") == "application/vnd.terravox.archive");
     CHECK(whole.header("Accept-Ranges") == "bytes");
     CHECK(whole.header("Cache-Control") == "no-cache");
@@ -78,7 +78,7 @@ TEST_CASE("an archive is served whole and in parts", "[voxelserver][http][archiv
     CHECK(part.status == 206);
     CHECK(part.header("Content-Range") == "bytes 2-4/10");
     CHECK(part.header("ETag") == etag);
-    CHECK(text_of(part) == "234");
+    CHECK(to_text(part) == "234");
     CHECK(f.router.handle(Request{"HEAD", kPath, {}}).body_bytes() == 10);
     const Response head = f.router.handle(Request{"HEAD", kPath, {{"Range", "bytes=2-4"}}});
     CHECK(head.status == 200);
@@ -125,10 +125,10 @@ TEST_CASE("an archive that replaces another one has a tag of its own",
     const Response old = f.get({{"Range", "bytes=0-9"}});
     const std::string etag = old.header("ETag");
     f.write("abcdefghij");
-    CHECK(text_of(old) == "0123456789");  // a reply under way is of one archive
+    CHECK(to_text(old) == "0123456789");  // a reply under way is of one archive
     CHECK(f.get({{"Range", "bytes=0-9"}, {"If-Match", etag}}).status == 412);
     const Response now = f.get({{"Range", "bytes=0-3"}});
-    CHECK(text_of(now) == "abcd");
+    CHECK(to_text(now) == "abcd");
     CHECK(now.header("ETag") != etag);
     fs::remove(f.file);
     CHECK(f.get().status == 404);

@@ -18,7 +18,7 @@ struct Record {
 };
 
 // Written from docs/formats/http.md alone.
-std::vector<Record> records_of(std::string_view bytes) {
+std::vector<Record> parse_records(std::string_view bytes) {
     std::vector<Record> out;
     while (!bytes.empty()) {
         REQUIRE(bytes.size() >= 24);
@@ -73,7 +73,7 @@ TEST_CASE("a batch gives every requested box, air and failures too, and an end",
           "[voxelserver][http][batch]") {
     BatchFixture f;
     f.world.failing.insert({0, 0, 0, 0});
-    const auto records = records_of(f.stream(
+    const auto records = parse_records(f.stream(
         R"({"boxes": [[0,0,-1,0], [0,0,0,0], [0,1,1,-1], [1,0,-1,0], [0,99,0,0], [0,0,-1,0]]})"));
     REQUIRE(records.size() == 7);
     std::map<voxel::BoxKey, std::vector<Record>> by_key;
@@ -113,7 +113,7 @@ TEST_CASE("a batch sends what is ready before what is still being made",
         std::this_thread::yield();
     f.world.release();
     sending.join();
-    const auto records = records_of(out);
+    const auto records = parse_records(out);
     REQUIRE(records.size() == 3);
     CHECK(records[0].key == voxel::BoxKey{0, 1, 0, 0});
 }

@@ -79,7 +79,7 @@ TEST_CASE("each route accepts its own methods, and names them", "[voxelserver][h
         if (route.path.front() != '/')
             continue;
         INFO(route.path);
-        const std::string allowed(http::text_of(route.methods));
+        const std::string allowed(http::to_text(route.methods));
         for (const char* method : {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get", ""}) {
             INFO(method);
             Request request{method, route.path, {}};

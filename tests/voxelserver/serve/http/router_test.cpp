@@ -30,7 +30,7 @@ struct RouterFixture {
     }
 };
 
-nlohmann::json json_of(const Response& r) {
+nlohmann::json to_json(const Response& r) {
     return nlohmann::json::parse(r.body ? *r.body : "");
 }
 
@@ -65,7 +65,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         CHECK_FALSE(r.close);
         if (c.status >= 400) {
             CHECK(r.header("Content-Type") == "application/problem+json");
-            CHECK(json_of(r)["status"] == c.status);
+            CHECK(to_json(r)["status"] == c.status);
         }
     }
     CHECK(f.get("/v2/boxes/0/ 1/0/0").status == 400);
@@ -134,7 +134,7 @@ TEST_CASE("a box that cannot be made is a problem that says why, not air",
     const Response r = f.get("/v2/boxes/0/0/0/0");
     CHECK(r.status == 500);
     CHECK(r.header("Content-Type") == "application/problem+json");
-    CHECK_THAT(json_of(r)["detail"].get<std::string>(),
+    CHECK_THAT(to_json(r)["detail"].get<std::string>(),
                test::contains("decode the square 'a\"b': damaged"));
     CHECK(r.header("ETag").empty());
     CHECK(f.get("/v2/boxes/0/1/0/0").status == 200);
@@ -145,11 +145,11 @@ TEST_CASE("a box that cannot be made is a problem that says why, not air",
 TEST_CASE("a column lists its boxes, and heights in voxels of level 0 within the world",
           "[voxelserver][http][router]") {
     RouterFixture f;
-    CHECK(json_of(f.get("/v2/columns/0/0/0")) ==
+    CHECK(to_json(f.get("/v2/columns/0/0/0")) ==
           nlohmann::json{{"by_begin", -1}, {"by_end", 2}, {"min_y", -256}, {"max_y", 512}});
-    CHECK(json_of(f.get("/v2/columns/2/0/0")) ==
+    CHECK(to_json(f.get("/v2/columns/2/0/0")) ==
           nlohmann::json{{"by_begin", -1}, {"by_end", 1}, {"min_y", -256}, {"max_y", 512}});
-    CHECK(json_of(f.get("/v2/columns/0/-7/0")) ==
+    CHECK(to_json(f.get("/v2/columns/0/-7/0")) ==
           nlohmann::json{{"by_begin", 0}, {"by_end", 0}, {"min_y", 0}, {"max_y", 0}});
 }
 
@@ -159,7 +159,7 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
     (void)f.get("/v2/boxes/0/0/0/0");
     (void)f.get("/v2/boxes/0/0/1/0");
     (void)f.get("/nothing");
-    const auto json = json_of(f.get("/v2/stats"));
+    const auto json = to_json(f.get("/v2/stats"));
     CHECK(json["requests"]["/v2/boxes/{level}/{bx}/{by}/{bz}"]["200"] == 2);
     CHECK(json["requests"]["/v2/boxes/{level}/{bx}/{by}/{bz}"]["204"] == 1);
     CHECK(json["requests"]["unknown"]["404"] == 1);
@@ -195,7 +195,7 @@ TEST_CASE("the reason of a failure is for clients with the token", "[voxelserver
     service.health = [] { return http::Health{http::Health::State::kFailed, "cut short"}; };
     http::Router closed(service, "s3cret");
     const auto detail = [&](const char* token) {
-        return json_of(
+        return to_json(
             closed.handle(Request{"GET", "/healthz", {{"Authorization", token}}}))["detail"];
     };
     CHECK(detail("Bearer s3cret") == "failed: cut short");
@@ -231,7 +231,7 @@ TEST_CASE("the viewer is at /view/, where its relative addresses lead to its fil
     CHECK(f.get("/view/").bytes().find("src=\"viewer/viewer.js\"") != std::string_view::npos);
     const Response place = f.get("/view/place.json");
     CHECK(place.header("Cache-Control") == "no-store");
-    CHECK(json_of(place)["archive"]["server"] == "../");
+    CHECK(to_json(place)["archive"]["server"] == "../");
     const Response appearance = f.get("/view/appearance.bin");
     CHECK(appearance.bytes().substr(0, 2) == "\x1f\x8b");
     CHECK(appearance.header("ETag") != "");
@@ -289,7 +289,7 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
         return std::vector{s};
     };
     http::Router router(service);
-    const auto json = json_of(router.handle(Request{"GET", "/v2/squares", {}}));
+    const auto json = to_json(router.handle(Request{"GET", "/v2/squares", {}}));
     const auto& square = json["features"].at(0);
     CHECK(square["geometry"]["coordinates"][0][0] == nlohmann::json{10, -2});
     CHECK(square["geometry"]["coordinates"][0][2] == nlohmann::json{30, 8});
@@ -303,8 +303,8 @@ TEST_CASE("what is kept is listed by level", "[voxelserver][http][router]") {
     RouterFixture f;
     (void)f.get("/v2/boxes/0/1/0/0");
     (void)f.get("/v2/boxes/0/0/-1/0");
-    CHECK(json_of(f.get("/v2/cached/0"))["memory"] == nlohmann::json{{0, -1, 0}, {1, 0, 0}});
-    CHECK(json_of(f.get("/v2/cached/1"))["memory"].empty());
+    CHECK(to_json(f.get("/v2/cached/0"))["memory"] == nlohmann::json{{0, -1, 0}, {1, 0, 0}});
+    CHECK(to_json(f.get("/v2/cached/1"))["memory"].empty());
     CHECK(f.get("/v2/cached/3").status == 404);
     CHECK(f.get("/v2/cached/x").status == 400);
 }

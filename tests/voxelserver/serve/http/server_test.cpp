@@ -45,22 +45,23 @@ std::string header(const HttpReply& r, const std::string& name) {
 std::string random_request(std::mt19937& random) {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     // One of the texts between bars.
-    const auto one_of = [&](std::string texts) {
+    const auto choose_one = [&](std::string texts) {
         auto n = below(1 + static_cast<std::size_t>(std::count(texts.begin(), texts.end(), '|')));
         for (; n > 0; --n)
             texts.erase(0, texts.find('|') + 1);
         return texts.substr(0, texts.find('|'));
     };
-    const std::string path = one_of(
+    const std::string path = choose_one(
         "/|/v2/world|/v2/boxes/0/0/0/0|/../../etc/passwd|/%2e%2e/%2e%2e/etc/passwd|"
         "/..%2f..%2fetc/passwd|*||/v2/boxes/0/../../../etc/passwd|//etc/passwd|"
         "/\\..\\..\\etc\\passwd|http://elsewhere/v2/world|/v2/world?x=%00&y=../..|"
         "/v2/boxes/0/0/0/99999999999|/" +
         std::string(3000, 'a'));
-    std::string out = one_of("GET|HEAD|POST|OPTIONS|CONNECT|PROPFIND|FOO|get|") + " " + path + " " +
-                      one_of("HTTP/1.1|HTTP/1.0|HTTP/0.9|HTTP/2.0|HTTP/|FTP/1.1|") + "\r\n";
+    std::string out = choose_one("GET|HEAD|POST|OPTIONS|CONNECT|PROPFIND|FOO|get|") + " " + path +
+                      " " + choose_one("HTTP/1.1|HTTP/1.0|HTTP/0.9|HTTP/2.0|HTTP/|FTP/1.1|") +
+                      "\r\n";
     for (std::size_t i = below(5); i > 0; --i)
-        out += one_of(
+        out += choose_one(
                    "Host: localhost|Host: x|Content-Length: 1000000000000|Content-Length: -5|"
                    "Transfer-Encoding: chunked|Transfer-Encoding: gzip, chunked|"
                    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Key: x|"

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint64_t kMax_bytes = 100'000;
 
-int status_of(jobs::JobProcess& process) {
+int find_status(jobs::JobProcess& process) {
     std::optional<int> status;
     REQUIRE(test::eventually([&] {
         status = process.look();
@@ -49,7 +49,7 @@ TEST_CASE(
         {script.file(), {"a", "b c; $(exit)"}, folder.path(), {{"X", "y"}}, kMax_bytes});
     for (const char* name : kWithheld)
         ::unsetenv(name);
-    CHECK(status_of(process) == 3);
+    CHECK(find_status(process) == 3);
     ::close(open_file);
     const std::string path = folder.path().string();
     // The open files are those of `ls`: input, output, errors and the folder.
@@ -61,7 +61,7 @@ TEST_CASE("a process that somebody else has waited for has ended", "[voxelserver
     const test::TemporaryFolder folder;
     const auto before = ::signal(SIGCHLD, SIG_IGN);
     jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-    CHECK(status_of(process) == 127);
+    CHECK(find_status(process) == 127);
     ::signal(SIGCHLD, before);
 }
 
@@ -69,7 +69,7 @@ TEST_CASE("a process cannot write more than it may", "[voxelserver][jobs]") {
     const test::Script script("head -c 300000 /dev/zero > big || exit 9; exit 0");
     const test::TemporaryFolder folder;
     jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-    CHECK(status_of(process) == 9);
+    CHECK(find_status(process) == 9);
     CHECK(std::filesystem::file_size(folder.path() / "big") <= kMax_bytes);
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("a process is nicer than the server, however nice that is", "[voxelser
         const int own = ::getpriority(PRIO_PROCESS, 0) + more;
         CHECK(::setpriority(PRIO_PROCESS, 0, own) == 0);
         jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-        CHECK(status_of(process) == 0);
+        CHECK(find_status(process) == 0);
         CHECK(process.said() == std::to_string(std::min(own + 10, 19)) + "\n");
     }).join();
 }
@@ -126,7 +126,7 @@ TEST_CASE("what it says is kept to some kilobytes, and read", "[voxelserver][job
         " i=$((i + 1)); done");
     const test::TemporaryFolder folder;
     jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-    CHECK(status_of(process) == 0);
+    CHECK(find_status(process) == 0);
     CHECK(process.said().size() <= 4096);
     CHECK(process.said().ends_with("line 1999\n"));
     CHECK(jobs::progress_in("") == std::nullopt);

@@ -13,7 +13,7 @@ using jobs::JobState;
 
 namespace {
 
-jobs::QueueOptions options_of(const test::Script& script) {
+jobs::QueueOptions make_options(const test::Script& script) {
     jobs::QueueOptions out;
     out.program = script.file();
     out.world = "http://127.0.0.1:1";
@@ -25,7 +25,7 @@ jobs::JobRequest request() {
     return {"sky", 100, {"--area=0,0,1,1"}};
 }
 
-jobs::JobStatus end_of(jobs::JobQueue& queue, const std::string& id) {
+jobs::JobStatus find_end(jobs::JobQueue& queue, const std::string& id) {
     std::optional<jobs::JobStatus> status;
     REQUIRE(test::eventually([&] {
         status = queue.status(id);
@@ -49,11 +49,11 @@ TEST_CASE("a job runs the analysis of the server's own world, and has its raster
           "[voxelserver][jobs]") {
     const test::Script script(
         R"(echo "$*, $TERRAVOX_SERVER_TOKEN for $TERRAVOX_SERVER_ORIGIN" > result.tif)");
-    jobs::JobQueue queue(options_of(script));
+    jobs::JobQueue queue(make_options(script));
     const auto id = queue.submit(request());
     REQUIRE(id);
     CHECK(id->size() == 32);
-    const jobs::JobStatus end = end_of(queue, *id);
+    const jobs::JobStatus end = find_end(queue, *id);
     CHECK(end.state == JobState::kDone);
     CHECK_FALSE(end.has_holes);
     CHECK(end.bytes > 0);
@@ -97,7 +97,7 @@ TEST_CASE("how a process ends is how its job ends, and one that takes too much i
     }));
     DYNAMIC_SECTION(c.name) {
         const test::Script script(c.script);
-        jobs::QueueOptions options = options_of(script);
+        jobs::QueueOptions options = make_options(script);
         options.max_kept = 1;
         c.limit(options);
         jobs::JobQueue queue(options);
@@ -105,7 +105,7 @@ TEST_CASE("how a process ends is how its job ends, and one that takes too much i
         // Failed jobs take no room of results.
         for (int i = 0; i < (c.state == JobState::kFailed ? 2 : 1); ++i) {
             id = queue.submit(request()).value();
-            const jobs::JobStatus end = end_of(queue, id);
+            const jobs::JobStatus end = find_end(queue, id);
             CHECK(end.state == c.state);
             CHECK(end.has_holes == c.has_holes);
             CHECK_THAT(end.message, test::contains(c.message));
@@ -116,7 +116,7 @@ TEST_CASE("how a process ends is how its job ends, and one that takes too much i
 
 TEST_CASE("jobs wait for their turn, and no more than there is room for", "[voxelserver][jobs]") {
     const test::Script script(kEndless);
-    jobs::QueueOptions options = options_of(script);
+    jobs::QueueOptions options = make_options(script);
     options.max_waiting = 2;
     jobs::JobQueue queue(options);
     const auto first = queue.submit(request());
@@ -151,7 +151,7 @@ TEST_CASE("only the latest results are kept, the last one whatever its size, and
                                           {"one too large", 100, 500, 1}}));
     DYNAMIC_SECTION(c.name) {
         const test::Script script("head -c 1000 /dev/zero > result.tif");
-        jobs::QueueOptions options = options_of(script);
+        jobs::QueueOptions options = make_options(script);
         options.max_kept = c.max_kept;
         options.max_kept_bytes = c.max_kept_bytes;
         options.kept_at_least = std::chrono::seconds(0);
@@ -159,7 +159,7 @@ TEST_CASE("only the latest results are kept, the last one whatever its size, and
         std::vector<std::string> ids;
         for (int i = 0; i < 4; ++i) {
             ids.push_back(queue.submit(request()).value());
-            CHECK(end_of(queue, ids.back()).state == JobState::kDone);
+            CHECK(find_end(queue, ids.back()).state == JobState::kDone);
             CHECK(queue.result(ids.back()));
         }
         for (std::size_t i = 0; i < ids.size(); ++i)
@@ -167,7 +167,7 @@ TEST_CASE("only the latest results are kept, the last one whatever its size, and
         CHECK(queue.counts().kept == c.kept);
     }
     const test::Script script("echo x > result.tif");
-    jobs::QueueOptions options = options_of(script);
+    jobs::QueueOptions options = make_options(script);
     options.kept = std::chrono::seconds(0);
     jobs::JobQueue queue(options);
     const std::string id = queue.submit(request()).value();
@@ -177,7 +177,7 @@ TEST_CASE("only the latest results are kept, the last one whatever its size, and
 TEST_CASE("no result is dropped for others before its time: they wait for room",
           "[voxelserver][jobs]") {
     const test::Script script("head -c 10000 /dev/zero > result.tif");
-    jobs::QueueOptions options = options_of(script);
+    jobs::QueueOptions options = make_options(script);
     const bool by_bytes = GENERATE(false, true);
     constexpr std::uint64_t kOneResult_bytes = (std::uint64_t{64} << 20) + 20'000;
     options.max_kept = by_bytes ? 100 : 1;
@@ -185,7 +185,7 @@ TEST_CASE("no result is dropped for others before its time: they wait for room",
     jobs::JobQueue queue(options);
     const auto of_one_client = queue.submit(request());
     REQUIRE(of_one_client);
-    CHECK(end_of(queue, *of_one_client).state == JobState::kDone);
+    CHECK(find_end(queue, *of_one_client).state == JobState::kDone);
     const auto of_another = queue.submit(request());
     REQUIRE(of_another);
     const auto waiting = queue.status(*of_another);
@@ -195,7 +195,7 @@ TEST_CASE("no result is dropped for others before its time: they wait for room",
     CHECK_THAT(waiting->message, test::contains("waits for room"));
     CHECK(queue.result(*of_one_client));
     CHECK(queue.remove(*of_one_client));
-    CHECK(end_of(queue, *of_another).message.empty());
+    CHECK(find_end(queue, *of_another).message.empty());
     CHECK(queue.result(*of_another));
 }
 
@@ -204,7 +204,7 @@ TEST_CASE("a queue that stops ends its processes and removes its files", "[voxel
     ::setenv("TERRAVOX_NOTE", script.note().c_str(), 1);
     std::string folder;
     {
-        jobs::JobQueue queue(options_of(script));
+        jobs::JobQueue queue(make_options(script));
         const auto id = queue.submit(request());
         REQUIRE(id);
         REQUIRE(test::eventually([&] { return runs(queue, *id); }));

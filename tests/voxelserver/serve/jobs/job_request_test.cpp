@@ -17,7 +17,7 @@ voxel::WorldInfo placed_world() {
     return world;
 }
 
-std::vector<std::string> words_of(const std::string& body) {
+std::vector<std::string> list_words(const std::string& body) {
     return jobs::read_job_request(body, placed_world(), {}).words;
 }
 
@@ -59,7 +59,7 @@ TEST_CASE("a request becomes options of the command, each a word of its own",
          {"--area=0,0,1,1", "--resolution=0.5", "--observer=0.5,0.25,+1.6", "--target-height=2"}},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(words_of(c.body) == c.words);
+        CHECK(list_words(c.body) == c.words);
     }
 }
 
@@ -74,7 +74,7 @@ TEST_CASE("values in many brackets are refused on the stack of a web server's th
         std::string message;
         test::on_small_stack([&] {
             try {
-                (void)words_of(body);
+                (void)list_words(body);
             } catch (const util::UsageError& e) {
                 message = e.what();
             }
@@ -86,7 +86,7 @@ TEST_CASE("values in many brackets are refused on the stack of a web server's th
 }
 
 TEST_CASE("very small numbers stay numbers", "[voxelserver][jobs]") {
-    for (const std::string& word : words_of(R"({"kind": "sky", "area": [1e-60, 0, 1, 1]})"))
+    for (const std::string& word : list_words(R"({"kind": "sky", "area": [1e-60, 0, 1, 1]})"))
         CHECK(word.find("nan") == std::string::npos);
 }
 
@@ -140,8 +140,8 @@ TEST_CASE("what is no request is refused, and says what is allowed", "[voxelserv
         {"yes", R"({"kind": "sun", "area": [0, 0, 1, 1], "monthly": "yes"})", "true, false"},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_AS(words_of(c.body), util::UsageError);
-        CHECK_THROWS_WITH(words_of(c.body), test::contains(c.part));
+        CHECK_THROWS_AS(list_words(c.body), util::UsageError);
+        CHECK_THROWS_WITH(list_words(c.body), test::contains(c.part));
     }
 }
 

@@ -55,7 +55,7 @@ TEST_CASE("a box column from above is what its columns show from the top", "[map
         Boxes boxes;
         for (std::int32_t by = -2; by < static_cast<std::int32_t>(seed % 3); ++by)
             boxes.push_back(test::random_scene(seed * 10 + static_cast<std::uint64_t>(by + 2))
-                                .build({0, -5, by, 7}, test::attr_of));
+                                .build({0, -5, by, 7}, test::to_attr));
         if (seed % 2 == 0)
             std::swap(boxes.front(), boxes.back());
         boxes.insert(boxes.begin() + 1, nullptr);
@@ -80,10 +80,10 @@ TEST_CASE("a box column from above is what its columns show from the top", "[map
 
 TEST_CASE("true colours are mixed into those of materials in linear light", "[map][top]") {
     const auto colours = test::test_colours();
-    const auto colour_of = [&](const VoxelAttr& attr) {
+    const auto to_colour = [&](const VoxelAttr& attr) {
         return map::make_top(Boxes{slab(0, 9, attr)}, colours)->at(3, 60).colour;
     };
-    CHECK(colour_of(of(Material::kRoad)) == colours.palette.of(Material::kRoad).colour);
+    CHECK(to_colour(of(Material::kRoad)) == colours.palette.of(Material::kRoad).colour);
     const voxel::Rgb8 shown{200, 30, 90};
     struct Case {
         Material material;
@@ -96,7 +96,7 @@ TEST_CASE("true colours are mixed into those of materials in linear light", "[ma
                 util::to_linear(a) * (100 - percent) / 100.0 + util::to_linear(b) * percent / 100.0;
             return util::to_srgb(static_cast<std::uint32_t>(linear + 0.5));
         };
-        CHECK(colour_of(of(material, shown)) == voxel::Rgb8{mixed(plain.r, shown.r),
+        CHECK(to_colour(of(material, shown)) == voxel::Rgb8{mixed(plain.r, shown.r),
                                                             mixed(plain.g, shown.g),
                                                             mixed(plain.b, shown.b)});
     }
@@ -109,7 +109,7 @@ TEST_CASE("hidden rock under the sky of its box is still a top", "[map][top]") {
     for (int z = -1; z <= 64; ++z)
         for (int x = -1; x <= 64; ++x)
             scene.add(x, z, -1, 257, true);
-    const auto box = scene.build({0, 0, -1, 0}, test::attr_of);
+    const auto box = scene.build({0, 0, -1, 0}, test::to_attr);
     const auto top = map::make_top(Boxes{box}, test::test_colours());
     REQUIRE(top);
     CHECK(top->at(0, 0).y == -1);
@@ -127,7 +127,7 @@ TEST_CASE("nothing is nothing, and what calls itself air is still seen", "[map][
 TEST_CASE("boxes that do not stand on each other are refused", "[map][top]") {
     const auto colours = test::test_colours();
     const auto build = [](const voxel::BoxKey& key) {
-        return test::random_scene(1).build(key, test::attr_of);
+        return test::random_scene(1).build(key, test::to_attr);
     };
     CHECK_THROWS_AS(map::make_top(Boxes{build({0, 0, 0, 0}), build({0, 1, 1, 0})}, colours),
                     util::Error);

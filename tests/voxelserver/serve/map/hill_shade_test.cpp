@@ -10,7 +10,7 @@ using voxel::Material;
 
 namespace {
 
-std::uint32_t shade_of(const std::array<std::int32_t, 9>& heights) {
+std::uint32_t measure_shade(const std::array<std::int32_t, 9>& heights) {
     std::array<ColumnTop, 9> tops;
     map::TopWindow window{};
     for (std::size_t i = 0; i < 9; ++i) {
@@ -39,7 +39,7 @@ TEST_CASE("slopes towards the north-west are bright, those away from it dark", "
         {"a wall", {0, 0, 0, 0, 0, 0, -90, -90, -90}, -1},
     }));
     DYNAMIC_SECTION(c.name) {
-        const auto shade = static_cast<int>(shade_of(c.heights));
+        const auto shade = static_cast<int>(measure_shade(c.heights));
         const int flat = map::kFlatShade;
         CHECK((shade > flat) - (shade < flat) == c.sign);
     }
@@ -52,13 +52,13 @@ TEST_CASE("shade stays within its range for any heights", "[map][shade]") {
         for (auto& h : heights)
             h = i % 2 == 0 ? static_cast<std::int32_t>(random())
                            : static_cast<std::int32_t>(random() % 7);
-        const std::uint32_t shade = shade_of(heights);
+        const std::uint32_t shade = measure_shade(heights);
         INFO("round " << i);
         REQUIRE(shade >= map::kFlatShade * 6 / 10);
         REQUIRE(shade <= map::kFlatShade * 5 / 4);
     }
-    CHECK(shade_of({INT32_MIN, INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX, INT32_MAX, INT32_MIN, 0,
-                    INT32_MAX}) > 0);
+    CHECK(measure_shade({INT32_MIN, INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX, INT32_MAX,
+                         INT32_MIN, 0, INT32_MAX}) > 0);
 }
 
 TEST_CASE(

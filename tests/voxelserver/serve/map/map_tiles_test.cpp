@@ -21,8 +21,8 @@ namespace {
 constexpr std::size_t kRoom = std::size_t{64} << 20;
 
 /// Box columns from (min) to (max), half-open.
-voxel::WorldInfo world_of(int levels, std::int32_t min_bx, std::int32_t min_bz, std::int32_t max_bx,
-                          std::int32_t max_bz) {
+voxel::WorldInfo make_world(int levels, std::int32_t min_bx, std::int32_t min_bz,
+                            std::int32_t max_bx, std::int32_t max_bz) {
     voxel::WorldInfo info;
     info.levels = levels;
     info.bounds = {{min_bx * 64, -500, min_bz * 64}, {max_bx * 64, 500, max_bz * 64}};
@@ -50,7 +50,7 @@ Rgba8 plain_pixel(const voxel::WorldInfo& info, std::int32_t x, std::int32_t z) 
     return map::shaded_pixel(window);
 }
 
-std::vector<Rgba8> pixels_of(const map::Tile& tile) {
+std::vector<Rgba8> read_pixels(const map::Tile& tile) {
     return tile.png ? test::read_png(*tile.png).pixels : std::vector<Rgba8>(std::size_t{256} * 256);
 }
 
@@ -64,7 +64,7 @@ int differing(const std::vector<Rgba8>& a, const std::vector<Rgba8>& b) {
 }  // namespace
 
 TEST_CASE("finest tiles are the shaded land, without seams at boxes and tiles", "[map][tiles]") {
-    const auto info = world_of(4, -6, -5, 7, 6);
+    const auto info = make_world(4, -6, -5, 7, 6);
     MadeUpLand land(4);
     MapTiles tiles(info, land, kRoom);
     for (std::int32_t ty = -3; ty <= 2; ++ty)
@@ -75,23 +75,23 @@ TEST_CASE("finest tiles are the shaded land, without seams at boxes and tiles", 
                 expected.push_back(plain_pixel(info, tx * 256 + i % 256, ty * 256 + i / 256));
             INFO("tile " << tx << "/" << ty);
             CHECK(tile.complete);
-            CHECK(differing(pixels_of(tile), expected) == 0);
+            CHECK(differing(read_pixels(tile), expected) == 0);
         }
 }
 
 TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", "[map][tiles]") {
-    const auto info = world_of(5, -8, -8, 9, 10);
+    const auto info = make_world(5, -8, -8, 9, 10);
     MadeUpLand land(5);
     MapTiles tiles(info, land, kRoom);
     for (const int zoom : {3, 2}) {
         const int t = -1;
-        const auto coarse = pixels_of(tiles.get(zoom, t, t));
+        const auto coarse = read_pixels(tiles.get(zoom, t, t));
         int wrong = 0;
         int seen = 0;
         std::array<std::vector<Rgba8>, 4> fine;
         for (int q = 0; q < 4; ++q)
             fine[static_cast<std::size_t>(q)] =
-                pixels_of(tiles.get(zoom + 1, 2 * t + q % 2, 2 * t + q / 2));
+                read_pixels(tiles.get(zoom + 1, 2 * t + q % 2, 2 * t + q / 2));
         for (int i = 0; i < 256 * 256; ++i) {
             const int x = i % 256 * 2;
             const int z = i / 256 * 2;
@@ -123,21 +123,21 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
 }
 
 TEST_CASE("bytes do not depend on earlier requests, on the cache, or on threads", "[map][tiles]") {
-    const auto info = world_of(6, -9, -9, 9, 9);
+    const auto info = make_world(6, -9, -9, 9, 9);
     std::map<std::array<int, 3>, std::string> expected;
     std::vector<std::array<int, 3>> order;
     for (const int zoom : {5, 4, 3})
         for (int y = -2; y < 1; ++y)
             for (int x = -2; x < 2; ++x)
                 order.push_back({zoom, x, y});
-    const auto bytes_of = [](MapTiles& tiles, const std::array<int, 3>& at) {
+    const auto measure_bytes = [](MapTiles& tiles, const std::array<int, 3>& at) {
         const auto tile = tiles.get(at[0], at[1], at[2]);
         return tile.complete ? (tile.png ? *tile.png : "nothing") : "incomplete";
     };
     for (const auto& at : order) {  // each from nothing
         MadeUpLand land(6);
         MapTiles tiles(info, land, 0);
-        expected[at] = bytes_of(tiles, at);
+        expected[at] = measure_bytes(tiles, at);
     }
     for (const std::size_t room : {std::size_t{0}, std::size_t{1} << 20}) {
         MadeUpLand land(6);
@@ -150,7 +150,7 @@ TEST_CASE("bytes do not depend on earlier requests, on the cache, or on threads"
                 std::shuffle(mine.begin(), mine.end(), std::mt19937_64(t));
                 mine.resize(18);
                 for (const auto& at : mine)
-                    wrong += bytes_of(tiles, at) == expected.at(at) ? 0 : 1;
+                    wrong += measure_bytes(tiles, at) == expected.at(at) ? 0 : 1;
             });
         for (auto& thread : threads)
             thread.join();
@@ -160,7 +160,7 @@ TEST_CASE("bytes do not depend on earlier requests, on the cache, or on threads"
 }
 
 TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") {
-    const auto info = world_of(6, 0, 0, 128, 128);
+    const auto info = make_world(6, 0, 0, 128, 128);
     MadeUpLand land(6);
     MapTiles tiles(info, land, kRoom);
     const auto nothing = tiles.get(0, 0, 0);
@@ -174,7 +174,7 @@ TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") 
     const auto some = tiles.get(0, 0, 0);
     CHECK_FALSE(some.complete);
     REQUIRE(some.png);
-    const auto pixels = pixels_of(some);
+    const auto pixels = read_pixels(some);
     int inside = 0, outside = 0;  // of the tile's 8 x 8 pixels
     for (int i = 0; i < 256 * 256; ++i) {
         const bool in_tile = i % 256 / 8 == 3 && i / 256 / 8 == 2;
@@ -195,7 +195,7 @@ TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") 
 }
 
 TEST_CASE("an overview is complete when everything has been made", "[map][tiles]") {
-    const auto info = world_of(5, -7, 3, 9, 20);
+    const auto info = make_world(5, -7, 3, 9, 20);
     MadeUpLand land(5);
     MapTiles tiles(info, land, kRoom);
     for (std::int32_t bz = 3; bz < 20; ++bz)
@@ -223,7 +223,7 @@ TEST_CASE("an overview is complete when everything has been made", "[map][tiles]
 TEST_CASE("one call makes a bounded number of pictures, and the next go on from there",
           "[map][tiles]") {
     const int side = 96;  // 24 x 24 finest tiles
-    const auto info = world_of(8, 0, 0, side, side);
+    const auto info = make_world(8, 0, 0, side, side);
     MadeUpLand land(8, true);
     for (std::int32_t bz = 0; bz < side; ++bz)
         for (std::int32_t bx = 0; bx < side; ++bx)
@@ -244,7 +244,7 @@ TEST_CASE("one call makes a bounded number of pictures, and the next go on from 
 
 TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[map][tiles]") {
     MadeUpLand land(21);
-    const auto info = world_of(21, -10, -10, 10, 10);
+    const auto info = make_world(21, -10, -10, 10, 10);
     MapTiles tiles(info, land, kRoom);
     for (const int zoom : {0, 1, 10, 18, 19, 20})
         for (const std::int32_t x :
@@ -288,7 +288,7 @@ TEST_CASE("a world as large as numbers go is drawn with bounded work", "[map][ti
 }
 
 TEST_CASE("what cannot be made is an error, and made when it can be", "[map][tiles]") {
-    const auto info = world_of(4, -10, -10, 10, 10);
+    const auto info = make_world(4, -10, -10, 10, 10);
     MadeUpLand land(4);
     land.failing = {{4, 1}};  // in the ring of tile (0, 0), and in tile (1, 0)
     MapTiles tiles(info, land, kRoom);

@@ -20,20 +20,20 @@ TEST_CASE("a PNG holds the pixels that were given, also noise, and no time", "[m
             const auto byte = [&] { return static_cast<std::uint8_t>(random()); };
             p = {byte(), byte(), byte(), byte()};
         }
-        const std::string bytes = map::png_of(pixels, width, height);
+        const std::string bytes = map::to_png(pixels, width, height);
         const auto back = test::read_png(bytes);
         CHECK(back.width == width);
         CHECK(back.height == height);
         CHECK(back.pixels == pixels);
-        CHECK(bytes == map::png_of(pixels, width, height));
+        CHECK(bytes == map::to_png(pixels, width, height));
         CHECK(bytes.find("tIME") == std::string::npos);
     }
 }
 
 TEST_CASE("sizes that do not fit are refused", "[map][png]") {
     const std::vector<map::Rgba8> pixels(12);
-    CHECK_THROWS_WITH(map::png_of(pixels, 4, 4), test::contains("48 samples were given, not 64"));
-    CHECK_THROWS_AS(map::png_of(pixels, 0, 0), util::Error);
-    CHECK_THROWS_AS(map::png_of(pixels, -3, -4), util::Error);
-    CHECK_THROWS_AS(map::png_of(pixels, 1 << 30, 4), util::Error);
+    CHECK_THROWS_WITH(map::to_png(pixels, 4, 4), test::contains("48 samples were given, not 64"));
+    CHECK_THROWS_AS(map::to_png(pixels, 0, 0), util::Error);
+    CHECK_THROWS_AS(map::to_png(pixels, -3, -4), util::Error);
+    CHECK_THROWS_AS(map::to_png(pixels, 1 << 30, 4), util::Error);
 }

@@ -23,7 +23,7 @@ struct Maker {
             ++made;
         return map::ColumnBoxes{
             {test::random_scene(static_cast<std::uint64_t>(bx + 100 * bz + 5000))
-                 .build({0, bx, 0, bz}, test::attr_of)},
+                 .build({0, bx, 0, bz}, test::to_attr)},
             {bx - 2, bz - 2, bx + 3, bz + 3}};
     }
 };

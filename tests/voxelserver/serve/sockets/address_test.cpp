@@ -62,9 +62,9 @@ TEST_CASE("a peer has one name, however it is obtained", "[sockets][address]") {
     CHECK(only("2001:db8:1:2:3:4:5:6").neighbourhood() == only("2001:db8:1:2::9").neighbourhood());
     CHECK(only("2001:db8:1:2::9").neighbourhood() != only("2001:db8:1:3::9").neighbourhood());
     for (const char* host : {"192.0.2.7", "::ffff:192.0.2.7", "2001:db8:1:2:3:4:5:6"})
-        CHECK(sockets::neighbourhood_of(only(host).text()) == only(host).neighbourhood());
-    CHECK(sockets::neighbourhood_of("pair:1") == "pair");
-    CHECK(sockets::neighbourhood_of("[nonsense]:1") == "[nonsense]");
+        CHECK(sockets::to_neighbourhood(only(host).text()) == only(host).neighbourhood());
+    CHECK(sockets::to_neighbourhood("pair:1") == "pair");
+    CHECK(sockets::to_neighbourhood("[nonsense]:1") == "[nonsense]");
 }
 
 TEST_CASE("an unknown host name is an error of its own", "[sockets][address]") {

@@ -62,7 +62,7 @@ TEST_CASE("the command line of the manual is understood", "[survey][options]") {
     REQUIRE(options);
     CHECK(options->seed == 9);
     CHECK(options->density == 0.5);
-    const auto squares = squares_of(*options);
+    const auto squares = list_squares(*options);
     REQUIRE(squares.size() == 6);
     CHECK(squares.front().name() == "TM_462_101");
     CHECK(squares.back().name() == "TM_463_103");
@@ -85,10 +85,10 @@ TEST_CASE("a small square starts around the middle of the place, on a multiple o
           "[survey][options]") {
     const auto options = parsed({"--square-m", "512", "-o", "out"});
     REQUIRE(options);
-    CHECK(squares_of(*options).front().name() == "TM_462240_101232");
+    CHECK(list_squares(*options).front().name() == "TM_462240_101232");
     const auto placed = parsed({"--square-m", "256", "--origin", "463.5,102.25", "-o", "out"});
     REQUIRE(placed);
-    CHECK(squares_of(*placed).front().name() == "TM_463500_102250");
+    CHECK(list_squares(*placed).front().name() == "TM_463500_102250");
 }
 
 TEST_CASE("help and version are answers, not errors", "[survey][options]") {

@@ -28,7 +28,7 @@ TEST_CASE(
     for (const Building& b : village().buildings()) {
         if (!b.open_beneath() || !village().extent().box().contains(b.centre))
             continue;
-        CAPTURE(name_of(b.use), b.centre.x, b.centre.y);
+        CAPTURE(to_name(b.use), b.centre.x, b.centre.y);
         ++found[static_cast<std::size_t>(b.use)];
         CHECK(b.underside_m < b.eaves_m);
         if (b.use != BuildingUse::kHotel)
@@ -37,7 +37,7 @@ TEST_CASE(
     }
     for (const BuildingUse use : {BuildingUse::kBalcony, BuildingUse::kCarport,
                                   BuildingUse::kCanopy, BuildingUse::kPassage}) {
-        CAPTURE(name_of(use));
+        CAPTURE(to_name(use));
         CHECK(found[static_cast<std::size_t>(use)] > 0);
     }
 }
@@ -124,7 +124,7 @@ TEST_CASE("the kind of a column is that of the highest thing above it", "[survey
     for (const TrueKind kind :
          {TrueKind::kGrass, TrueKind::kRoad, TrueKind::kWater, TrueKind::kTree, TrueKind::kRoofRed,
           TrueKind::kRoofGrey, TrueKind::kRoofPale}) {
-        CAPTURE(name_of(kind));
+        CAPTURE(to_name(kind));
         CHECK(count[static_cast<std::size_t>(kind)] > 50);
     }
 }

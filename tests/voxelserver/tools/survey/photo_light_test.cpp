@@ -21,7 +21,7 @@ SurveyOptions lit_survey(const std::filesystem::path& folder) {
     return options;
 }
 
-double mean_of(const std::vector<std::uint8_t>& values) {
+double measure_mean(const std::vector<std::uint8_t>& values) {
     double sum = 0;
     for (const std::uint8_t v : values)
         sum += v;
@@ -69,7 +69,7 @@ TEST_CASE("what lies in the sun has its own colour, what lies in the shadow is d
 
     SECTION("a lower sun casts longer shadows") {
         const LitPhoto low = take_photo(model, {150, 15, 0, 0});
-        CHECK(mean_of(low.photo.pixels) < mean_of(lit.photo.pixels) - 5);
+        CHECK(measure_mean(low.photo.pixels) < measure_mean(lit.photo.pixels) - 5);
     }
     SECTION("haze makes the darkest brighter") {
         const LitPhoto haze = take_photo(model, {150, 30, 1, 0});

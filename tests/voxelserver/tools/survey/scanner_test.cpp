@@ -108,7 +108,7 @@ TEST_CASE("building points lie between ground and ridge, bridge points on the de
                     model.buildings().begin(), model.buildings().end(), [&](const Building& b) {
                         const Vec2 from = point.at - b.centre;
                         return std::abs(dot(from, b.direction)) < b.half_length_m + 0.2 &&
-                               std::abs(dot(from, left_of(b.direction))) < b.half_width_m + 0.2 &&
+                               std::abs(dot(from, turn_left(b.direction))) < b.half_width_m + 0.2 &&
                                point.height_m > b.ground_m - 3.2 &&
                                point.height_m < b.top_of_all_m() + 0.2;
                     });

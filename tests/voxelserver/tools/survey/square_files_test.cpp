@@ -13,7 +13,7 @@ using namespace terravox::survey::test;
 
 namespace {
 
-std::vector<std::string> files_of(const std::string& name) {
+std::vector<std::string> list_files(const std::string& name) {
     return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif",
             "truth/kind_" + name + ".tif", "truth/truth_" + name + ".json"};
 }
@@ -30,8 +30,8 @@ TEST_CASE("another seed gives another place", "[survey]") {
     options.folder = two.path();
     options.seed = 8;
     run_survey(options, kQuiet);
-    for (const auto& file : files_of(reports.front().name))
-        CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
+    for (const auto& file : list_files(reports.front().name))
+        CHECK(read_all_bytes(one.path() / file) != read_all_bytes(two.path() / file));
 }
 
 TEST_CASE("a square depends neither on threads nor on which survey it belongs to", "[survey]") {
@@ -47,25 +47,25 @@ TEST_CASE("a square depends neither on threads nor on which survey it belongs to
     options.origin_east_m += 128;
     options.threads = 1;
     run_survey(options, kQuiet);
-    for (const auto& file : files_of(name)) {
+    for (const auto& file : list_files(name)) {
         INFO(file);
-        CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
+        CHECK(read_all_bytes(alone.path() / file) == read_all_bytes(among.path() / file));
     }
-    CHECK(bytes_of(alone.path() / "truth" / ("albedo_" + name + ".tif")) ==
-          bytes_of(among.path() / "truth" / ("albedo_" + name + ".tif")));
+    CHECK(read_all_bytes(alone.path() / "truth" / ("albedo_" + name + ".tif")) ==
+          read_all_bytes(among.path() / "truth" / ("albedo_" + name + ".tif")));
 }
 
 TEST_CASE("points lie in their square and neighbours share none", "[survey]") {
     const TemporaryFolder folder;
     auto options = small_survey(folder.path());
     options.square_m = 128;
-    const auto whole = squares_of(small_survey(folder.path())).front();
+    const auto whole = list_squares(small_survey(folder.path())).front();
     options.squares_east = options.squares_north = 2;
     std::size_t in_parts = 0;
-    for (const auto& extent : squares_of(options)) {
+    for (const auto& extent : list_squares(options)) {
         survey_square(options, extent, 1);
         std::vector<double> bounds;
-        const auto points = points_of(folder.path() / (extent.name() + ".laz"), &bounds);
+        const auto points = list_points(folder.path() / (extent.name() + ".laz"), &bounds);
         in_parts += points.size();
         const auto east = static_cast<double>(extent.east_m);
         const auto north = static_cast<double>(extent.north_m);
@@ -83,7 +83,7 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
     const auto options = small_survey(folder.path());
     const auto report = run_survey(options, kQuiet).front();
     CHECK(report.name == "TM_462400_101240");
-    const auto points = points_of(folder.path() / (report.name + ".laz"));
+    const auto points = list_points(folder.path() / (report.name + ".laz"));
     CHECK(points.size() == report.points);
 
     {

@@ -16,7 +16,7 @@ namespace terravox::survey::test {
 
 using terravox::test::TemporaryFolder;
 
-inline std::string bytes_of(const std::filesystem::path& path) {
+inline std::string read_all_bytes(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     REQUIRE(file);
     return {std::istreambuf_iterator<char>(file), {}};
@@ -35,8 +35,8 @@ struct FilePoint {
 
 /// Reads all points of a LAS or LAZ file with LASzip itself. @param bounds gets the header's x0,
 /// x1, y0, y1, z0, z1
-inline std::vector<FilePoint> points_of(const std::filesystem::path& path,
-                                        std::vector<double>* bounds = nullptr) {
+inline std::vector<FilePoint> list_points(const std::filesystem::path& path,
+                                          std::vector<double>* bounds = nullptr) {
     laszip_POINTER reader = nullptr;
     laszip_BOOL compressed = 0;
     REQUIRE(laszip_create(&reader) == 0);

@@ -26,11 +26,11 @@ struct Row {
 };
 
 template <PointFormat... Each>
-constexpr std::array<Row, sizeof...(Each)> rows_of(const std::tuple<Each...>& /*formats*/) {
+constexpr std::array<Row, sizeof...(Each)> make_rows(const std::tuple<Each...>& /*formats*/) {
     return {Row{Each::kName, Each::kEndings, Each::kSideEnding, Each::recognise}...};
 }
 
-constexpr auto kRows = rows_of(Formats());
+constexpr auto kRows = make_rows(Formats());
 
 bool has_ending(const Row& row, const fs::path& file) {
     return std::find(row.endings.begin(), row.endings.end(), util::lower_extension(file)) !=
@@ -38,7 +38,7 @@ bool has_ending(const Row& row, const fs::path& file) {
 }
 
 /// The first bytes; empty for a file that cannot be read.
-std::string head_of(const fs::path& file) {
+std::string read_start(const fs::path& file) {
     std::string out(kHeadBytes, '\0');
     std::error_code failed;
     std::ifstream in;
@@ -50,7 +50,7 @@ std::string head_of(const fs::path& file) {
 }
 
 std::optional<std::size_t> find_format(const fs::path& file) {
-    const std::string head = head_of(file);
+    const std::string head = read_start(file);
     for (std::size_t i = 0; i < kRows.size(); ++i) {
         if (kRows[i].recognise(head) != Recognition::kUnknown)
             return i;
@@ -71,7 +71,7 @@ bool is_point_file(const fs::path& file) {
 bool is_point_file_of_folder(const fs::path& file) {
     const auto row =
         std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return has_ending(r, file); });
-    return row != kRows.end() && row->recognise(head_of(file)) != Recognition::kOther;
+    return row != kRows.end() && row->recognise(read_start(file)) != Recognition::kOther;
 }
 
 std::vector<fs::path> expand_point_files(const std::vector<fs::path>& paths) {
@@ -81,7 +81,7 @@ std::vector<fs::path> expand_point_files(const std::vector<fs::path>& paths) {
     return util::expand_folders(paths, endings, "LiDAR data", is_point_file_of_folder);
 }
 
-std::optional<fs::path> side_file_of(const fs::path& file) {
+std::optional<fs::path> find_side_file(const fs::path& file) {
     const auto format = find_format(file);
     if (!format || kRows[*format].side_ending.empty())
         return std::nullopt;
@@ -91,7 +91,7 @@ std::optional<fs::path> side_file_of(const fs::path& file) {
     return fs::is_regular_file(side_file, failed) ? std::optional(side_file) : std::nullopt;
 }
 
-std::size_t format_of(const fs::path& file) {
+std::size_t find_format_by(const fs::path& file) {
     const auto found = find_format(file);
     if (!found)
         FileBytes(file).fail("no known format; allowed: " + format_names());

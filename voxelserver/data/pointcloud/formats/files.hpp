@@ -25,12 +25,13 @@ namespace terravox::pointcloud {
 /// The side file next to a point file that affects the result of opening it, such as a .prj file
 /// with its CRS.
 /// @return nullopt when there is none
-[[nodiscard]] std::optional<std::filesystem::path> side_file_of(const std::filesystem::path& file);
+[[nodiscard]] std::optional<std::filesystem::path> find_side_file(
+    const std::filesystem::path& file);
 
 /// The index in the list (list.hpp) of the format that should open a file: by its first bytes, else
 /// by its ending.
 /// @throws Error naming the file and all formats when it has none of them, or does not exist
-[[nodiscard]] std::size_t format_of(const std::filesystem::path& file);
+[[nodiscard]] std::size_t find_format_by(const std::filesystem::path& file);
 
 /// The names of all formats, for help and messages: "LAS, LAZ or COPC, PLY".
 [[nodiscard]] std::string format_names();

@@ -11,16 +11,16 @@ namespace {
 using Open = std::unique_ptr<const PointSource> (*)(const std::filesystem::path& path);
 
 template <PointFormat... Each>
-constexpr std::array<Open, sizeof...(Each)> openers_of(const std::tuple<Each...>& /*formats*/) {
+constexpr std::array<Open, sizeof...(Each)> list_openers(const std::tuple<Each...>& /*formats*/) {
     return {Each::open...};
 }
 
-constexpr auto kOpeners = openers_of(Formats());
+constexpr auto kOpeners = list_openers(Formats());
 
 }  // namespace
 
 std::unique_ptr<const PointSource> open_point_source(const std::filesystem::path& file) {
-    return kOpeners[format_of(file)](file);
+    return kOpeners[find_format_by(file)](file);
 }
 
 const PointSource& DeferredSource::opened() const {

@@ -17,7 +17,7 @@ enum Group : std::size_t {
     kGroupCount
 };
 
-Group group_of(Role role) noexcept {
+Group choose_group(Role role) noexcept {
     switch (role) {
         case Role::kGround: return kGroundGroup;
         case Role::kWater: return kWaterGroup;
@@ -93,7 +93,7 @@ std::uint8_t commonest_class(std::span<const Seen> points) {
 }
 
 // `points` by rising y.
-Surface surface_of(std::span<const Seen> points, float height) {
+Surface find_surface(std::span<const Seen> points, float height) {
     Surface out;
     out.height = height;
     out.source_class = commonest_class(points);
@@ -144,7 +144,7 @@ class ColumnSorter {
 public:
     explicit ColumnSorter(const ClassTable& classes) {
         for (std::size_t i = 0; i < 256; ++i)
-            m_group[i] = group_of(classes.meaning[i].role);
+            m_group[i] = choose_group(classes.meaning[i].role);
     }
     void clear() noexcept {
         for (auto& g : m_points)
@@ -215,21 +215,21 @@ bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
 void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>& objects,
             CellSums& cell) {
     if (const auto g = points[kGroundGroup]; !g.empty()) {
-        column.ground = surface_of(g, median(g));
+        column.ground = find_surface(g, median(g));
         column.ground_points = saturated(g.size());
         cell.ground_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.ground += s.height();
     }
     if (const auto g = points[kWaterGroup]; !g.empty()) {
-        column.water = surface_of(g, median(g));
+        column.water = find_surface(g, median(g));
         column.water_points = saturated(g.size());
         cell.water_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.water += s.height();
     }
     if (const auto g = points[kRoofGroup]; !g.empty()) {
-        column.roof = surface_of(g, g.back().height());
+        column.roof = find_surface(g, g.back().height());
         column.roof_points = saturated(g.size());
         column.roof_low = g.front().height();
         cell.other_points += static_cast<std::uint32_t>(g.size());
@@ -238,7 +238,7 @@ void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>
                                   over(g, points[kGroundGroup]);
     }
     if (const auto g = points[kDeckGroup]; !g.empty()) {
-        column.deck = surface_of(g, median(g));
+        column.deck = find_surface(g, median(g));
         column.deck_points = saturated(g.size());
     }
     if (const auto g = points[kObjectGroup]; !g.empty()) {

@@ -73,14 +73,14 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings,
 Window PointSet::window(grid::PatchKey middle) {
     Window out;
     out.middle = middle;
-    const auto key_of = [&](std::size_t i) {
+    const auto to_key = [&](std::size_t i) {
         return grid::PatchKey{middle.px + static_cast<int>(i % 3) - 1,
                               middle.pz + static_cast<int>(i / 3) - 1};
     };
     // Where parts are decoded, one part serves all that are missing.
     grid::PatchRect missing{{middle.px + 2, middle.pz + 2}, {middle.px - 1, middle.pz - 1}};
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
-        const grid::PatchKey key = key_of(i);
+        const grid::PatchKey key = to_key(i);
         if ((out.patches[i] = m_columns.find(key)))
             continue;
         missing.min = {std::min(missing.min.px, key.px), std::min(missing.min.pz, key.pz)};
@@ -89,7 +89,7 @@ Window PointSet::window(grid::PatchKey middle) {
     Held held;
     for (std::size_t i = 0; i < out.patches.size(); ++i)
         if (!out.patches[i])
-            out.patches[i] = columns(key_of(i), missing, held);
+            out.patches[i] = columns(to_key(i), missing, held);
     return out;
 }
 
@@ -101,15 +101,15 @@ std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key) {
 std::shared_ptr<const PatchColumns> PointSet::columns(grid::PatchKey key,
                                                       const grid::PatchRect& wanted, Held& held) {
     return m_columns.get(
-        key, [&] { return make_columns(key, points_of(key, wanted, held)); },
+        key, [&] { return make_columns(key, list_points(key, wanted, held)); },
         [this](const auto& p) { return p == m_empty ? std::size_t{0} : p->memory_bytes(); });
 }
 
-std::vector<PatchPoints> PointSet::points_of(grid::PatchKey key, const grid::PatchRect& wanted,
-                                             Held& held) {
+std::vector<PatchPoints> PointSet::list_points(grid::PatchKey key, const grid::PatchRect& wanted,
+                                               Held& held) {
     std::vector<PatchPoints> out;
     // A margin of one voxel: a transformed or rounded point may lie just outside its file's bounds.
-    const grid::ColumnRect rect = grid::columns_of(key).grown(1);
+    const grid::ColumnRect rect = grid::find_columns(key).grown(1);
     for (std::size_t i = 0; i < m_sources.files.size(); ++i) {
         if (!m_sources.files[i].bounds.overlaps(rect))
             continue;
@@ -127,7 +127,7 @@ std::shared_ptr<const PatchColumns> PointSet::make_columns(
     grid::PatchKey key, const std::vector<PatchPoints>& points) const {
     const util::StageTimes::Scope timed(m_times, "column init");
     // Wide empty extents (a stray header, the sea) share one patch.
-    if (points.empty() && m_bounds.surrounds(grid::columns_of(key)))
+    if (points.empty() && m_bounds.surrounds(grid::find_columns(key)))
         return m_empty;
     auto out = init_columns(points, m_classes, m_cell_voxels);
     mark_covered(key, out->cells);

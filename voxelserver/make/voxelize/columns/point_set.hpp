@@ -64,8 +64,8 @@ public:
     }
 
     /// The state of a file, and the error if it failed.
-    [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const {
-        return m_squares.state_of(file);
+    [[nodiscard]] std::pair<SquareState, std::string> find_state(std::size_t file) const {
+        return m_squares.find_state(file);
     }
 
     /// SquareReader::facts_folder()
@@ -85,8 +85,8 @@ private:
                                                               const grid::PatchRect& wanted,
                                                               Held& held);
     /// @return views of the points in `held`
-    [[nodiscard]] std::vector<PatchPoints> points_of(grid::PatchKey key,
-                                                     const grid::PatchRect& wanted, Held& held);
+    [[nodiscard]] std::vector<PatchPoints> list_points(grid::PatchKey key,
+                                                       const grid::PatchRect& wanted, Held& held);
     [[nodiscard]] std::shared_ptr<const PatchColumns> make_columns(
         grid::PatchKey key, const std::vector<PatchPoints>& points) const;
     void mark_covered(grid::PatchKey key, water::CellPatch& cells) const noexcept;

@@ -22,10 +22,10 @@ constexpr std::size_t kColumnsShare = 6;
 constexpr std::size_t kMinParts = std::size_t{8} << 20;
 constexpr std::size_t kMinColumns = std::size_t{16} << 20;
 
-double width_of(const SquareSource& source) {
+double measure_width(const SquareSource& source) {
     return static_cast<double>(source.bounds.max_x) - source.bounds.min_x;
 }
-double depth_of(const SquareSource& source) {
+double find_depth(const SquareSource& source) {
     return static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
 }
 
@@ -37,8 +37,8 @@ bool fits(const SquareSource& source, std::size_t limit_bytes) {
     constexpr double kRunBytes = 32;
     constexpr double kAround = 16384;
     const auto points = static_cast<double>(source.info.point_count);
-    const double width = width_of(source);
-    const double depth = depth_of(source);
+    const double width = measure_width(source);
+    const double depth = find_depth(source);
     const double patches =
         std::min((width / grid::kPatchSize + 3) * (depth / grid::kPatchSize + 3), points);
     const double spacing = std::sqrt(width * depth / std::max(points, 1.0));
@@ -81,8 +81,8 @@ std::string recipe_text(const SquareSource& source, const SquareRecipe& recipe, 
 
 // A block and the patches around it take at most a quarter of their share, unless a single patch is
 // larger.
-int block_patches_of(const SquareSource& source, std::size_t parts_bytes) {
-    const double columns = std::max(width_of(source) * depth_of(source), 1.0);
+int count_block_patches(const SquareSource& source, std::size_t parts_bytes) {
+    const double columns = std::max(measure_width(source) * find_depth(source), 1.0);
     const double patch_bytes = static_cast<double>(source.info.point_count) *
                                    sizeof(store::VoxelPoint) / columns * grid::kPatchColumns +
                                2 * sizeof(store::PatchEntry);
@@ -117,7 +117,7 @@ std::vector<PartedFile> plan_files(std::span<const SquareSource> files, const Po
                                            recipe_text(source, *recipe, crs));
         file.kept_whole = fits(source, memory.squares);
         if (!file.kept_whole)
-            file.block_patches = block_patches_of(source, memory.parts);
+            file.block_patches = count_block_patches(source, memory.parts);
         out.push_back(std::move(file));
     }
     return out;
@@ -132,7 +132,7 @@ std::bitset<256> unknown_codes(const store::PointCounts& counts, const ClassTabl
     return out;
 }
 
-std::string list_of(const std::bitset<256>& codes, const store::PointCounts& counts) {
+std::string to_list(const std::bitset<256>& codes, const store::PointCounts& counts) {
     constexpr int kNamed = 8;
     std::string out;
     int found = 0;
@@ -166,7 +166,7 @@ void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
                            counts.outliers);
         if (const std::bitset<256> unknown = unknown_codes(counts, m_classes); unknown.any())
             util::log_warn("{}: classes that the table '{}' does not name: {}; {}", path,
-                           m_classes.id, list_of(unknown, counts), shown_as(unknown));
+                           m_classes.id, to_list(unknown, counts), shown_as(unknown));
         const std::lock_guard lock(m_mutex);
         m_counts.add(counts);
     });
@@ -270,7 +270,7 @@ std::vector<PartedFile> plan(std::span<const SquareSource> files, const PointMem
     return plan_files(files, memory, has_names ? &recipe : nullptr);
 }
 
-std::vector<std::string> names_of(const std::vector<PartedFile>& files) {
+std::vector<std::string> list_names(const std::vector<PartedFile>& files) {
     std::vector<std::string> out;
     out.reserve(files.size());
     for (const PartedFile& file : files)
@@ -288,7 +288,7 @@ SquareReader::SquareReader(const LidarWorldOptions& options, std::span<const Squ
       m_folder(open_folder(options)),
       m_indices(open_indices(options)),
       m_files(plan(files, memory, context, m_folder != nullptr || m_indices != nullptr)),
-      m_prepared(m_folder.get(), names_of(m_files)),
+      m_prepared(m_folder.get(), list_names(m_files)),
       m_parts(m_files, context, {m_folder.get(), m_indices.get(), options.reads_chunk_indices},
               memory.parts, thread::thread_count(options.threads),
               [&report](std::size_t file, const store::PointCounts& met, bool whole) {
@@ -313,7 +313,7 @@ Squares SquareReader::around(std::size_t file, const grid::PatchRect& wanted) {
     }
 }
 
-std::pair<SquareState, std::string> SquareReader::state_of(std::size_t file) const {
+std::pair<SquareState, std::string> SquareReader::find_state(std::size_t file) const {
     std::string error;
     bool in_memory = false;
     {

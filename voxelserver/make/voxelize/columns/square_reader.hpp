@@ -158,7 +158,7 @@ public:
     [[nodiscard]] Squares around(std::size_t file, const grid::PatchRect& wanted);
 
     /// The state of a file, and the error if it failed.
-    [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
+    [[nodiscard]] std::pair<SquareState, std::string> find_state(std::size_t file) const;
 
     /// Where facts that were found out are kept for later worlds: with the chunk indices that are
     /// to last, else in the cache folder; nullptr: nowhere.

@@ -286,7 +286,7 @@ namespace {
 
 constexpr int kBridgedAround = 5;  // of eight
 
-Surface deck_of(const Window& window, int x, int z) {
+Surface find_deck(const Window& window, int x, int z) {
     const Column& own = window.column(x, z);
     if (own.bridged())
         return own.deck;
@@ -310,7 +310,7 @@ Surface deck_of(const Window& window, int x, int z) {
 Margined<Surface> fill_decks(const Window& window, const FoundDecks* found) {
     Margined<Surface> out;
     if (window.any(&PatchColumns::any_deck))
-        Margined<Surface>::each([&](int x, int z) { out.at(x, z) = deck_of(window, x, z); });
+        Margined<Surface>::each([&](int x, int z) { out.at(x, z) = find_deck(window, x, z); });
     if (found != nullptr)
         Margined<Surface>::each([&](int x, int z) {
             if (!out.at(x, z).seen())

@@ -45,8 +45,8 @@ bool any(const Bits& b) noexcept {
 
 using Rows = std::array<Bits, 3 * grid::kPatchSize>;  // index z + 64
 
-Rows rows_of(const Window& window,
-             std::array<std::uint64_t, grid::kPatchSize> PatchColumns::* what) {
+Rows make_rows(const Window& window,
+               std::array<std::uint64_t, grid::kPatchSize> PatchColumns::* what) {
     Rows out;
     for (std::size_t i = 0; i < out.size(); ++i)
         for (std::size_t w = 0; w < 3; ++w)
@@ -81,10 +81,10 @@ public:
           m_first(-DeckSeeds::kMargin - m_chord - kFall),
           m_last(grid::kPatchSize - m_first) {
         read_heights(window);
-        const Rows occupied = rows_of(window, &PatchColumns::occupied);
-        const Rows wet = rows_of(window, &PatchColumns::wet);
-        const Rows ground = rows_of(window, &PatchColumns::ground);
-        const Rows built = rows_of(window, &PatchColumns::built);
+        const Rows occupied = make_rows(window, &PatchColumns::occupied);
+        const Rows wet = make_rows(window, &PatchColumns::wet);
+        const Rows ground = make_rows(window, &PatchColumns::ground);
+        const Rows built = make_rows(window, &PatchColumns::built);
         m_low = wide_voids(occupied);
         add_water(occupied, wet);
         for (std::size_t i = 0; i < m_low.size(); ++i) {

@@ -46,7 +46,7 @@ public:
 
     [[nodiscard]] std::size_t count() const noexcept { return m_numbers.size(); }
     [[nodiscard]] std::uint16_t number(std::size_t i) const noexcept { return m_numbers[i]; }
-    [[nodiscard]] std::size_t index_of(std::uint16_t number) const noexcept {
+    [[nodiscard]] std::size_t compute_index(std::uint16_t number) const noexcept {
         return static_cast<std::size_t>(
             std::lower_bound(m_numbers.begin(), m_numbers.end(), number) - m_numbers.begin());
     }
@@ -108,7 +108,7 @@ private:
     std::vector<double> m_gain;
 };
 
-std::vector<std::uint16_t> numbers_of(const std::vector<GroundEcho>& echoes) {
+std::vector<std::uint16_t> list_numbers(const std::vector<GroundEcho>& echoes) {
     std::vector<std::uint16_t> out;
     for (const GroundEcho& e : echoes)
         out.push_back(e.line);
@@ -170,10 +170,10 @@ std::uint8_t BrightnessScale::brightness(std::uint16_t intensity,
     return static_cast<std::uint8_t>(std::clamp(value, 1.0, 255.0));
 }
 
-BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m) {
+BrightnessScale scale_from(std::vector<GroundEcho> echoes, double voxel_m) {
     if (echoes.size() < kMinEchoes)
         return {};
-    std::vector<std::uint16_t> numbers = numbers_of(echoes);
+    std::vector<std::uint16_t> numbers = list_numbers(echoes);
     if (numbers.size() > kMaxLines)
         return {};
     Lines lines(std::move(numbers));
@@ -182,8 +182,8 @@ BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m) {
     sorted.reserve(echoes.size());
     for (const GroundEcho& e : echoes)
         sorted.push_back({static_cast<std::int64_t>(std::floor(e.x / cell)),
-                          static_cast<std::int64_t>(std::floor(e.z / cell)), lines.index_of(e.line),
-                          e.intensity});
+                          static_cast<std::int64_t>(std::floor(e.z / cell)),
+                          lines.compute_index(e.line), e.intensity});
     std::sort(sorted.begin(), sorted.end());
     compare_cells(sorted, lines);
     lines.settle();

@@ -55,7 +55,7 @@ private:
 /// ground with the others have a percentile of their own. Nothing is known from fewer than 64
 /// echoes, from more than 256 lines, or where intensities hardly differ. The order of the echoes
 /// does not matter.
-[[nodiscard]] BrightnessScale scale_of(std::vector<GroundEcho> echoes, double voxel_m);
+[[nodiscard]] BrightnessScale scale_from(std::vector<GroundEcho> echoes, double voxel_m);
 
 /// Files this near each other share echoes.
 inline constexpr double kSharedScale_m = 500;

@@ -26,31 +26,31 @@ double unit_m(const PointCloudInfo& info) {
     return info.crs->geographic() ? kDegree_m : info.crs->metres_per_unit();
 }
 
-std::string text_of(const Place& min, const Place& max) {
+std::string to_text(const Place& min, const Place& max) {
     return fmt::format("x {:.10g} to {:.10g}, y {:.10g} to {:.10g}, z {:.10g} to {:.10g}", min[0],
                        max[0], min[1], max[1], min[2], max[2]);
 }
 
 // What defines that the points of a file lie within its bounds.
-const char* authority_of(const PointCloudInfo& info) {
+const char* find_authority(const PointCloudInfo& info) {
     return info.measured_bounds ? "its points span the bounds" : "its header states the bounds";
 }
 
 [[noreturn]] void refuse(const PointCloudInfo& info, const std::string& why) {
-    throw util::Error("place the point cloud " + info.path.string() + ": " + authority_of(info) +
-                      " " + text_of(info.min, info.max) + ", " + why + "; the header needs repair");
+    throw util::Error("place the point cloud " + info.path.string() + ": " + find_authority(info) +
+                      " " + to_text(info.min, info.max) + ", " + why + "; the header needs repair");
 }
 
-Place place_of(const Point& p) {
+Place find_place(const Point& p) {
     return {p.x, p.y, p.z};
 }
 
 // How many points lie beyond the bounds, by more than rounding.
 std::size_t count_beyond(const PointCloudInfo& info, std::span<const Point> sample) {
-    const Place slack{rounding_of(info, 0), rounding_of(info, 1), rounding_of(info, 2)};
+    const Place slack{find_rounding(info, 0), find_rounding(info, 1), find_rounding(info, 2)};
     return static_cast<std::size_t>(
         std::count_if(sample.begin(), sample.end(), [&](const Point& p) {
-            const Place at = place_of(p);
+            const Place at = find_place(p);
             for (std::size_t a = 0; a < 3; ++a)
                 if (!(at[a] >= info.min[a] - slack[a] && at[a] <= info.max[a] + slack[a]))
                     return true;
@@ -73,7 +73,7 @@ bool looks_empty(const PointSource& source, const PointCloudInfo& info,
 }
 
 // A gap may be a river between its banks: only parts that lie far apart are separate.
-std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, double unit) {
+std::vector<PlanRect> find_islands(const std::vector<PointCluster>& clusters, double unit) {
     constexpr double kApart_m = 5000;
     constexpr std::size_t kMax = 64;  // more parts than that are one survey
     const double apart = kApart_m / unit;
@@ -108,7 +108,7 @@ std::vector<PlanRect> islands_of(const std::vector<PointCluster>& clusters, doub
 
 }  // namespace
 
-double rounding_of(const PointCloudInfo& info, std::size_t axis) {
+double find_rounding(const PointCloudInfo& info, std::size_t axis) {
     constexpr double kDigits = 0.02;  // of a unit of height, of a metre in plan
     return std::max(axis == 2 ? kDigits : kDigits / unit_m(info), 2 * info.scale[axis]);
 }
@@ -117,7 +117,7 @@ std::size_t parts_met(const PointCloudInfo& info, std::span<const Point> sample)
     constexpr int kParts = 8;
     std::bitset<kParts * kParts> met;
     for (const Point& p : sample) {
-        const Place at = place_of(p);
+        const Place at = find_place(p);
         const auto part = [&](std::size_t a) {
             const double width = info.max[a] - info.min[a];
             return width > 0 ? static_cast<std::size_t>(std::clamp(
@@ -164,12 +164,12 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
                 (info.max[a] - max[a]) * unit > kMuch_m;
     if (wrong) {
         util::log_warn("{}: {} {}, but all points but strays lie in {}; these bounds are used",
-                       info.path.string(), authority_of(info), text_of(info.min, info.max),
-                       text_of(min, max));
+                       info.path.string(), find_authority(info), to_text(info.min, info.max),
+                       to_text(min, max));
         info.min = min;
         info.max = max;
     }
-    auto islands = islands_of(clusters, unit);
+    auto islands = find_islands(clusters, unit);
     return wrong || islands.size() > 1 ? islands : stated;
 }
 
@@ -182,7 +182,7 @@ constexpr std::uint64_t kPointsPerScan = 200'000;
 
 using Cells = std::unordered_map<std::uint64_t, PointCluster>;
 
-std::uint64_t key_of(std::int64_t i, std::int64_t k) noexcept {
+std::uint64_t to_key(std::int64_t i, std::int64_t k) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32 |
            static_cast<std::uint32_t>(k);
 }
@@ -210,8 +210,8 @@ void add_all(Cells& to, const Cells& from, const pointcloud::PointSource& source
 }
 
 // Neighbours in a file are neighbours in space: the cell is mostly that of the previous point.
-Cells cells_of(const pointcloud::PointSource& source, const pointcloud::PointRange& range,
-               const KeepsPoint& keeps, double cell_units) {
+Cells collect_cells(const pointcloud::PointSource& source, const pointcloud::PointRange& range,
+                    const KeepsPoint& keeps, double cell_units) {
     Cells out;
     std::uint64_t last_key = 0;
     PointCluster* last = nullptr;
@@ -225,7 +225,7 @@ Cells cells_of(const pointcloud::PointSource& source, const pointcloud::PointRan
                 return static_cast<std::int64_t>(
                     std::clamp(std::floor(v / cell_units), -kFarthest, kFarthest));
             };
-            const std::uint64_t key = key_of(index(at[0]), index(at[1]));
+            const std::uint64_t key = to_key(index(at[0]), index(at[1]));
             if (last == nullptr || key != last_key) {
                 last = &out[key];
                 last_key = key;
@@ -253,7 +253,7 @@ PointCluster take_cluster(Cells& left) {
         for (int dk = -kReach; dk <= kReach; ++dk)
             for (int di = -kReach; di <= kReach; ++di)
                 if (const auto found =
-                        left.find(key_of(std::int64_t{i} + di, std::int64_t{k} + dk));
+                        left.find(to_key(std::int64_t{i} + di, std::int64_t{k} + dk));
                     found != left.end())
                     take(found);
     }
@@ -268,7 +268,7 @@ std::vector<PointCluster> find_clusters(const pointcloud::PointSource& source,
     Cells cells;
     std::mutex mutex;
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
-        const Cells mine = cells_of(source, ranges[i], keeps, kCell_m / unit_m);
+        const Cells mine = collect_cells(source, ranges[i], keeps, kCell_m / unit_m);
         const std::lock_guard lock(mutex);
         add_all(cells, mine, source);
     });

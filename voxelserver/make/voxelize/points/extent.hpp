@@ -26,7 +26,7 @@ using KeepsPoint = std::function<bool(const pointcloud::Point&)>;
 /// with fewer digits than points.
 /// @param info with its CRS
 /// @param axis 0-2
-[[nodiscard]] double rounding_of(const pointcloud::PointCloudInfo& info, std::size_t axis);
+[[nodiscard]] double find_rounding(const pointcloud::PointCloudInfo& info, std::size_t axis);
 
 /// How many of the 8 x 8 equal parts of the bounds hold a sampled point.
 /// @param sample points within the bounds; those outside count for the nearest part

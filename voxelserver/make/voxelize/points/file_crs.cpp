@@ -16,10 +16,10 @@ namespace terravox::voxelize {
 namespace {
 
 // The square that a file's name states, where its points lie on it: a name alone is no evidence.
-std::optional<grid::NamedSquare> square_of(const pointcloud::PointCloudInfo& info,
-                                           const grid::SquareNames& names) {
+std::optional<grid::NamedSquare> find_square(const pointcloud::PointCloudInfo& info,
+                                             const grid::SquareNames& names) {
     constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
-    auto square = names.square_of(info.path);
+    auto square = names.find_square(info.path);
     if (!square || info.min[0] < square->west - kBeside_m ||
         info.max[0] > square->east + kBeside_m || info.min[1] < square->south - kBeside_m ||
         info.max[1] > square->north + kBeside_m)
@@ -45,8 +45,8 @@ void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions&
     }
 }
 
-std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<SquareSource>& files,
-                                                         const LidarWorldOptions& options) {
+std::vector<std::optional<grid::NamedSquare>> list_squares(const std::vector<SquareSource>& files,
+                                                           const LidarWorldOptions& options) {
     std::vector<std::optional<grid::NamedSquare>> out(files.size());
     const bool without_crs =
         !options.crs && std::any_of(files.begin(), files.end(),
@@ -55,7 +55,7 @@ std::vector<std::optional<grid::NamedSquare>> squares_of(const std::vector<Squar
         return out;
     const auto names = grid::SquareNames::load(util::config_dir() / "sources");
     std::transform(files.begin(), files.end(), out.begin(),
-                   [&](const SquareSource& file) { return square_of(file.info, names); });
+                   [&](const SquareSource& file) { return find_square(file.info, names); });
     return out;
 }
 

@@ -21,7 +21,7 @@ void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions&
 /// points do not lie on that square. Nothing is looked up where nobody needs it: with a CRS for
 /// each file and without images.
 /// @throws UsageError for a file of config/sources that cannot be read
-[[nodiscard]] std::vector<std::optional<grid::NamedSquare>> squares_of(
+[[nodiscard]] std::vector<std::optional<grid::NamedSquare>> list_squares(
     const std::vector<SquareSource>& files, const LidarWorldOptions& options);
 
 /// Sets each file's CRS: the user's option, else the one that it has (its own, or as recorded),

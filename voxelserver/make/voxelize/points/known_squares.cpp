@@ -107,7 +107,7 @@ void put(ByteWriter& out, const KnownSquare& square, CrsList& crs, const Texts& 
     for (const bool is : {square.has_water, square.has_colour, square.has_index, square.has_echoes})
         out.add(static_cast<std::uint8_t>(is));
     out.add(static_cast<std::int32_t>(square.colour_shift));
-    out.add(square.scale_of);
+    out.add(square.scale_from);
     out.add(static_cast<std::uint64_t>(square.brightness.lines().size()));
     for (const BrightnessScale::Line& line : square.brightness.lines()) {
         out.add(line.number);
@@ -124,8 +124,8 @@ const std::string& text_at(const std::vector<std::string>& texts, std::uint32_t 
     return texts[number];
 }
 
-KnownSquare square_of(ByteReader& in, const std::vector<std::string>& texts,
-                      const std::vector<std::optional<geo::Crs>>& parsed) {
+KnownSquare find_square(ByteReader& in, const std::vector<std::string>& texts,
+                        const std::vector<std::optional<geo::Crs>>& parsed) {
     KnownSquare out;
     out.identity = in.fingerprint();
     out.side_identity = in.fingerprint();
@@ -149,7 +149,7 @@ KnownSquare square_of(ByteReader& in, const std::vector<std::string>& texts,
     for (bool* is : {&out.has_water, &out.has_colour, &out.has_index, &out.has_echoes})
         *is = flag(in);
     out.colour_shift = in.get<std::int32_t>();
-    out.scale_of = in.fingerprint();
+    out.scale_from = in.fingerprint();
     std::vector<BrightnessScale::Line> lines(in.count(kLineBytes));
     for (BrightnessScale::Line& line : lines) {
         line.number = in.get<std::uint16_t>();
@@ -203,8 +203,8 @@ bool is_sound(const KnownSquare& square) {
                [](const PlanRect& rect) { return is_sound(rect); });
 }
 
-/// The inverse of voxel::hex_of().
-std::optional<voxel::Fingerprint> fingerprint_of(std::string_view digits) {
+/// The inverse of voxel::to_hex().
+std::optional<voxel::Fingerprint> to_fingerprint(std::string_view digits) {
     constexpr std::size_t kDigits = 16;
     voxel::Fingerprint out{};
     if (digits.size() != kDigits * out.size())
@@ -243,7 +243,7 @@ const KnownSquare* KnownSquares::find(const voxel::Fingerprint& identity) const 
 }
 
 const KnownSquare* KnownSquares::find(std::string_view identity) const {
-    const auto print = fingerprint_of(identity);
+    const auto print = to_fingerprint(identity);
     return print ? find(*print) : nullptr;
 }
 
@@ -271,7 +271,7 @@ std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {
     out.add(count);
     const std::string body = out.bytes() + squares.bytes();
     ByteWriter checksum;
-    checksum.add(voxel::fingerprint_of(body));
+    checksum.add(voxel::to_fingerprint(body));
     return std::string(kMagic) + checksum.bytes() + body;
 }
 
@@ -284,7 +284,7 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
     if (!head.ok())
         throw failure("cut short");
     bytes.remove_prefix(sizeof said);
-    if (voxel::fingerprint_of(bytes) != said)
+    if (voxel::to_fingerprint(bytes) != said)
         throw failure("damaged (checksum)");
     ByteReader in(bytes);
     if (in.fingerprint() != way)
@@ -298,7 +298,7 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
     KnownSquares out;
     const std::size_t count = in.count(kSquareBytes);
     for (std::size_t i = 0; i < count && in.ok(); ++i) {
-        KnownSquare square = square_of(in, texts, parsed);
+        KnownSquare square = find_square(in, texts, parsed);
         if (!in.ok() || !is_sound(square))
             throw failure("damaged");
         out.add(std::move(square));

@@ -30,9 +30,9 @@ struct KnownSquare {
     bool has_water = false;
     bool has_colour = false;
     int colour_shift = 0;
-    bool has_index = false;         ///< a spatial index, where the file could use one
-    bool has_echoes = false;        ///< of ground without colours, with an intensity
-    voxel::Fingerprint scale_of{};  ///< of all files whose echoes have a part in the scale
+    bool has_index = false;           ///< a spatial index, where the file could use one
+    bool has_echoes = false;          ///< of ground without colours, with an intensity
+    voxel::Fingerprint scale_from{};  ///< of all files whose echoes have a part in the scale
     BrightnessScale brightness;
     grid::ColumnRect bounds;  ///< in columns of the world that it was opened for
 };
@@ -46,7 +46,7 @@ public:
                                           const voxel::Fingerprint& side_identity) const;
     /// Whatever its side file.
     [[nodiscard]] const KnownSquare* find(const voxel::Fingerprint& identity) const;
-    /// @param identity as voxel::hex_of() writes it; others are not known
+    /// @param identity as voxel::to_hex() writes it; others are not known
     [[nodiscard]] const KnownSquare* find(std::string_view identity) const;
     void add(KnownSquare square);
     [[nodiscard]] bool empty() const noexcept { return m_squares.empty(); }

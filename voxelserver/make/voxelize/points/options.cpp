@@ -33,7 +33,7 @@ fs::path whole(const fs::path& path) {
     return out.has_filename() ? out : out.parent_path();
 }
 
-std::string name_of(const fs::path& input) {
+std::string to_name(const fs::path& input) {
     std::error_code failed;
     const fs::path path = whole(input);
     return (fs::is_directory(path, failed) ? path.filename() : path.stem()).string();
@@ -46,14 +46,14 @@ std::string world_title(const LidarWorldOptions& options) {
         return options.title;
     const std::vector<fs::path>& inputs = options.files;
     if (inputs.size() == 1)
-        return name_of(inputs.front());
+        return to_name(inputs.front());
     const fs::path folder = whole(inputs.front()).parent_path();
     const bool is_shared = std::all_of(inputs.begin(), inputs.end(), [&](const fs::path& input) {
         return whole(input).parent_path() == folder;
     });
     if (is_shared && folder.has_filename())
         return folder.filename().string();
-    return name_of(inputs.front()) + " and " + std::to_string(inputs.size() - 1) + " more";
+    return to_name(inputs.front()) + " and " + std::to_string(inputs.size() - 1) + " more";
 }
 
 }  // namespace terravox::voxelize

@@ -42,7 +42,7 @@ void add(voxel::ByteWriter& out, const grid::ColumnRect& r) {
 
 }  // namespace
 
-voxel::Fingerprint fingerprint_of(const SquareSource& source) {
+voxel::Fingerprint to_fingerprint(const SquareSource& source) {
     voxel::ByteWriter out;
     out.add(source.identity);
     out.add(source.info.crs->wkt());
@@ -70,7 +70,7 @@ Placer::Placer(const SquareSource& source, const grid::Frame& frame, const Class
     // survey.
     const pointcloud::PointCloudInfo& info = source.info;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double slack = rounding_of(info, axis);
+        const double slack = find_rounding(info, axis);
         const double low = axis == 2 ? source.lowest : info.min[axis] - slack;
         const double high = axis == 2 ? source.highest : info.max[axis] + slack;
         m_min[axis] = on_grid(info, axis, low, [](double v) { return std::ceil(v); });
@@ -95,7 +95,7 @@ void Placer::transform(std::span<const pointcloud::Point> batch, store::PointCou
     m_y.clear();
     for (std::uint32_t i = 0; i < batch.size(); ++i) {
         const pointcloud::Point& p = batch[i];
-        if (const FilterResult result = filter_result_of(p, m_filters, m_classes);
+        if (const FilterResult result = to_filter_result(p, m_filters, m_classes);
             result != FilterResult::kKept) {
             ++(result == FilterResult::kNoise ? counts.noise : counts.withheld);
             continue;

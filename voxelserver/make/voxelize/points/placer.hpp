@@ -50,11 +50,11 @@ struct SquareSource {
 };
 /// Of the file and of how it is read.
 /// @param source with a CRS
-[[nodiscard]] voxel::Fingerprint fingerprint_of(const SquareSource& source);
+[[nodiscard]] voxel::Fingerprint to_fingerprint(const SquareSource& source);
 
 /// Whether the filters and the class table keep a return.
 enum class FilterResult { kKept, kWithheld, kNoise };
-[[nodiscard]] inline FilterResult filter_result_of(const pointcloud::Point& p,
+[[nodiscard]] inline FilterResult to_filter_result(const pointcloud::Point& p,
                                                    const Settings::Points& filters,
                                                    const ClassTable& classes) noexcept {
     if ((p.withheld && filters.drop_withheld) || (p.overlap && filters.drop_overlap))

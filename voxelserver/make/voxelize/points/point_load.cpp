@@ -58,7 +58,7 @@ Part load_part(const SquareSource& source, std::span<const pointcloud::PointRang
     return part;
 }
 
-std::vector<grid::PatchKey> patches_of(const store::PatchedPoints& points) {
+std::vector<grid::PatchKey> list_patches(const store::PatchedPoints& points) {
     std::vector<grid::PatchKey> out;
     for (const auto& run : points.runs)
         out.push_back(run.patch);
@@ -103,7 +103,7 @@ LoadedSquare load_square(const SquareSource& source, const LoadContext& context,
     std::vector<store::ChunkIndex::Chunk> chunks(ranges.size());
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         parts[i] = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
-        chunks[i] = {ranges[i], patches_of(parts[i].points)};
+        chunks[i] = {ranges[i], list_patches(parts[i].points)};
     });
     check_unchanged(source);
     return {bin(std::move(parts), context, threads), store::ChunkIndex(std::move(chunks))};
@@ -173,7 +173,7 @@ store::ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& con
 
 namespace {
 
-std::uint64_t count_of(const std::vector<pointcloud::PointRange>& ranges) {
+std::uint64_t count_in_ranges(const std::vector<pointcloud::PointRange>& ranges) {
     std::uint64_t out = 0;
     for (const auto& r : ranges)
         out += r.end - r.begin;
@@ -205,7 +205,7 @@ bool PointParts::are_enough(std::size_t file, const grid::PatchRect& wanted) {
 Squares PointParts::around(std::size_t file, const grid::PatchRect& wanted) {
     if (by_chunk(file))
         return load_chunks(file, wanted);
-    return {block(block_of(file, wanted))};
+    return {block(to_block(file, wanted))};
 }
 
 // Where many chunks hold a few points of each patch, keeping whole chunks would fill the memory
@@ -222,7 +222,7 @@ bool PointParts::prefers_chunks(std::size_t file) {
         voxel::floor_div((bounds.min_x + bounds.max_x) / 2, grid::kPatchSize),
         voxel::floor_div((bounds.min_z + bounds.max_z) / 2, grid::kPatchSize)};
     const grid::PatchRect around{{middle.px - 1, middle.pz - 1}, {middle.px + 2, middle.pz + 2}};
-    return 2 * count_of(chunks_over(file, around)) * sizeof(store::VoxelPoint) <=
+    return 2 * count_in_ranges(chunks_over(file, around)) * sizeof(store::VoxelPoint) <=
            m_parts.limit_bytes();
 }
 
@@ -244,8 +244,8 @@ std::uint64_t PointParts::points_to_decode(std::size_t file, const grid::PatchRe
                 out += chunk.end - chunk.begin;
         return out;
     }
-    const PartKey key = block_of(file, wanted);
-    return m_parts.find(key) != nullptr ? 0 : count_of(ranges_over(file, patches_of(key)));
+    const PartKey key = to_block(file, wanted);
+    return m_parts.find(key) != nullptr ? 0 : count_in_ranges(ranges_over(file, list_patches(key)));
 }
 
 Squares PointParts::load_chunks(std::size_t file, const grid::PatchRect& wanted) {
@@ -265,7 +265,7 @@ Squares PointParts::load_chunks(std::size_t file, const grid::PatchRect& wanted)
     return out;
 }
 
-PointParts::PartKey PointParts::block_of(std::size_t file,
+PointParts::PartKey PointParts::to_block(std::size_t file,
                                          const grid::PatchRect& wanted) const noexcept {
     const int edge = m_files[file].block_patches;
     return {file,
@@ -274,7 +274,7 @@ PointParts::PartKey PointParts::block_of(std::size_t file,
 }
 
 // A block and the patches around it.
-grid::PatchRect PointParts::patches_of(const PartKey& block) const noexcept {
+grid::PatchRect PointParts::list_patches(const PartKey& block) const noexcept {
     const int edge = m_files[block.file].block_patches;
     return {{block.part.px * edge - 1, block.part.pz * edge - 1},
             {(block.part.px + 1) * edge + 1, (block.part.pz + 1) * edge + 1}};
@@ -284,9 +284,9 @@ std::shared_ptr<const store::Square> PointParts::block(const PartKey& key) {
     return m_parts.get(
         key,
         [&] {
-            const grid::PatchRect rect = patches_of(key);
+            const grid::PatchRect rect = list_patches(key);
             const auto ranges = ranges_over(key.file, rect);
-            m_states[key.file]->decoded += count_of(ranges);
+            m_states[key.file]->decoded += count_in_ranges(ranges);
             auto square =
                 load_patches(*m_files[key.file].source, ranges, rect, m_context, m_threads);
             m_report(key.file, square->counts(), false);
@@ -298,7 +298,7 @@ std::shared_ptr<const store::Square> PointParts::block(const PartKey& key) {
 std::vector<pointcloud::PointRange> PointParts::chunks_over(std::size_t file,
                                                             const grid::PatchRect& wanted) {
     if (const auto& index = m_files[file].source->spatial_index) {
-        const Extent extent = extent_of(wanted);
+        const Extent extent = measure_extent(wanted);
         return index->cells_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
     }
     const auto index = chunk_index(file, true);
@@ -313,12 +313,12 @@ std::vector<pointcloud::PointRange> PointParts::ranges_over(std::size_t file,
     const auto& index = m_files[file].source->spatial_index;
     if (index == nullptr)
         return chunk_index(file, true)->ranges_over(wanted);
-    const Extent extent = extent_of(wanted);
+    const Extent extent = measure_extent(wanted);
     return index->ranges_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
 }
 
 // One voxel more on every side: fixed point rounds down.
-PointParts::Extent PointParts::extent_of(const grid::PatchRect& rect) const noexcept {
+PointParts::Extent PointParts::measure_extent(const grid::PatchRect& rect) const noexcept {
     const grid::Frame& frame = m_context.frame;
     return {frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1),
             frame.easting(rect.max.x0() + 1), frame.northing(rect.min.z0() - 1)};

@@ -130,8 +130,8 @@ private:
 
     [[nodiscard]] bool prefers_chunks(std::size_t file);
     [[nodiscard]] bool by_chunk(std::size_t file);
-    [[nodiscard]] PartKey block_of(std::size_t file, const grid::PatchRect& wanted) const noexcept;
-    [[nodiscard]] grid::PatchRect patches_of(const PartKey& block) const noexcept;
+    [[nodiscard]] PartKey to_block(std::size_t file, const grid::PatchRect& wanted) const noexcept;
+    [[nodiscard]] grid::PatchRect list_patches(const PartKey& block) const noexcept;
     [[nodiscard]] std::uint64_t points_to_decode(std::size_t file, const grid::PatchRect& wanted);
     [[nodiscard]] std::vector<pointcloud::PointRange> chunks_over(std::size_t file,
                                                                   const grid::PatchRect& wanted);
@@ -146,7 +146,7 @@ private:
         double max_x;
         double max_y;
     };
-    [[nodiscard]] Extent extent_of(const grid::PatchRect& rect) const noexcept;
+    [[nodiscard]] Extent measure_extent(const grid::PatchRect& rect) const noexcept;
     [[nodiscard]] std::shared_ptr<const store::ChunkIndex> chunk_index(std::size_t file, bool scan);
     [[nodiscard]] std::optional<store::ChunkIndex> find_index(const std::string& name) const;
     void put_index(const std::string& name, const store::ChunkIndex& index) const;

@@ -31,11 +31,11 @@ struct Field {
 };
 
 /// The steps that had another key before.
-std::string old_key_of(const StepSwitch& step) {
+std::string to_old_key(const StepSwitch& step) {
     return step.on == &Settings::Steps::vegetation ? "vegetation_fill" : "";
 }
 
-std::vector<Field> fields_of(Settings& s) {
+std::vector<Field> list_fields(Settings& s) {
     const auto flag = [](const char* section, const char* name, bool& f) {
         return Field{section, name, &f, nullptr, 0, 0, nullptr, {}};
     };
@@ -50,8 +50,8 @@ std::vector<Field> fields_of(Settings& s) {
     };
     for (const StepSwitch& step : kStepSwitches) {
         Field& field = out.emplace_back(flag("steps", "", s.steps.*step.on));
-        field.name = key_of(step);
-        field.old_name = old_key_of(step);
+        field.name = to_key(step);
+        field.old_name = to_old_key(step);
     }
     const std::vector<Field> others = {
         number("buildings", "storey_m", s.buildings.storey_m, 1, 20),
@@ -92,7 +92,7 @@ std::vector<Field> fields_of(Settings& s) {
 
 using Fail = std::function<void(const std::string&)>;
 
-std::vector<std::string> sections_of(const std::vector<Field>& fields) {
+std::vector<std::string> list_sections(const std::vector<Field>& fields) {
     std::vector<std::string> out;
     for (const Field& f : fields)
         if (out.empty() || out.back() != f.section)
@@ -144,7 +144,7 @@ void read_value(const Field& field, const std::string& path, const toml::node& v
 }
 
 void read_root(const toml::table& root, const std::vector<Field>& fields, const Fail& fail) {
-    const std::vector<std::string> sections = sections_of(fields);
+    const std::vector<std::string> sections = list_sections(fields);
     for (const auto& [key, node] : root) {
         const std::string section(key.str());
         const auto* table = node.as_table();
@@ -161,10 +161,10 @@ void read_root(const toml::table& root, const std::vector<Field>& fields, const 
 
 }  // namespace
 
-voxel::Fingerprint fingerprint_of(const Settings& settings) {
-    Settings copy = settings;  // fields_of() needs a mutable object
+voxel::Fingerprint to_fingerprint(const Settings& settings) {
+    Settings copy = settings;  // list_fields() needs a mutable object
     voxel::ByteWriter out;
-    for (const Field& f : fields_of(copy)) {
+    for (const Field& f : list_fields(copy)) {
         if (f.text != nullptr)
             continue;
         out.add(f.section);
@@ -184,7 +184,7 @@ Settings load_settings(const std::filesystem::path& given, std::string_view step
         throw util::UsageError("read the voxelization settings " + file.string() + ": " + what);
     };
     Settings out;
-    read_root(util::read_toml(file, fail), fields_of(out), fail);
+    read_root(util::read_toml(file, fail), list_fields(out), fail);
     if (out.water.min_depth_m > out.water.max_depth_m)
         fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}",
                          out.water.min_depth_m, out.water.max_depth_m));
@@ -205,7 +205,7 @@ constexpr std::string_view kNone = "none";
 /// @return nullptr when no step has this key
 const StepSwitch* find_switch(std::string_view key) {
     const auto found = std::find_if(kStepSwitches.begin(), kStepSwitches.end(),
-                                    [&](const StepSwitch& s) { return key_of(s) == key; });
+                                    [&](const StepSwitch& s) { return to_key(s) == key; });
     return found == kStepSwitches.end() ? nullptr : &*found;
 }
 
@@ -217,7 +217,7 @@ void switch_all(bool on, Settings::Steps& steps) {
 [[noreturn]] void refuse(std::string_view word) {
     std::vector<std::string> allowed{std::string(kAll), std::string(kNone)};
     for (const StepSwitch& step : kStepSwitches)
-        allowed.push_back(key_of(step));
+        allowed.push_back(to_key(step));
     throw util::UsageError("choose the steps of voxelization: '" + std::string(word) +
                            "' is no step" + util::allowed_words(word, allowed) +
                            ", each step also with - before it to leave it out");
@@ -242,7 +242,7 @@ bool switch_word(std::string_view word, bool first, Settings::Steps& steps) {
 
 }  // namespace
 
-std::string key_of(const StepSwitch& step) {
+std::string to_key(const StepSwitch& step) {
     std::string out(step.name);
     std::replace(out.begin(), out.end(), ' ', '_');
     return out;
@@ -265,7 +265,7 @@ std::string steps_help() {
     constexpr std::size_t kWidth = 24;
     std::string out = "Steps of voxelization (--steps):";
     for (const StepSwitch& step : kStepSwitches) {
-        const std::string key = key_of(step);
+        const std::string key = to_key(step);
         out += "\n  " + key + std::string(kWidth - std::min(kWidth - 1, key.size()), ' ') +
                std::string(step.doc);
     }

@@ -78,7 +78,7 @@ struct Settings {
 
 /// Fingerprint of all fields but the palette and the tints, of which the values count
 /// (input_fingerprints.hpp).
-[[nodiscard]] voxel::Fingerprint fingerprint_of(const Settings& settings);
+[[nodiscard]] voxel::Fingerprint to_fingerprint(const Settings& settings);
 
 /// Reads a settings file over the defaults, and applies the step switches to it.
 /// @param file empty = config/voxelize.toml
@@ -134,7 +134,7 @@ inline constexpr std::array kStepSwitches{
     kVegetation,        kColourVariation, kSpecialization, kNeighbourhoodFilters, kMaterialGuesses};
 
 /// The name with `_` for spaces: the step's key in [steps] of a settings file, and in `--steps`.
-[[nodiscard]] std::string key_of(const StepSwitch& step);
+[[nodiscard]] std::string to_key(const StepSwitch& step);
 
 /// Switches steps according to the comma-separated words of `--steps`: `all`, `none`, or the key of
 /// a step, which switches it on, or off with `-` before it. Where the first word is the key of a

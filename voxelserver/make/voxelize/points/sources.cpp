@@ -38,7 +38,7 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
 
 void open_file(SquareSource& file, const std::filesystem::path& path, const KnownSquares& known) {
     file.identity = voxel::file_identity(path, "point cloud");
-    if (const auto side_file = pointcloud::side_file_of(path))
+    if (const auto side_file = pointcloud::find_side_file(path))
         file.side_identity = voxel::file_identity(*side_file, "side file");
     if (const KnownSquare* const found = known.find(file.identity, file.side_identity)) {
         file.info = found->stated;
@@ -110,7 +110,7 @@ std::vector<const KnownSquare*> trusted_squares(const std::vector<SquareSource>&
     return out;
 }
 
-std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>& files) {
+std::vector<pointcloud::PointCloudInfo> list_infos(const std::vector<SquareSource>& files) {
     std::vector<pointcloud::PointCloudInfo> out;
     for (const SquareSource& file : files)
         out.push_back(file.info);
@@ -189,7 +189,7 @@ void place(SquareSource& source, const SquareSample& sample, const grid::Frame& 
     // part of it.
     constexpr double kOutlier_m = 1000;
     const double outlier = kOutlier_m / source.vertical_metres;
-    const double rounding = rounding_of(source.info, 2);
+    const double rounding = find_rounding(source.info, 2);
     source.lowest = std::max(source.info.min[2] - rounding, sample.low - outlier);
     source.highest = std::min(source.info.max[2] + rounding, sample.high + outlier);
     if (!source.transform && (known == nullptr || known->has_index))
@@ -197,7 +197,7 @@ void place(SquareSource& source, const SquareSample& sample, const grid::Frame& 
 }
 
 KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
-                         const voxel::Fingerprint& scale_of) {
+                         const voxel::Fingerprint& scale_from) {
     KnownSquare out;
     out.identity = file.identity;
     out.side_identity = file.side_identity;
@@ -214,7 +214,7 @@ KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
     // Where no index could be used, it was not looked for.
     out.has_index = file.transform || file.spatial_index != nullptr;
     out.has_echoes = sample.has_echoes;
-    out.scale_of = scale_of;
+    out.scale_from = scale_from;
     out.brightness = file.brightness;
     out.bounds = file.bounds;
     return out;
@@ -229,7 +229,7 @@ struct AllHeights {
     double typical_highest = -INFINITY;
 };
 
-AllHeights heights_of(const Sources& sources, const std::vector<SquareSample>& samples) {
+AllHeights collect_heights(const Sources& sources, const std::vector<SquareSample>& samples) {
     AllHeights out;
     for (std::size_t i = 0; i < sources.files.size(); ++i) {
         const SquareSource& s = sources.files[i];
@@ -297,9 +297,9 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     KnownSquares known = read_known(options, way_of_opening(classes, settings.points));
     auto files = open_files(options, known);
     use_recorded_crs(files, options);
-    const auto squares = squares_of(files, options);
+    const auto squares = list_squares(files, options);
     settle_crs(files, options, classes, squares);
-    warn_of_mixed_datums(infos_of(files));
+    warn_of_mixed_datums(list_infos(files));
     const std::vector<const KnownSquare*> trusted = trusted_squares(files, known);
     std::vector<SquareSample> samples(files.size());
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
@@ -331,15 +331,15 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
         place(out.files[i], samples[i], out.frame, options.vertical_unit, trusted[i]);
     });
-    std::vector<voxel::Fingerprint> scale_of(out.files.size());
+    std::vector<voxel::Fingerprint> scale_from(out.files.size());
     if (settings.steps.material_guesses)
-        scale_of =
+        scale_from =
             share_brightness(out, samples, trusted, classes, settings.points, options.threads);
     sum_up(out, samples);
     check_apart(out);
-    set_heights(out, heights_of(out, samples), settings.ground.depth_m);
+    set_heights(out, collect_heights(out, samples), settings.ground.depth_m);
     for (std::size_t i = 0; i < out.files.size(); ++i)
-        out.known.add(known_square(out.files[i], samples[i], scale_of[i]));
+        out.known.add(known_square(out.files[i], samples[i], scale_from[i]));
     out.known_before = std::move(known);
     return out;
 }

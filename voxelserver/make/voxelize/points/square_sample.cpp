@@ -16,13 +16,13 @@ namespace {
 void keep_wanted(std::vector<pointcloud::Point>& sample, const ClassTable& classes,
                  const Settings::Points& filters) {
     std::erase_if(sample, [&](const pointcloud::Point& p) {
-        return filter_result_of(p, filters, classes) != FilterResult::kKept;
+        return to_filter_result(p, filters, classes) != FilterResult::kKept;
     });
 }
 
-std::vector<GroundEcho> echoes_of(const SquareSource& source,
-                                  const std::vector<pointcloud::Point>& kept,
-                                  const ClassTable& classes) {
+std::vector<GroundEcho> echoes_from(const SquareSource& source,
+                                    const std::vector<pointcloud::Point>& kept,
+                                    const ClassTable& classes) {
     std::vector<GroundEcho> out;
     if (source.has_colour)
         return out;
@@ -81,7 +81,7 @@ void set_heights(SquareSample& out, const SquareSource& source,
 SquareSample take_sample(SquareSource& source, const ClassTable& classes,
                          const Settings::Points& filters, int threads) {
     const KeepsPoint keeps = [&](const pointcloud::Point& p) {
-        return filter_result_of(p, filters, classes) == FilterResult::kKept;
+        return to_filter_result(p, filters, classes) == FilterResult::kKept;
     };
     std::vector<pointcloud::Point> sample = source.points->sample(kSampledPoints);
     SquareSample out;
@@ -100,7 +100,7 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
     out.high = info.max[2];
     if (sample.empty())
         return out;
-    out.echoes = echoes_of(source, sample, classes);
+    out.echoes = echoes_from(source, sample, classes);
     out.has_echoes = !out.echoes.empty();
     set_heights(out, source, sample, keeps);
     return out;
@@ -110,7 +110,7 @@ std::vector<GroundEcho> sampled_echoes(const SquareSource& source, const ClassTa
                                        const Settings::Points& filters) {
     std::vector<pointcloud::Point> sample = source.points->sample(kSampledPoints);
     keep_wanted(sample, classes, filters);
-    return echoes_of(source, sample, classes);
+    return echoes_from(source, sample, classes);
 }
 
 SquareSample known_sample(SquareSource& source, const KnownSquare& known) {
@@ -174,13 +174,13 @@ std::vector<Fingerprint> share_brightness(Sources& sources, std::vector<SquareSa
                                           const ClassTable& classes,
                                           const Settings::Points& filters, int threads) {
     const std::size_t count = sources.files.size();
-    std::vector<Fingerprint> scale_of(count);
+    std::vector<Fingerprint> scale_from(count);
     if (std::none_of(samples.begin(), samples.end(), [](const auto& s) { return s.has_echoes; }))
-        return scale_of;
+        return scale_from;
     std::vector<grid::ColumnRect> bounds;
     for (const SquareSource& file : sources.files)
         bounds.push_back(file.bounds);
-    const std::vector<Fingerprint> echoes_of = fingerprints_of_echoes(sources, threads);
+    const std::vector<Fingerprint> echoes_from = fingerprints_of_echoes(sources, threads);
     std::vector<std::vector<std::size_t>> shares(count);
     thread::parallel_for(count, threads, [&](std::size_t i) {
         if (!samples[i].has_echoes)
@@ -188,15 +188,15 @@ std::vector<Fingerprint> share_brightness(Sources& sources, std::vector<SquareSa
         shares[i] = files_sharing_scale(i, bounds, sources.frame.voxel_m());
         voxel::ByteWriter print;
         for (const std::size_t k : shares[i])
-            print.add(echoes_of[k]);
-        scale_of[i] = print.fingerprint();
+            print.add(echoes_from[k]);
+        scale_from[i] = print.fingerprint();
     });
     std::vector<std::size_t> missing;
     std::set<std::size_t> sampled;
     for (std::size_t i = 0; i < count; ++i) {
         if (!samples[i].has_echoes)
             continue;
-        if (known[i] != nullptr && known[i]->scale_of == scale_of[i]) {
+        if (known[i] != nullptr && known[i]->scale_from == scale_from[i]) {
             sources.files[i].brightness = known[i]->brightness;
             continue;
         }
@@ -216,14 +216,14 @@ std::vector<Fingerprint> share_brightness(Sources& sources, std::vector<SquareSa
         for (const std::size_t k : shares[missing[n]])
             near.insert(near.end(), samples[k].echoes.begin(), samples[k].echoes.end());
         sources.files[missing[n]].brightness =
-            voxelize::scale_of(std::move(near), sources.frame.voxel_m());
+            voxelize::scale_from(std::move(near), sources.frame.voxel_m());
     });
     std::set<std::uint16_t> lines;
     for (const SquareSource& file : sources.files)
         for (const BrightnessScale::Line& line : file.brightness.lines())
             lines.insert(line.number);
     sources.flight_lines = lines.size();
-    return scale_of;
+    return scale_from;
 }
 
 }  // namespace terravox::voxelize

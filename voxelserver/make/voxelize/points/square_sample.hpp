@@ -40,7 +40,7 @@ struct SquareSample {
 /// counts the flight lines. A scale that is known is taken over while all files that have a part in
 /// it are those of then; where echoes are not at hand, they are sampled.
 /// @param known of each file, or nullptr
-/// @return of each file what its scale is made of (KnownSquare::scale_of)
+/// @return of each file what its scale is made of (KnownSquare::scale_from)
 std::vector<voxel::Fingerprint> share_brightness(Sources& sources,
                                                  std::vector<SquareSample>& samples,
                                                  const std::vector<const KnownSquare*>& known,

@@ -20,7 +20,7 @@ static_assert(Window::kMargin - Buildings::kAround > Buildings::kWidest);
 // Each begins in a column of its own, so an index has 16 bits.
 static_assert((kNearLast - kNearFirst) * (kNearLast - kNearFirst) <= INT16_MAX);
 
-constexpr std::size_t index_of(int x, int z) noexcept {
+constexpr std::size_t compute_index(int x, int z) noexcept {
     return static_cast<std::size_t>((z - kWindowFirst) * kWindowSide + x - kWindowFirst);
 }
 
@@ -40,12 +40,12 @@ public:
         : m_window(window), m_steepest(kSteepest), m_step(kStep_m / voxel_m) {
         for (int z = kWindowFirst; z < kWindowLast; ++z)
             for (int x = kWindowFirst; x < kWindowLast; x += grid::kPatchSize)
-                m_new[word_of(x, z)] =
+                m_new[to_word(x, z)] =
                     window.patch_at(x, z).built[static_cast<std::size_t>(z & 63)];
     }
 
     [[nodiscard]] bool is_new(int x, int z) const noexcept {
-        return (m_new[word_of(x, z)] >> (x & 63) & 1) != 0;
+        return (m_new[to_word(x, z)] >> (x & 63) & 1) != 0;
     }
 
     /// @return the columns that are connected with this one, as far as the window shows
@@ -79,13 +79,13 @@ private:
     }
 
     void add(int x, int z) {
-        m_new[word_of(x, z)] &= ~(std::uint64_t{1} << (x & 63));
+        m_new[to_word(x, z)] &= ~(std::uint64_t{1} << (x & 63));
         m_columns.push_back({x, z});
     }
 
     // The columns from x - kFarthest to x + kFarthest that are new, from bit 0 on.
     [[nodiscard]] unsigned new_around(int x, int z) const noexcept {
-        const std::uint64_t* words = &m_new[word_of(x - kFarthest, z)];
+        const std::uint64_t* words = &m_new[to_word(x - kFarthest, z)];
         const int shift = (x - kFarthest) & 63;
         constexpr int kCount = 2 * kFarthest + 1;
         const std::uint64_t next = shift > 64 - kCount ? words[1] << (64 - shift) : 0;
@@ -95,7 +95,7 @@ private:
     // Around the window is room for the farthest neighbours, where nothing is built.
     static constexpr int kRoom = kFarthest;
     static constexpr int kWords = kWindowSide / grid::kPatchSize + 2;
-    static std::size_t word_of(int x, int z) noexcept {
+    static std::size_t to_word(int x, int z) noexcept {
         return static_cast<std::size_t>((z - kWindowFirst + kRoom) * kWords + 1 +
                                         ((x - kWindowFirst) >> 6));
     }
@@ -135,14 +135,14 @@ Buildings::Buildings(const Window& window, double voxel_m) {
         m_buildings.push_back({window.middle.x0() + first.x, window.middle.z0() + first.z,
                                static_cast<std::uint32_t>(columns.size())});
         for (const ColumnStep& c : columns)
-            m_index[index_of(c.x, c.z)] = number;
+            m_index[compute_index(c.x, c.z)] = number;
     });
 }
 
 const Building* Buildings::at(int x, int z) const noexcept {
     if (m_index.empty())
         return nullptr;
-    const int number = m_index[index_of(x, z)];
+    const int number = m_index[compute_index(x, z)];
     return number < 0 ? nullptr : &m_buildings[static_cast<std::size_t>(number)];
 }
 

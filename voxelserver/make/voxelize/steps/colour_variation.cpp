@@ -28,7 +28,7 @@ std::uint64_t mixed(std::uint64_t v) noexcept {
     return v ^ v >> 31;
 }
 
-fs::path file_of(const std::string& id_or_path) {
+fs::path make_file(const std::string& id_or_path) {
     fs::path file = id_or_path;
     if (file.extension() != ".toml") {
         const fs::path folder = util::config_dir() / "tints";
@@ -43,7 +43,7 @@ fs::path file_of(const std::string& id_or_path) {
 }
 
 /// @return nullopt for anything but "#rrggbb"
-std::optional<voxel::Rgb8> colour_of(const std::string& text) {
+std::optional<voxel::Rgb8> parse_colour(const std::string& text) {
     const auto digit = [](char c) {
         return c >= '0' && c <= '9'   ? c - '0'
                : c >= 'a' && c <= 'f' ? c - 'a' + 10
@@ -62,7 +62,7 @@ std::optional<voxel::Rgb8> colour_of(const std::string& text) {
 }  // namespace
 
 Tints Tints::load(const std::string& id_or_path) {
-    const fs::path file = file_of(id_or_path);
+    const fs::path file = make_file(id_or_path);
     const auto fail = [&](const std::string& what) {
         throw util::UsageError("read the tints " + file.string() + ": " + what);
     };
@@ -92,7 +92,7 @@ Tints Tints::load(const std::string& id_or_path) {
                  fmt::format(" is {}; allowed: a list of 1 to {} colours", util::toml_value(node),
                              kMaxColours));
         for (const auto& item : *list) {
-            const auto colour = colour_of(item.value_or(std::string()));
+            const auto colour = parse_colour(item.value_or(std::string()));
             if (!colour)
                 fail("colours." + name + " holds " + util::toml_value(item) +
                      "; allowed: \"#rrggbb\"");

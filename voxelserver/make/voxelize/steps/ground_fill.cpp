@@ -71,7 +71,7 @@ void dilate(Rows& rows, int radius) {
 
 // How far beyond the outermost return the land still counts as seen: a water cell is so large that
 // an empty one is not due to chance.
-int rim_of(const Window& window, int radius) {
+int measure_rim(const Window& window, int radius) {
     constexpr int kMin = 2;  // a header that ends on whole metres
     return std::min(std::max(grid::kPatchSize / std::max(window.patches[4]->cells.side, 1), kMin),
                     radius);
@@ -103,7 +103,7 @@ Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMar
             seen[i].words[w] = ~seen[i].words[w] & inside[i].words[w];
         }
     dilate(seen, radius);
-    dilate(outside, radius - rim_of(window, radius));
+    dilate(outside, radius - measure_rim(window, radius));
     Margined<char> out(0);
     Margined<char>::each([&](int x, int z) {
         const auto bit = static_cast<std::size_t>(x + grid::kPatchSize);

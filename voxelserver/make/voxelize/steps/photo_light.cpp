@@ -17,7 +17,7 @@ using grid::PatchRect;
 
 constexpr int kMaxShadowPatches = 4;
 
-std::int32_t part_of(std::int64_t length, std::int64_t i, std::int64_t count) noexcept {
+std::int32_t find_part(std::int64_t length, std::int64_t i, std::int64_t count) noexcept {
     return static_cast<std::int32_t>(length * i / count);
 }
 
@@ -34,10 +34,10 @@ public:
         m_down = count(height());
     }
     [[nodiscard]] ColumnRect rect(std::int64_t x, std::int64_t z) const noexcept {
-        return {m_image.min_x + part_of(width(), x, m_across),
-                m_image.min_z + part_of(height(), z, m_down),
-                m_image.min_x + part_of(width(), x + 1, m_across),
-                m_image.min_z + part_of(height(), z + 1, m_down)};
+        return {m_image.min_x + find_part(width(), x, m_across),
+                m_image.min_z + find_part(height(), z, m_down),
+                m_image.min_x + find_part(width(), x + 1, m_across),
+                m_image.min_z + find_part(height(), z + 1, m_down)};
     }
 
     /// The part of which files cover most, to an eighth; of several the one nearest to the middle
@@ -48,8 +48,8 @@ public:
             const ColumnRect common = file.bounds.common(m_image);
             if (common.area() == 0)
                 continue;
-            for (std::int64_t z = row_of(common.min_z); z <= row_of(common.max_z - 1); ++z)
-                for (std::int64_t x = column_of(common.min_x); x <= column_of(common.max_x - 1);
+            for (std::int64_t z = find_row(common.min_z); z <= find_row(common.max_z - 1); ++z)
+                for (std::int64_t x = find_column(common.min_x); x <= find_column(common.max_x - 1);
                      ++x)
                     covered[{z, x}] += common.common(rect(x, z)).area();
         }
@@ -79,10 +79,10 @@ private:
         return std::int64_t{m_image.max_z} - m_image.min_z;
     }
     // The last part that begins at or before a column.
-    [[nodiscard]] std::int64_t column_of(std::int32_t x) const noexcept {
+    [[nodiscard]] std::int64_t find_column(std::int32_t x) const noexcept {
         return ((std::int64_t{x} - m_image.min_x + 1) * m_across - 1) / width();
     }
-    [[nodiscard]] std::int64_t row_of(std::int32_t z) const noexcept {
+    [[nodiscard]] std::int64_t find_row(std::int32_t z) const noexcept {
         return ((std::int64_t{z} - m_image.min_z + 1) * m_down - 1) / height();
     }
 
@@ -172,7 +172,7 @@ PhotoSample photo_sample(const ColumnRect& image, const Sources& sources) {
     return out;
 }
 
-voxel::Fingerprint fingerprint_of(const PhotoSample& sample, const voxel::Fingerprint& identity,
+voxel::Fingerprint to_fingerprint(const PhotoSample& sample, const voxel::Fingerprint& identity,
                                   const Sources& sources) {
     voxel::ByteWriter out;
     out.add(identity);
@@ -181,7 +181,7 @@ voxel::Fingerprint fingerprint_of(const PhotoSample& sample, const voxel::Finger
             out.add(v);
     std::vector<voxel::Fingerprint> files;
     for (const std::size_t file : sample.files)
-        files.push_back(fingerprint_of(sources.files[file]));
+        files.push_back(to_fingerprint(sources.files[file]));
     std::sort(files.begin(), files.end());
     for (const voxel::Fingerprint& file : files)
         out.add(file);
@@ -200,12 +200,12 @@ void put(voxel::ByteWriter& out, const sunlight::Sun& sun) {
     out.add(sun.altitude_deg);
 }
 
-sunlight::Sun sun_of(voxel::ByteReader& in) {
+sunlight::Sun make_sun(voxel::ByteReader& in) {
     const auto azimuth_deg = in.get<double>();
     return {azimuth_deg, in.get<double>()};
 }
 
-Light light_of(voxel::ByteReader& in) {
+Light make_light(voxel::ByteReader& in) {
     Light out{};
     for (float& value : out)
         value = in.get<float>();
@@ -255,22 +255,22 @@ std::string to_bytes(const PhotoLight& found) {
     return out.bytes();
 }
 
-std::optional<PhotoLight> photo_light_of(std::string_view bytes) {
+std::optional<PhotoLight> parse_photo_light(std::string_view bytes) {
     voxel::ByteReader in(bytes);
     if (in.get<std::uint32_t>() != kVersion)
         return std::nullopt;
     PhotoLight out;
     const auto has_sun = in.get<std::uint8_t>();
-    const sunlight::Sun sun = sun_of(in);
+    const sunlight::Sun sun = make_sun(in);
     if (has_sun > 1)
         return std::nullopt;
     if (has_sun == 1)
         out.light.sun = sun;
     for (Light* values : {&out.light.sky, &out.light.veil, &out.light.gain})
-        *values = light_of(in);
+        *values = make_light(in);
     for (float& value : out.light.typical)
         value = in.get<float>();
-    out.estimate.sun = sun_of(in);
+    out.estimate.sun = make_sun(in);
     out.estimate.correlation = in.get<double>();
     out.estimate.margin = in.get<double>();
     return in.finished() && is_sound(out) ? std::optional(out) : std::nullopt;

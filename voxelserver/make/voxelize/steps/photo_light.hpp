@@ -30,7 +30,7 @@ struct PhotoSample {
 /// their files.
 /// @param sample of the image
 /// @param identity of the image
-[[nodiscard]] voxel::Fingerprint fingerprint_of(const PhotoSample& sample,
+[[nodiscard]] voxel::Fingerprint to_fingerprint(const PhotoSample& sample,
                                                 const voxel::Fingerprint& identity,
                                                 const Sources& sources);
 
@@ -48,6 +48,6 @@ struct PhotoLight {
 [[nodiscard]] std::string to_bytes(const PhotoLight& light);
 /// @param bytes from any source
 /// @return nullopt for bytes of another version, and for values that no search finds
-[[nodiscard]] std::optional<PhotoLight> photo_light_of(std::string_view bytes);
+[[nodiscard]] std::optional<PhotoLight> parse_photo_light(std::string_view bytes);
 
 }  // namespace terravox::voxelize

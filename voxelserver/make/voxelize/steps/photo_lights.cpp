@@ -32,7 +32,7 @@ struct Top {
     }
 };
 
-Top top_of(const PatchColumns& patch, std::size_t i, double voxel_m) {
+Top find_top(const PatchColumns& patch, std::size_t i, double voxel_m) {
     const Column& c = patch.columns[i];
     Top top;
     top.raise(c.ground, Kind::kGround);
@@ -80,21 +80,23 @@ PhotoSurface::PatchTops PhotoSurface::casting(sunlight::Surface seen) {
     return out;
 }
 
-std::shared_ptr<const PhotoSurface::PatchTops> PhotoSurface::tops_of(grid::PatchKey key) {
+std::shared_ptr<const PhotoSurface::PatchTops> PhotoSurface::find_tops(grid::PatchKey key) {
     const auto make = [&]() -> std::shared_ptr<const PatchTops> {
         const auto columns = m_points.columns(key);
         if (!columns->any)
             return m_nothing;
         sunlight::Surface seen(grid::kPatchSize, grid::kPatchSize, 0, m_voxel_m);
         for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
-            const Top top = top_of(*columns, i, m_voxel_m);
+            const Top top = find_top(*columns, i, m_voxel_m);
             seen.top_m[i] = top.height * static_cast<float>(m_voxel_m);
             seen.kind[i] = top.kind;
         }
         return std::make_shared<const PatchTops>(casting(std::move(seen)));
     };
-    const auto bytes_of = [&](const auto& tops) { return tops == m_nothing ? 0 : kPatchBytes; };
-    return m_tops.get(key, make, bytes_of);
+    const auto measure_bytes = [&](const auto& tops) {
+        return tops == m_nothing ? 0 : kPatchBytes;
+    };
+    return m_tops.get(key, make, measure_bytes);
 }
 
 sunlight::Surface PhotoSurface::assembled(const grid::PatchRect& patches, int margin, Part part) {
@@ -104,7 +106,8 @@ sunlight::Surface PhotoSurface::assembled(const grid::PatchRect& patches, int ma
                           margin * grid::kPatchSize, m_voxel_m);
     for (int pz = 0; pz < down; ++pz)
         for (int px = 0; px < across; ++px) {
-            const auto tops = tops_of({patches.min.px - margin + px, patches.min.pz - margin + pz});
+            const auto tops =
+                find_tops({patches.min.px - margin + px, patches.min.pz - margin + pz});
             copy_cells((*tops).*part, 0, 0, grid::kPatchSize, grid::kPatchSize, out,
                        px * grid::kPatchSize, pz * grid::kPatchSize);
         }
@@ -135,14 +138,14 @@ constexpr std::size_t kLightBytes = 1024;
 /// Cells of the search are at least this wide.
 constexpr double kFinestCell_m = 0.75;
 
-Light linear_of(voxel::Rgb8 colour) noexcept {
+Light to_linear_value(voxel::Rgb8 colour) noexcept {
     constexpr float kScale = 1.0F / util::kBrightest;
     return {static_cast<float>(util::to_linear(colour.r)) * kScale,
             static_cast<float>(util::to_linear(colour.g)) * kScale,
             static_cast<float>(util::to_linear(colour.b)) * kScale};
 }
 
-voxel::Rgb8 srgb_of(const Light& light) noexcept {
+voxel::Rgb8 to_srgb_value(const Light& light) noexcept {
     const auto part = [](float v) {
         const float scaled = std::clamp(v, 0.0F, 1.0F) * util::kBrightest + 0.5F;
         return util::to_srgb(static_cast<std::uint32_t>(scaled));
@@ -160,7 +163,7 @@ void show(const Raster& raster, int from, std::optional<std::uint32_t> image, Sc
             if ((raster.flags[i] & Raster::kColour) == 0 || (image && raster.image[i] != *image))
                 continue;
             const std::size_t to = scene.index(x + from, z + from);
-            scene.photo[to] = linear_of(raster.colour[i]);
+            scene.photo[to] = to_linear_value(raster.colour[i]);
             scene.shown[to] = 1;
         }
 }
@@ -188,10 +191,10 @@ void brighten(std::uint32_t image, const Light& gain, Raster& out) {
     for (std::size_t i = 0; i < out.colour.size(); ++i) {
         if ((out.flags[i] & Raster::kColour) == 0 || out.image[i] != image)
             continue;
-        Light light = linear_of(out.colour[i]);
+        Light light = to_linear_value(out.colour[i]);
         for (std::size_t c = 0; c < 3; ++c)
             light[c] *= gain[c];
-        out.colour[i] = srgb_of(light);
+        out.colour[i] = to_srgb_value(light);
     }
 }
 
@@ -206,7 +209,7 @@ void relight(std::uint32_t image, const sunlight::LightField& light,
         for (int x = 0; x < grid::kPatchSize; ++x) {
             const auto i = static_cast<std::size_t>(z * grid::kPatchSize + x);
             if ((out.flags[i] & Raster::kColour) != 0 && out.image[i] == image)
-                out.colour[i] = srgb_of(albedo[inner.index(x + kFirst, z + kFirst)]);
+                out.colour[i] = to_srgb_value(albedo[inner.index(x + kFirst, z + kFirst)]);
         }
 }
 
@@ -234,10 +237,10 @@ PhotoLight PhotoLights::known_or_found(std::size_t image) {
         return find_light(image, sample);
     voxel::ByteWriter inputs;
     inputs.add(m_kept.everywhere);
-    inputs.add(fingerprint_of(sample, input.identity, m_points.sources()));
-    const std::string name = "light-" + voxel::hex_of(inputs.fingerprint());
+    inputs.add(to_fingerprint(sample, input.identity, m_points.sources()));
+    const std::string name = "light-" + voxel::to_hex(inputs.fingerprint());
     if (const auto bytes = m_kept.folder->find_facts(name))
-        if (const auto known = photo_light_of(*bytes))
+        if (const auto known = parse_photo_light(*bytes))
             return *known;
     PhotoLight found = find_light(image, sample);
     m_kept.folder->put_facts(name, to_bytes(found));
@@ -271,7 +274,7 @@ PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample)
     return out;
 }
 
-PhotoLight PhotoLights::light_of(std::size_t image) {
+PhotoLight PhotoLights::make_light(std::size_t image) {
     return *m_lights.get(
         image,
         [&] {
@@ -284,10 +287,10 @@ PhotoLight PhotoLights::light_of(std::size_t image) {
 
 /// At a column of an image whose sun is known.
 sunlight::FlightLight PhotoLights::light_at(std::size_t image, std::int32_t x, std::int32_t z) {
-    const sunlight::FlightLight own = light_of(image).light;
+    const sunlight::FlightLight own = make_light(image).light;
     std::vector<sunlight::WeightedLight> lights;
     for (const PhotoMosaic::Weight& other : m_mosaic.weights(image, x, z)) {
-        const sunlight::FlightLight light = light_of(other.image).light;
+        const sunlight::FlightLight light = make_light(other.image).light;
         if (light.sun && sunlight::is_same_flight(*light.sun, *own.sun))
             lights.push_back({light, other.weight});
     }
@@ -341,7 +344,7 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
     }
     std::optional<sunlight::Surface> surface;
     for (const std::uint32_t image : images) {
-        const PhotoLight own = light_of(image);
+        const PhotoLight own = make_light(image);
         if (!own.light.sun) {
             brighten(image, own.light.gain, out);
             continue;

@@ -41,7 +41,7 @@ private:
     using Part = sunlight::Surface PatchTops::*;
     [[nodiscard]] sunlight::Surface assembled(const grid::PatchRect& patches, int margin,
                                               Part part);
-    [[nodiscard]] std::shared_ptr<const PatchTops> tops_of(grid::PatchKey key);
+    [[nodiscard]] std::shared_ptr<const PatchTops> find_tops(grid::PatchKey key);
     [[nodiscard]] static PatchTops casting(sunlight::Surface seen);
 
     PointSet& m_points;
@@ -75,7 +75,7 @@ public:
 
     /// @param image its index in Orthophotos::inputs()
     /// @throws Error naming a damaged file
-    [[nodiscard]] PhotoLight light_of(std::size_t image);
+    [[nodiscard]] PhotoLight make_light(std::size_t image);
 
     /// What the colours of an image in a patch are divided by: its light and that of images of the
     /// same flight around it.

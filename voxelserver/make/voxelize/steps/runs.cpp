@@ -27,7 +27,7 @@ std::int32_t in_voxels(double metres, double voxel_m) {
 }
 
 template <class Seen>
-VoxelAttr attr_of(Material material, const Seen& s) {
+VoxelAttr to_attr(Material material, const Seen& s) {
     VoxelAttr attr;
     attr.material = material;
     attr.source_class = s.source_class;
@@ -81,7 +81,7 @@ private:
             const std::int32_t thickness =
                 in_voxels(m_in.settings.bridges.thickness_m, m_in.voxel_m);
             push(std::max(y + 1 - thickness, top + 1), y + 1,
-                 attr_of(named(deck) ? meaning(deck.source_class).material : Material::kBridge,
+                 to_attr(named(deck) ? meaning(deck.source_class).material : Material::kBridge,
                          deck));
             top = std::max(top, y);  // heights on a deck count from the deck
         }
@@ -94,7 +94,7 @@ private:
         const std::int32_t depth = in_voxels(m_in.water.depth_m.at(x, z), m_in.voxel_m);
         const std::int32_t bed = std::max(surface - depth, std::min(m_in.floor_y, surface - 1));
         terrain(bed, VoxelAttr{Material::kSand, 0, 0, 0, {}, 0}, 0);
-        push(bed + 1, surface + 1, attr_of(Material::kWater, col.water));
+        push(bed + 1, surface + 1, to_attr(Material::kWater, col.water));
         return surface;
     }
 
@@ -108,7 +108,7 @@ private:
                             !named(m_in.decks.at(x, z));  // the ground that was seen is the deck
         VoxelAttr attr{Material::kGround, 0, 0, 0, {}, 0};
         if (col.ground.seen() && !hidden)
-            attr = attr_of(meaning(col.ground.source_class).material, col.ground);
+            attr = to_attr(meaning(col.ground.source_class).material, col.ground);
         if (!hidden && (!roof.seen() || roof.open_beneath()))
             specialize(attr, x, z);
         terrain(top, attr, soil(x, z));
@@ -165,7 +165,7 @@ private:
 
     void building(const Roof& roof, std::int32_t ground_top, int x, int z) {
         const std::int32_t roof_y = floor_y(roof.top.height);
-        VoxelAttr attr = attr_of(meaning(roof.top.source_class).material, roof.top);
+        VoxelAttr attr = to_attr(meaning(roof.top.source_class).material, roof.top);
         specialize(attr, x + roof.appearance_dx, z + roof.appearance_dz);
         tint(attr, m_in.numbers.building.at(x, z));
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
@@ -225,7 +225,7 @@ private:
     void put_crown(const Crown& crown, int x, int z, std::int32_t top) {
         if (m_runs.empty())
             return;
-        VoxelAttr attr = attr_of(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
+        VoxelAttr attr = to_attr(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
         tint(attr, m_in.numbers.tree.at(x, z));
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
@@ -277,7 +277,7 @@ private:
                               m_runs.back().attr.source_class == o.source_class &&
                               m_runs.back().attr.material != Material::kTrunk;
         const std::int32_t from = on_crown ? m_runs.back().y1 : o.y;
-        VoxelAttr attr = attr_of(m.tiers ? tier(above_m) : m.material, o);
+        VoxelAttr attr = to_attr(m.tiers ? tier(above_m) : m.material, o);
         if (plant_like)
             tint(attr, m_in.numbers.tree.at(x, z));
         if (plant_like)

@@ -51,8 +51,8 @@ bool hidden(const PatchColumns& columns, std::size_t i, double voxel_m) noexcept
            (static_cast<double>(top) - static_cast<double>(surface.height)) * voxel_m > kClear_m;
 }
 
-Lists lists_of(const PatchColumns& columns, const ClassTable& classes, Group ground,
-               double voxel_m) {
+Lists make_lists(const PatchColumns& columns, const ClassTable& classes, Group ground,
+                 double voxel_m) {
     Lists out;
     for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
         const Column& c = columns.columns[i];
@@ -109,7 +109,7 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, PhotoLights* lights
     m_map = std::make_unique<imagery::ColourMap>(imagery::ColourMap::load(settings.palette));
     if (settings.steps.neighbourhood_filters)
         m_filters = imagery::load_filters(settings.palette);
-    m_margin = Margined<Material>::kMargin + imagery::margin_of(m_filters, voxel_m);
+    m_margin = Margined<Material>::kMargin + imagery::measure_margin(m_filters, voxel_m);
     m_finds_water = images != nullptr && !dry && settings.water.from_orthophoto &&
                     settings.steps.water_equalization;
 }
@@ -130,7 +130,7 @@ std::shared_ptr<const PatchAppearance> SurfaceStep::patch_appearance(grid::Patch
             if (!m_map || !columns.any)
                 return out;
             const util::StageTimes::Scope timed(m_times, std::string(kSpecialization.name));
-            const Lists lists = lists_of(columns, m_classes, m_ground, m_voxel_m);
+            const Lists lists = make_lists(columns, m_classes, m_ground, m_voxel_m);
             if (!out->raster.empty() || lists.any_colour || (m_guesses && lists.any_brightness))
                 out->surface = imagery::specialize(lists.view(), out->raster, *m_map);
             if (m_guesses && lists.any_brightness)
@@ -227,7 +227,7 @@ void SurfaceStep::mark_wet(grid::PatchKey key, const PatchColumns& columns, int 
 
 namespace {
 
-double share_of(std::uint8_t brightness) noexcept {
+double measure_share(std::uint8_t brightness) noexcept {
     return brightness / BrightnessScale::kBrightGround;
 }
 
@@ -270,11 +270,11 @@ public:
 
     [[nodiscard]] Material at(int x, int z) const {
         if (const Building* building = m_buildings.at(x, z))
-            return m_of_building[index_of(building)].material(m_settings);
+            return m_of_building[compute_index(building)].material(m_settings);
         RoofEvidence around;
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx)
-                around.add(m_of_cell[cell_index(cell_of(x) + dx, cell_of(z) + dz)]);
+                around.add(m_of_cell[cell_index(find_cell(x) + dx, find_cell(z) + dz)]);
         return around.material(m_settings);
     }
 
@@ -289,7 +289,7 @@ private:
     static constexpr int kReach = Buildings::kAround + Buildings::kWidest;
     static_assert(kReach < Window::kMargin);
 
-    static constexpr int cell_of(int x) noexcept { return (x - kFirst) / kCell; }
+    static constexpr int find_cell(int x) noexcept { return (x - kFirst) / kCell; }
     static constexpr std::size_t cell_index(int cx, int cz) noexcept {
         return static_cast<std::size_t>(cz * kCells + cx);
     }
@@ -298,7 +298,7 @@ private:
         return m_window.built(x, z) ? m_window.column(x, z).roof.height : otherwise;
     }
 
-    [[nodiscard]] std::size_t index_of(const Building* building) const noexcept {
+    [[nodiscard]] std::size_t compute_index(const Building* building) const noexcept {
         return static_cast<std::size_t>(building - m_buildings.all().data());
     }
 
@@ -321,15 +321,15 @@ private:
             own.brightness = roof.brightness;
         }
         if (building != nullptr)
-            m_of_building[index_of(building)].add(own);
+            m_of_building[compute_index(building)].add(own);
         else
-            m_of_cell[cell_index(cell_of(x), cell_of(z))].add(own);
+            m_of_cell[cell_index(find_cell(x), find_cell(z))].add(own);
     }
 
     const Window& m_window;
     const Buildings& m_buildings;
     const Settings::MaterialGuesses& m_settings;
-    std::vector<RoofEvidence> m_of_building;  ///< by index_of()
+    std::vector<RoofEvidence> m_of_building;  ///< by compute_index()
     std::array<RoofEvidence, std::size_t{kCells} * kCells> m_of_cell{};
 };
 
@@ -343,7 +343,7 @@ void guess_ground(const PatchColumns& columns, std::span<const std::uint8_t> cov
         if (!open || column.built_upon() || !column.ground.seen() ||
             column.ground.brightness == BrightnessScale::kUnknown)
             continue;
-        const double brightness = share_of(column.ground.brightness);
+        const double brightness = measure_share(column.ground.brightness);
         surface.material[i] = brightness < settings.asphalt_below ? Material::kRoad
                               : brightness < settings.bare_below  ? Material::kGround
                                                                   : Material::kGrass;

@@ -33,7 +33,7 @@ public:
         // Only places without ground, or with ground that looks wet, can belong to a body.
         if (!m_water->bodies.may_be_water(own) || (column.ground.seen() && !own.looks_wet))
             return kNoHeight;
-        return level_of(cx, cz);
+        return find_level(cx, cz);
     }
 
 private:
@@ -61,7 +61,7 @@ private:
     }
 
     // Columns of a cell follow each other.
-    [[nodiscard]] float level_of(std::int32_t cx, std::int32_t cz) {
+    [[nodiscard]] float find_level(std::int32_t cx, std::int32_t cz) {
         if (cx != m_last_x || cz != m_last_z) {
             m_last_x = cx;
             m_last_z = cz;

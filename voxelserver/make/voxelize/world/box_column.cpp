@@ -67,12 +67,12 @@ BoxColumn BoxColumnMaker::make(grid::PatchKey patch) {
         run_steps(land, part::kBoxes, m_times);
         static_cast<Boxes&>(out) = std::move(land.boxes.value());
     }
-    out.reach = reach_of(land);
+    out.reach = measure_reach(land);
     return out;
 }
 
 // The shadows on a patch's photograph come from the patches around.
-voxel::InputExtent BoxColumnMaker::reach_of(Land& land) const {
+voxel::InputExtent BoxColumnMaker::measure_reach(Land& land) const {
     return m_context.photo_lights ? grown(land.reach(), shadow_patches(m_context.voxel_m))
                                   : land.reach();
 }
@@ -81,13 +81,13 @@ voxel::InputExtent BoxColumnMaker::reach(grid::PatchKey patch) {
     Land land(m_context, patch);
     run_steps(land, part::kCoverage | part::kGround, m_times);
     ask_for_water(land);
-    return reach_of(land);
+    return measure_reach(land);
 }
 
 voxel::InputExtent BoxColumnMaker::water_reach(grid::PatchKey patch) {
     Land land(m_context, patch);
     ask_for_water(land);
-    return reach_of(land);
+    return measure_reach(land);
 }
 
 std::vector<Tree> BoxColumnMaker::trees(grid::PatchKey patch) {

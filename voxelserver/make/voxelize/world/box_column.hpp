@@ -50,7 +50,7 @@ public:
 
 private:
     void count_holes(grid::PatchKey patch, std::uint64_t holes);
-    [[nodiscard]] voxel::InputExtent reach_of(Land& land) const;
+    [[nodiscard]] voxel::InputExtent measure_reach(Land& land) const;
 
     StepContext m_context;
     util::StageTimes& m_times;

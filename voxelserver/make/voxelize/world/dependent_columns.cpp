@@ -22,7 +22,7 @@ using voxel::InputExtent;
 constexpr std::int32_t kNear = 2;
 constexpr std::int32_t kWidestGap = WideGround::kRings.back();
 
-InputExtent patches_of(const ColumnRect& rect, std::int32_t around) {
+InputExtent list_patches(const ColumnRect& rect, std::int32_t around) {
     const auto below = [](std::int32_t v) { return voxel::floor_div(v, grid::kPatchSize); };
     return {below(rect.min_x) - around, below(rect.min_z) - around,
             below(rect.max_x - 1) + 1 + around, below(rect.max_z - 1) + 1 + around};
@@ -49,14 +49,14 @@ public:
     Search(LidarWorld& world, std::vector<ColumnRect> changed, int threads)
         : m_world(world), m_threads(threads) {
         const voxel::VoxelBounds& bounds = world.info().bounds;
-        m_limits = patches_of({bounds.min[0], bounds.min[2], bounds.max[0], bounds.max[2]}, 0);
+        m_limits = list_patches({bounds.min[0], bounds.min[2], bounds.max[0], bounds.max[2]}, 0);
         for (const ColumnRect& rect : changed)
-            m_changed.push_back(patches_of(rect, world.shadow_patches()));
+            m_changed.push_back(list_patches(rect, world.shadow_patches()));
     }
 
     /// Columns where land was, which may be gone, are replaced by what is there now.
-    void add_all_of(const ColumnRect& rect) {
-        const InputExtent extent = cut_to(patches_of(rect, 0), m_limits);
+    void add_columns(const ColumnRect& rect) {
+        const InputExtent extent = cut_to(list_patches(rect, 0), m_limits);
         for (std::int32_t z = extent.min_bz; z < extent.max_bz; ++z)
             for (std::int32_t x = extent.min_bx; x < extent.max_bx; ++x)
                 m_out.dependent.insert({x, z});
@@ -195,7 +195,7 @@ private:
     [[nodiscard]] std::vector<PatchKey> other_islands() const {
         std::set<PatchKey> out;
         for (const ColumnRect& island : m_world.facts().islands) {
-            const InputExtent extent = cut_to(patches_of(island, 0), m_limits);
+            const InputExtent extent = cut_to(list_patches(island, 0), m_limits);
             if (extent.empty())
                 continue;
             constexpr std::int64_t kCount = DependentColumns::kNeighbours;
@@ -241,7 +241,7 @@ DependentColumns columns_that_depend_on(LidarWorld& world, const std::set<std::s
         rects.push_back(photograph);
     Search search(world, std::move(rects), threads);
     for (const ColumnRect& rect : before.lay)
-        search.add_all_of(rect.grown(1));
+        search.add_columns(rect.grown(1));
     return search.run();
 }
 

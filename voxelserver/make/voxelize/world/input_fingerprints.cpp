@@ -36,7 +36,7 @@ struct WideRect {
 
 }  // namespace
 
-Fingerprint fingerprint_of(const ClassTable& classes) {
+Fingerprint to_fingerprint(const ClassTable& classes) {
     voxel::ByteWriter out;
     for (const ClassMeaning& m : classes.meaning) {
         out.add(m.role);
@@ -93,7 +93,7 @@ std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthopho
                                              const Sources& sources) {
     std::vector<Fingerprint> own;
     for (const imagery::Orthophotos::Input& image : images)
-        own.push_back(fingerprint_of(photo_sample(image.rect, sources), image.identity, sources));
+        own.push_back(to_fingerprint(photo_sample(image.rect, sources), image.identity, sources));
     const PhotoMosaic mosaic(images);
     std::vector<Fingerprint> out;
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -116,8 +116,8 @@ voxel::Fingerprint fingerprint_everywhere(const Sources& sources, const ClassTab
     all.add(frame.crs().wkt());
     all.add(frame.units_per_voxel());
     all.add(frame.voxel_m());
-    all.add(fingerprint_of(settings));
-    all.add(fingerprint_of(classes));
+    all.add(to_fingerprint(settings));
+    all.add(to_fingerprint(classes));
     all.add(tints_fingerprint(settings));
     all.add(cell_voxels);
     all.add(sources.has_water_class);
@@ -128,16 +128,16 @@ voxel::Fingerprint fingerprint_everywhere(const Sources& sources, const ClassTab
     return all.fingerprint();
 }
 
-InputFingerprints fingerprints_of(const Sources& sources, const imagery::Orthophotos* images,
-                                  const ClassTable& classes, const Settings& settings,
-                                  int cell_voxels) {
+InputFingerprints make_fingerprints(const Sources& sources, const imagery::Orthophotos* images,
+                                    const ClassTable& classes, const Settings& settings,
+                                    int cell_voxels) {
     InputFingerprints out;
     out.everywhere = fingerprint_everywhere(sources, classes, settings, cell_voxels);
     out.palette = palette_fingerprint(settings);
     // A margin of one voxel, as where columns are made: a transformed or rounded point may lie just
     // outside its file's bounds.
     for (const SquareSource& s : sources.files)
-        out.points.push_back({s.bounds.grown(1), fingerprint_of(s), s.has_colour});
+        out.points.push_back({s.bounds.grown(1), to_fingerprint(s), s.has_colour});
     std::sort(out.points.begin(), out.points.end(),
               [](const auto& a, const auto& b) { return a.fingerprint < b.fingerprint; });
     if (images == nullptr)

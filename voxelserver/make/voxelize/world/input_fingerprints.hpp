@@ -15,8 +15,8 @@ namespace terravox::voxelize {
 inline constexpr std::uint32_t kBoxRecipe = 5;
 
 /// The extent of a patch and `around` patches on each side.
-[[nodiscard]] constexpr voxel::InputExtent reach_of(grid::PatchKey key,
-                                                    std::int32_t around = 0) noexcept {
+[[nodiscard]] constexpr voxel::InputExtent measure_reach(grid::PatchKey key,
+                                                         std::int32_t around = 0) noexcept {
     return {key.px - around, key.pz - around, key.px + 1 + around, key.pz + 1 + around};
 }
 /// The inputs of boxes, as fingerprints of their contents. Each file affects only the boxes near
@@ -41,7 +41,7 @@ struct InputFingerprints {
 
 /// Fingerprints of the values of a class table, and of the palette and the tints that settings
 /// name: not of their files' text.
-[[nodiscard]] voxel::Fingerprint fingerprint_of(const ClassTable& classes);
+[[nodiscard]] voxel::Fingerprint to_fingerprint(const ClassTable& classes);
 [[nodiscard]] voxel::Fingerprint palette_fingerprint(const Settings& settings);
 [[nodiscard]] voxel::Fingerprint tints_fingerprint(const Settings& settings);
 
@@ -62,9 +62,9 @@ struct Sources;
 
 /// The fingerprints of an opened world.
 /// @param images nullptr = none
-[[nodiscard]] InputFingerprints fingerprints_of(const Sources& sources,
-                                                const imagery::Orthophotos* images,
-                                                const ClassTable& classes, const Settings& settings,
-                                                int cell_voxels);
+[[nodiscard]] InputFingerprints make_fingerprints(const Sources& sources,
+                                                  const imagery::Orthophotos* images,
+                                                  const ClassTable& classes,
+                                                  const Settings& settings, int cell_voxels);
 
 }  // namespace terravox::voxelize

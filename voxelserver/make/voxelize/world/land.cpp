@@ -48,6 +48,6 @@ Land::Land(StepContext& context, grid::PatchKey patch)
       window(context.points.window(patch)),
       in_bounds(context.points.in_bounds(patch)),
       water_access{context.cells, context.bodies, context.points.cell_voxels(),
-                   reach_of(patch, 1)} {}
+                   measure_reach(patch, 1)} {}
 
 }  // namespace terravox::voxelize

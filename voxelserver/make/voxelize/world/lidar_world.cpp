@@ -155,7 +155,7 @@ public:
     [[nodiscard]] std::vector<SquareInfo> squares() const override {
         std::vector<SquareInfo> out = m_facts.squares;
         for (std::size_t i = 0; i < out.size(); ++i)
-            std::tie(out[i].state, out[i].error) = m_points.state_of(i);
+            std::tie(out[i].state, out[i].error) = m_points.find_state(i);
         return out;
     }
 
@@ -251,8 +251,8 @@ private:
         }
         m_facts.orthophotos = m_images ? m_images->count() : 0;
         m_facts.water_cell_m = m_points.cell_voxels() * frame.voxel_m();
-        m_facts.fingerprints = fingerprints_of(sources, m_images.get(), m_points.classes(),
-                                               m_settings, m_points.cell_voxels());
+        m_facts.fingerprints = make_fingerprints(sources, m_images.get(), m_points.classes(),
+                                                 m_settings, m_points.cell_voxels());
     }
 
     // The footprint of a box: where there is nothing, a file may be added.

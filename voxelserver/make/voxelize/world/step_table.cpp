@@ -189,7 +189,7 @@ constexpr std::array kSteps{
 static_assert(in_order(kSteps), "a step runs before one that makes what it reads");
 static_assert(kSteps.size() <= 32, "Land::steps_done has a bit for each step");
 
-constexpr std::uint32_t bit_of(std::size_t step) noexcept {
+constexpr std::uint32_t to_bit(std::size_t step) noexcept {
     return std::uint32_t{1} << step;
 }
 
@@ -198,7 +198,7 @@ std::uint32_t steps_that_make(Parts wanted) noexcept {
     std::uint32_t out = 0;
     for (std::size_t i = kSteps.size(); i-- > 0;)
         if ((kSteps[i].makes & wanted) != 0) {
-            out |= bit_of(i);
+            out |= to_bit(i);
             wanted |= kSteps[i].reads;
         }
     return out;
@@ -224,9 +224,9 @@ std::span<const Step> steps() noexcept {
 void run_steps(Land& land, Parts wanted, util::StageTimes& times) {
     const std::uint32_t needed = steps_that_make(wanted) & ~land.steps_done;
     for (std::size_t i = 0; i < kSteps.size(); ++i)
-        if ((needed & bit_of(i)) != 0) {
+        if ((needed & to_bit(i)) != 0) {
             run_step(kSteps[i], land, times);
-            land.steps_done |= bit_of(i);
+            land.steps_done |= to_bit(i);
         }
 }
 

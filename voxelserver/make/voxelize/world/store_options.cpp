@@ -48,7 +48,7 @@ private:
 };
 
 /// The title of the one source that all squares are of, else the name of the store's folder.
-std::string title_of(const GrabberStore& store, const std::vector<const StoredSquare*>& squares) {
+std::string make_title(const GrabberStore& store, const std::vector<const StoredSquare*>& squares) {
     const std::string& source = squares.front()->source;
     if (std::all_of(squares.begin(), squares.end(),
                     [&](const StoredSquare* square) { return square->source == source; }))
@@ -85,7 +85,7 @@ void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
         }
     }
     if (options.title.empty())
-        options.title = title_of(store, squares);
+        options.title = make_title(store, squares);
     options.licence = licences.text();
     options.attribution = attributions.text();
 }

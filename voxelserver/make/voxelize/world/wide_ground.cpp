@@ -77,7 +77,7 @@ float WideGround::at(std::int32_t x, std::int32_t z, voxel::InputExtent& reach) 
                                voxel::floor_div(z, grid::kPatchSize)};
     const auto around = m_around.get(
         patch, [&] { return make(patch); }, [](const auto& a) { return a->memory_bytes(); });
-    reach.add(reach_of(patch, around->rings));
+    reach.add(measure_reach(patch, around->rings));
     const float local_x = static_cast<float>(x - patch.x0()) + 0.5f;
     const float local_z = static_cast<float>(z - patch.z0()) + 0.5f;
     if (around->ground)

@@ -179,7 +179,7 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
                    "; allowed: " + std::to_string(kBoxRecipe));
     const std::string_view body =
         bytes.substr(kFactsMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
-    if (voxel::fingerprint_of(body) != said)
+    if (voxel::to_fingerprint(body) != said)
         throw fail("damaged (checksum)");
     voxel::ByteReader in(body);
     WorldFacts out;
@@ -216,10 +216,10 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
         out.add(voxel::file_identity(opener, "worlds module"));
     const Settings settings = load_settings(options.settings, options.steps, options.photo);
     const ClassTable classes = load_class_table(options.classes);
-    out.add(fingerprint_of(settings));
+    out.add(to_fingerprint(settings));
     out.add(palette_fingerprint(settings));
     out.add(tints_fingerprint(settings));
-    out.add(fingerprint_of(classes));
+    out.add(to_fingerprint(classes));
     out.add(classes.crs.has_value());
     out.add(classes.crs.value_or(""));
     out.add(options.crs.has_value());
@@ -240,7 +240,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     for (const auto& file : files) {
         out.add(file.string());
         out.add(voxel::file_identity(file, "point cloud"));
-        if (const auto side_file = pointcloud::side_file_of(file))
+        if (const auto side_file = pointcloud::find_side_file(file))
             out.add(voxel::file_identity(*side_file, "side file"));
     }
     if (!options.orthophotos.empty()) {
@@ -251,7 +251,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
             out.add(imagery::image_identity(image));
         }
     }
-    return voxel::hex_of(out.fingerprint());
+    return voxel::to_hex(out.fingerprint());
 }
 
 }  // namespace terravox::voxelize

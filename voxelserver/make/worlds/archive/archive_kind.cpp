@@ -164,7 +164,7 @@ private:
             if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply)))
                 throw changed();
             if (reply.status == kNoSuchRange)
-                throw util::Error("fetch " + m_url + ": " + remote::problem_of(reply));
+                throw util::Error("fetch " + m_url + ": " + remote::find_problem(reply));
             return std::move(reply.body);
         } catch (const remote::WholeFileError& e) {
             FileState now = FileState::of(e.head());

@@ -21,7 +21,7 @@ constexpr double kLowest_m = -12000,
                  kHighest_m = 10000;  // of the Earth; what lies beyond is no height
 
 // A unit of height by its name, metres.
-std::optional<double> unit_of(const std::string& written) {
+std::optional<double> to_unit(const std::string& written) {
     const std::string name = util::lower_case(written);
     struct Unit {
         const char* name;
@@ -158,7 +158,7 @@ void HeightFile::learn_values() {
     double unit = 1;
     if (m_reading.height_unit_m)
         unit = *m_reading.height_unit_m;
-    else if (const auto named = unit_of(own->GetUnitType()))
+    else if (const auto named = to_unit(own->GetUnitType()))
         unit = *named;
     else if (*own->GetUnitType() != '\0')
         fail(std::string("unit of heights = '") + own->GetUnitType() +
@@ -288,7 +288,7 @@ void HeightFile::extend(std::optional<Range>& range, const Grid& grid, int x, in
 }
 
 // The finest overview, or the cells themselves, with at most max_cells cells.
-std::optional<HeightFile::Grid> HeightFile::grid_of(double max_cells) const noexcept {
+std::optional<HeightFile::Grid> HeightFile::make_grid(double max_cells) const noexcept {
     Grid grid = grid_for(0);
     const double span_x = grid.dx * grid.width;
     const double span_y = grid.dy * grid.height;
@@ -324,7 +324,7 @@ std::optional<HeightFile::Range> HeightFile::rough_range(double max_cells) {
             damage = e;  // boxes that need it will fail; others will not
         }
     };
-    const auto whole = grid_of(max_cells);
+    const auto whole = make_grid(max_cells);
     constexpr int kRows = 256;
     if (whole)
         for (int y = 0; y < whole->height; y += kRows)

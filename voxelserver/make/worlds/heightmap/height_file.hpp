@@ -95,7 +95,7 @@ private:
     void learn_values();
     [[nodiscard]] double vertical_unit_m() const;  ///< as defined by the CRSs
     void to_metres(std::vector<double>& values) const noexcept;
-    [[nodiscard]] std::optional<Grid> grid_of(double max_cells) const noexcept;
+    [[nodiscard]] std::optional<Grid> make_grid(double max_cells) const noexcept;
     void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);
 
     Reading m_reading;

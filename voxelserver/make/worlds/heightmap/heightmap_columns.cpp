@@ -227,7 +227,7 @@ using voxel::VoxelAttr;
 namespace {
 
 // Slope from a middle and its neighbours on one axis, some of which may be missing.
-double slope_of(double before, double here, double after) noexcept {
+double measure_slope(double before, double here, double after) noexcept {
     if (!std::isnan(before) && !std::isnan(after))
         return (after - before) / 2;
     if (!std::isnan(after))
@@ -261,8 +261,8 @@ HeightmapColumns::HeightmapColumns(int level, const ColumnHeights& heights,
             if (x < 0 || z < 0 || x >= voxel::kBoxSizeX || z >= voxel::kBoxSizeZ)
                 continue;
             const auto at = static_cast<std::size_t>(z * voxel::kBoxSizeX + x);
-            const double dx = slope_of(height(-1, 0), here, height(1, 0));
-            const double dz = slope_of(height(0, -1), here, height(0, 1));
+            const double dx = measure_slope(height(-1, 0), here, height(1, 0));
+            const double dz = measure_slope(height(0, -1), here, height(0, 1));
             m_appearances[at] = appearance(std::sqrt(dx * dx + dz * dz), colours, at);
         }
 }

@@ -41,8 +41,8 @@ bool belongs_to_rasters(const fs::path& file) {
     return util::lower_extension(file) != ".txt" || heightmap::is_height_raster(file);
 }
 
-std::vector<fs::path> rasters_of(const worlds::WorldOptions& options,
-                                 const std::function<bool(const fs::path&)>& belongs) {
+std::vector<fs::path> list_rasters(const worlds::WorldOptions& options,
+                                   const std::function<bool(const fs::path&)>& belongs) {
     // The usual endings of what geo::open_raster() reads, apart from pictures.
     constexpr std::array<std::string_view, 15> kEndings = {
         ".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
@@ -56,7 +56,7 @@ std::vector<fs::path> rasters_of(const worlds::WorldOptions& options,
 /// rasters, since it is computed after each box and must open no file.
 voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
     const auto every_file = [](const fs::path& /*file*/) { return true; };
-    std::vector<fs::path> files = rasters_of(options, every_file);
+    std::vector<fs::path> files = list_rasters(options, every_file);
     if (!options.orthophotos.empty()) {
         const std::vector<fs::path> images = imagery::orthophoto_files(options.orthophotos);
         files.insert(files.end(), images.begin(), images.end());
@@ -72,7 +72,7 @@ voxel::Fingerprint state_of_rasters(const worlds::WorldOptions& options) {
 std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
     const worlds::WorldOptions& from = request.options;
     heightmap::HeightmapOptions options;
-    options.rasters = rasters_of(from, belongs_to_rasters);
+    options.rasters = list_rasters(from, belongs_to_rasters);
     options.orthophotos = from.orthophotos;
     options.voxel_m = from.voxel_m;
     if (!from.crs.empty())

@@ -32,7 +32,7 @@ struct Survey {
     std::string attribution;
 };
 
-std::optional<geo::Crs> crs_of(const HeightmapOptions& options) {
+std::optional<geo::Crs> find_crs(const HeightmapOptions& options) {
     return options.crs ? std::optional(geo::Crs::from_text(*options.crs)) : std::nullopt;
 }
 
@@ -51,7 +51,7 @@ std::vector<Found> find_rasters(const HeightmapOptions& options) {
             "open a heightmap: no raster given; allowed: one or more rasters of heights");
     std::vector<Found> found;
     for (const fs::path& path : options.rasters) {
-        const Reading reading{path, crs_of(options), std::nullopt, options.height_unit_m};
+        const Reading reading{path, find_crs(options), std::nullopt, options.height_unit_m};
         const HeightFile file(reading);
         const HeightFile::Outline o = file.outline();
         found.push_back({reading,

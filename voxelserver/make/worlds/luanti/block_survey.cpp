@@ -24,7 +24,7 @@ BlockIndex::BlockIndex()
         m_holds[level].resize(m_heights.size() >> (2 * level));
 }
 
-std::size_t BlockIndex::index_of(int level, std::int32_t bx, std::int32_t bz) noexcept {
+std::size_t BlockIndex::compute_index(int level, std::int32_t bx, std::int32_t bz) noexcept {
     const std::int32_t half = kFarthestColumn >> level;
     return static_cast<std::size_t>((bz + half) * 2 * half + bx + half);
 }
@@ -32,14 +32,14 @@ std::size_t BlockIndex::index_of(int level, std::int32_t bx, std::int32_t bz) no
 void BlockIndex::add(const BlockPlace& place) noexcept {
     std::int32_t bx = voxel::floor_div(place.x, kBlocksAcross);
     std::int32_t bz = voxel::floor_div(place.z, kBlocksAcross);
-    Heights& heights = m_heights[index_of(0, bx, bz)];
+    Heights& heights = m_heights[compute_index(0, bx, bz)];
     const bool is_first = heights.begin == heights.end;
     heights.begin = static_cast<std::int16_t>(
         is_first ? place.y : std::min<std::int32_t>(heights.begin, place.y));
     heights.end = static_cast<std::int16_t>(
         is_first ? place.y + 1 : std::max<std::int32_t>(heights.end, place.y + 1));
     for (int level = 0; level <= kTopLevel; ++level) {
-        m_holds[static_cast<std::size_t>(level)][index_of(level, bx, bz)] = true;
+        m_holds[static_cast<std::size_t>(level)][compute_index(level, bx, bz)] = true;
         bx = voxel::floor_div(bx, 2);
         bz = voxel::floor_div(bz, 2);
     }
@@ -58,7 +58,7 @@ voxel::VoxelBounds BlockIndex::bounds() const noexcept {
 
 BlockIndex::Heights BlockIndex::heights(std::int32_t bx, std::int32_t bz) const noexcept {
     const auto fits = [](std::int32_t b) { return b >= -kFarthestColumn && b < kFarthestColumn; };
-    return fits(bx) && fits(bz) ? m_heights[index_of(0, bx, bz)] : Heights{};
+    return fits(bx) && fits(bz) ? m_heights[compute_index(0, bx, bz)] : Heights{};
 }
 
 bool BlockIndex::holds(int level, std::int32_t bx, std::int32_t bz) const noexcept {
@@ -66,7 +66,7 @@ bool BlockIndex::holds(int level, std::int32_t bx, std::int32_t bz) const noexce
     const std::int32_t half = kFarthestColumn >> stored;
     const auto fits = [&](std::int32_t b) { return b >= -half && b < half; };
     return fits(bx) && fits(bz) &&
-           m_holds[static_cast<std::size_t>(stored)][index_of(stored, bx, bz)];
+           m_holds[static_cast<std::size_t>(stored)][compute_index(stored, bx, bz)];
 }
 
 namespace {
@@ -116,12 +116,12 @@ bool layer_holds(const NodeBlock& block, int y) noexcept {
     return false;
 }
 
-Facts facts_of(MapDatabase& database, NodeAppearances& appearances, MapBlockReader& reader,
-               const BlockPlace& place) {
+Facts collect_facts(MapDatabase& database, NodeAppearances& appearances, MapBlockReader& reader,
+                    const BlockPlace& place) {
     Facts out;
     const std::vector<std::uint8_t> blob = database.read(place);
     const MapBlock& stored = reader.read(blob);
-    const auto block = node_block_of(stored, appearances);
+    const auto block = make_node_block(stored, appearances);
     out.version = static_cast<std::uint8_t>(stored.version);
     if (block == nullptr)
         return out;
@@ -146,9 +146,9 @@ std::vector<Facts> survey_blocks(MapDatabase& database, NodeAppearances& appeara
         const std::size_t end = std::min(places.size(), (batch + 1) * kBatch);
         for (std::size_t i = batch * kBatch; i < end; ++i) {
             try {
-                out[i] = facts_of(database, appearances, reader, places[i]);
+                out[i] = collect_facts(database, appearances, reader, places[i]);
             } catch (const util::Error& e) {
-                damage.add(name_of(places[i]) + ": " + e.what());
+                damage.add(to_name(places[i]) + ": " + e.what());
             }
         }
     });

@@ -44,7 +44,8 @@ private:
     static constexpr int kTopLevel = 9;
     static_assert(kFarthestColumn >> kTopLevel == 1);
 
-    [[nodiscard]] static std::size_t index_of(int level, std::int32_t bx, std::int32_t bz) noexcept;
+    [[nodiscard]] static std::size_t compute_index(int level, std::int32_t bx,
+                                                   std::int32_t bz) noexcept;
 
     std::vector<Heights> m_heights;
     std::array<std::vector<bool>, kTopLevel + 1> m_holds;

@@ -66,7 +66,7 @@ std::string text_of_versions(const BlockSurvey& survey) {
     return out;
 }
 
-std::string text_of(const WorldFacts& facts) {
+std::string to_text(const WorldFacts& facts) {
     const BlockSurvey& survey = facts.survey;
     std::string counts = std::to_string(survey.blocks) + ": ";
     if (!survey.complete())
@@ -88,7 +88,7 @@ std::string text_of(const WorldFacts& facts) {
     return out;
 }
 
-std::string json_of(const WorldFacts& facts) {
+std::string to_json(const WorldFacts& facts) {
     const BlockSurvey& survey = facts.survey;
     json versions = json::object();
     for (const auto& [version, count] : survey.versions)
@@ -130,7 +130,7 @@ worlds::Description describe(const worlds::DescribeRequest& request,
         survey_blocks(database, appearances, damage, request.threads, kMaxDescribedBlocks);
     facts.unknown_nodes = appearances.unknown_names();
     facts.damage = damage.lines();
-    return {request.as_json ? json_of(facts) : text_of(facts), !facts.damage.empty()};
+    return {request.as_json ? to_json(facts) : to_text(facts), !facts.damage.empty()};
 }
 
 }  // namespace terravox::luanti

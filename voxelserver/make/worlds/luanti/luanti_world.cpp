@@ -63,7 +63,7 @@ void check(const fs::path& folder, const Settings& settings, const char* key,
                            found->second + " in its world.mt; allowed: " + allowed);
 }
 
-std::string value_of(const Settings& settings, std::string_view key) {
+std::string find_value(const Settings& settings, std::string_view key) {
     const auto found = settings.find(key);
     return found == settings.end() ? std::string{} : found->second;
 }
@@ -99,8 +99,8 @@ WorldFiles find_world_files(const fs::path& path) {
         check(folder, settings, "backend", "sqlite3");
     WorldFiles out;
     out.map = folder / kMapName;
-    out.title = value_of(settings, "world_name");
-    out.game = value_of(settings, "gameid");
+    out.title = find_value(settings, "world_name");
+    out.game = find_value(settings, "gameid");
     if (out.title.empty())
         out.title = name_of_folder(folder);
     if (!fs::is_regular_file(out.map, failed))
@@ -193,7 +193,7 @@ private:
         if (!holds_any)
             return nullptr;
         load(1);
-        return box_of(blocks, key);
+        return to_box(blocks, key);
     }
 
     // nullptr: air, because the block does not exist, or is damaged.
@@ -210,9 +210,9 @@ private:
     std::shared_ptr<const NodeBlock> read(const BlockPlace& place, MapBlockReader& reader) {
         try {
             const std::vector<std::uint8_t> blob = m_database.read(place);
-            return blob.empty() ? nullptr : node_block_of(reader.read(blob), m_appearances);
+            return blob.empty() ? nullptr : make_node_block(reader.read(blob), m_appearances);
         } catch (const util::Error& e) {
-            m_damage.add(name_of(place) + ": " + e.what());
+            m_damage.add(to_name(place) + ": " + e.what());
             return nullptr;
         }
     }

@@ -47,7 +47,7 @@ struct BlockPlaceHash {
 }
 
 /// For messages, in the game's coordinates: "map block (1, -2, 3)".
-[[nodiscard]] inline std::string name_of(const BlockPlace& p) {
+[[nodiscard]] inline std::string to_name(const BlockPlace& p) {
     return "map block (" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " +
            std::to_string(mirrored(p.z)) + ")";
 }

@@ -34,7 +34,7 @@ std::optional<BlockPlace> decoded(std::int64_t number) noexcept {
 }
 
 /// The place that the key of a row stands for.
-std::optional<BlockPlace> place_of(sqlite3_stmt* row, bool is_encoded) noexcept {
+std::optional<BlockPlace> find_place(sqlite3_stmt* row, bool is_encoded) noexcept {
     const int columns = is_encoded ? 1 : 3;
     for (int i = 0; i < columns; ++i) {
         if (sqlite3_column_type(row, i) != SQLITE_INTEGER)
@@ -167,7 +167,7 @@ std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPl
         prepare(m_encoded ? "SELECT pos FROM blocks" : "SELECT x, y, z FROM blocks");
     std::uint64_t misplaced = 0;
     while (step(keys.get())) {
-        if (const auto place = place_of(keys.get(), m_encoded))
+        if (const auto place = find_place(keys.get(), m_encoded))
             visit(*place);
         else
             ++misplaced;

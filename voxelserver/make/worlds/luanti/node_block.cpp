@@ -13,7 +13,7 @@ namespace {
 // A game has some thousands of nodes; a file of made-up names must not fill the memory.
 constexpr std::size_t kMaxAppearances = std::size_t{1} << 16;
 
-voxel::VoxelAttr attr_of(const minecraft::BlockAppearance& appearance) noexcept {
+voxel::VoxelAttr to_attr(const minecraft::BlockAppearance& appearance) noexcept {
     voxel::VoxelAttr out;
     out.material = appearance.material;
     if (appearance.has_colour) {
@@ -34,7 +34,7 @@ voxel::VoxelAttr NodeAppearances::of(std::string_view name) {
     const minecraft::BlockAppearance appearance = m_table.of_full_name(name);
     if (!appearance.known)
         log_unknown(name);
-    const voxel::VoxelAttr out = attr_of(appearance);
+    const voxel::VoxelAttr out = to_attr(appearance);
     const std::unique_lock lock(m_appearances_mutex);
     if (m_appearances.size() < kMaxAppearances)
         m_appearances.emplace(name, out);
@@ -65,7 +65,7 @@ using voxel::VoxelAttr;
 
 /// Index of an appearance in the list, to which it is added when it is new: names with the same one
 /// share one.
-std::uint16_t index_of(const VoxelAttr& appearance, std::vector<VoxelAttr>& appearances) {
+std::uint16_t compute_index(const VoxelAttr& appearance, std::vector<VoxelAttr>& appearances) {
     const auto found = std::find(appearances.begin(), appearances.end(), appearance);
     const auto index = static_cast<std::uint16_t>(found - appearances.begin());
     if (found == appearances.end())
@@ -74,7 +74,7 @@ std::uint16_t index_of(const VoxelAttr& appearance, std::vector<VoxelAttr>& appe
 }
 
 /// The entry of the names for an id.
-std::size_t entry_of(std::uint16_t id, const std::vector<MapBlock::Name>& names) {
+std::size_t make_entry(std::uint16_t id, const std::vector<MapBlock::Name>& names) {
     const auto found =
         std::lower_bound(names.begin(), names.end(), id,
                          [](const MapBlock::Name& a, std::uint16_t b) { return a.id < b; });
@@ -85,20 +85,20 @@ std::size_t entry_of(std::uint16_t id, const std::vector<MapBlock::Name>& names)
 
 }  // namespace
 
-std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
-                                               NodeAppearances& appearances) {
+std::shared_ptr<const NodeBlock> make_node_block(const MapBlock& block,
+                                                 NodeAppearances& appearances) {
     auto out = std::make_shared<NodeBlock>();
     std::vector<std::uint16_t> appearance_of_entry;
     appearance_of_entry.reserve(block.names.size());
     for (const MapBlock::Name& entry : block.names)
-        appearance_of_entry.push_back(index_of(appearances.of(entry.name), out->appearances));
+        appearance_of_entry.push_back(compute_index(appearances.of(entry.name), out->appearances));
     out->cells.resize(kBlockNodes);
     int last_id = -1;  // runs are long: most nodes are of the same kind as the one before
     std::uint16_t appearance = 0;
     for (std::size_t i = 0; i < kBlockNodes; ++i) {
         if (block.ids[i] != last_id) {
             last_id = block.ids[i];
-            appearance = appearance_of_entry[entry_of(block.ids[i], block.names)];
+            appearance = appearance_of_entry[make_entry(block.ids[i], block.names)];
         }
         // The game's z counts northwards: layers of 256 nodes are in reverse order.
         const std::size_t layer = 15 - i / 256;
@@ -154,7 +154,7 @@ void add_column(const BoxBlocks& blocks, int x, int z, voxel::BoxBuilder& builde
 
 }  // namespace
 
-std::shared_ptr<const voxel::Box> box_of(const BoxBlocks& blocks, const voxel::BoxKey& key) {
+std::shared_ptr<const voxel::Box> to_box(const BoxBlocks& blocks, const voxel::BoxKey& key) {
     voxel::BoxBuilder builder;
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z) {
         for (int x = -1; x <= voxel::kBoxSizeX; ++x)

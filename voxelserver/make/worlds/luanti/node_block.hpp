@@ -67,8 +67,8 @@ struct NodeBlock {
 /// Turns a map block into voxels.
 /// @return nullptr when all of it is air
 /// @throws Error for a node whose id has no name
-[[nodiscard]] std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
-                                                             NodeAppearances& appearances);
+[[nodiscard]] std::shared_ptr<const NodeBlock> make_node_block(const MapBlock& block,
+                                                               NodeAppearances& appearances);
 
 /// The 4 x 16 x 4 map blocks of a box, with one more on every side.
 class BoxBlocks {
@@ -80,9 +80,11 @@ public:
 
     /// @param x, z in [-1, kAcross]
     /// @param y in [-1, kHigh]
-    [[nodiscard]] Block& at(int x, int y, int z) noexcept { return m_blocks[index_of(x, y, z)]; }
+    [[nodiscard]] Block& at(int x, int y, int z) noexcept {
+        return m_blocks[compute_index(x, y, z)];
+    }
     [[nodiscard]] const Block& at(int x, int y, int z) const noexcept {
-        return m_blocks[index_of(x, y, z)];
+        return m_blocks[compute_index(x, y, z)];
     }
     /// How many sides of the box a block lies beyond: 0 inside, 1 where it shares a face with it.
     [[nodiscard]] static int sides_passed(int x, int y, int z) noexcept {
@@ -92,7 +94,7 @@ public:
 
 private:
     static constexpr int kSide = kAcross + 2;
-    [[nodiscard]] static std::size_t index_of(int x, int y, int z) noexcept {
+    [[nodiscard]] static std::size_t compute_index(int x, int y, int z) noexcept {
         return static_cast<std::size_t>((y + 1) * kSide * kSide + (z + 1) * kSide + x + 1);
     }
     static constexpr std::size_t kBlocks = std::size_t{kSide} * kSide * (kHigh + 2);
@@ -100,7 +102,7 @@ private:
 };
 
 /// @return nullptr when it is all air
-[[nodiscard]] std::shared_ptr<const voxel::Box> box_of(const BoxBlocks& blocks,
+[[nodiscard]] std::shared_ptr<const voxel::Box> to_box(const BoxBlocks& blocks,
                                                        const voxel::BoxKey& key);
 
 }  // namespace terravox::luanti

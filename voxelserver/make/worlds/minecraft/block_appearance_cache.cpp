@@ -13,7 +13,7 @@ constexpr std::size_t kMaxAppearances = std::size_t{1} << 17;
 constexpr std::size_t kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
-voxel::VoxelAttr attr_of(const BlockAppearance& appearance) noexcept {
+voxel::VoxelAttr to_attr(const BlockAppearance& appearance) noexcept {
     voxel::VoxelAttr out;
     out.material = appearance.material;
     if (appearance.has_colour) {
@@ -76,20 +76,20 @@ void BlockAppearanceCache::of(std::span<const std::string_view> entries,
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (out[i].reserved == 0)
             continue;
-        out[i] = appearance_of(entries[i]);
+        out[i] = find_appearance(entries[i]);
         const std::unique_lock lock(m_mutex);
         if (m_appearances.size() < kMaxAppearances)
             m_appearances.emplace(entries[i], out[i]);
     }
 }
 
-voxel::VoxelAttr BlockAppearanceCache::appearance_of(std::string_view entry) {
+voxel::VoxelAttr BlockAppearanceCache::find_appearance(std::string_view entry) {
     PaletteName block;
     palette_name(entry, block);
     const BlockAppearance appearance = m_table.of(block.name, block.properties);
     if (!appearance.known)
-        log_unknown(utf8_of(block.name));
-    return attr_of(appearance);
+        log_unknown(to_utf8(block.name));
+    return to_attr(appearance);
 }
 
 voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
@@ -101,7 +101,7 @@ voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
     const BlockAppearance appearance = m_table.of_number(id, data);
     if (!appearance.known)
         log_unknown(std::to_string(id) + ":" + std::to_string(data));
-    const voxel::VoxelAttr out = attr_of(appearance);
+    const voxel::VoxelAttr out = to_attr(appearance);
     m_numbers[number].store(std::bit_cast<std::uint64_t>(out), std::memory_order_relaxed);
     return out;
 }

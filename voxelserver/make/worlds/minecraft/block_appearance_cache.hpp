@@ -51,7 +51,7 @@ private:
             return std::hash<std::string_view>{}(text);
         }
     };
-    [[nodiscard]] voxel::VoxelAttr appearance_of(std::string_view entry);
+    [[nodiscard]] voxel::VoxelAttr find_appearance(std::string_view entry);
     void log_unknown(const std::string& name);
 
     const BlockTable m_table;

@@ -79,7 +79,7 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
 namespace {
 
 // Region by region, then as in a region's table: the most efficient order of reading.
-auto order_of(const ChunkPlace& p) noexcept {
+auto to_order(const ChunkPlace& p) noexcept {
     return std::tuple(p.x >> 5, p.z >> 5, p.z & 31, p.x & 31);
 }
 
@@ -102,7 +102,7 @@ ChunkStore::ChunkStore(const WorldFolder& world, const DimensionFolder& dimensio
         of_file = {};
     }
     std::stable_sort(m_chunks.begin(), m_chunks.end(), [](const ChunkRef& a, const ChunkRef& b) {
-        return order_of(a.place) < order_of(b.place);
+        return to_order(a.place) < to_order(b.place);
     });
 }
 
@@ -124,7 +124,7 @@ ChunkStore::Indexed ChunkStore::index_file(std::uint32_t file) {
         if (!at.placed)
             place_region(file, out.chunks);
     } catch (const util::Error& e) {
-        out.damage = path_of(file) + ": " + e.what();
+        out.damage = find_path(file) + ": " + e.what();
     }
     return out;
 }
@@ -159,7 +159,7 @@ void ChunkStore::place_region(std::uint32_t file, std::vector<ChunkRef>& chunks)
 const ChunkRef* ChunkStore::find(const ChunkPlace& place) const noexcept {
     const auto found = std::lower_bound(m_chunks.begin(), m_chunks.end(), place,
                                         [](const ChunkRef& chunk, const ChunkPlace& p) {
-                                            return order_of(chunk.place) < order_of(p);
+                                            return to_order(chunk.place) < to_order(p);
                                         });
     return found == m_chunks.end() || found->place != place ? nullptr : &*found;
 }
@@ -186,15 +186,15 @@ ChunkStore::Bytes ChunkStore::read_external(const ChunkRef& chunk, Compression c
                                             Reader& reader) const {
     const std::string name =
         "c." + std::to_string(chunk.place.x) + "." + std::to_string(chunk.place.z) + ".mcc";
-    const auto entry = m_source.find(joined(folder_of(path_of(chunk.file)), name));
+    const auto entry = m_source.find(joined(find_folder(find_path(chunk.file)), name));
     if (!entry)
         throw util::Error("it is kept in " + name + ", which is not there");
     reader.buffer = m_source.whole(*entry, Inflater::kLimitBytes);
     return {reader.inflater.unpack(compression, reader.buffer), compression};
 }
 
-std::string ChunkStore::name_of(const ChunkRef& chunk) const {
-    return path_of(chunk.file) + ", chunk " + std::to_string(chunk.place.x) + ", " +
+std::string ChunkStore::to_name(const ChunkRef& chunk) const {
+    return find_path(chunk.file) + ", chunk " + std::to_string(chunk.place.x) + ", " +
            std::to_string(chunk.place.z);
 }
 

@@ -77,11 +77,11 @@ public:
     [[nodiscard]] Bytes read(const ChunkRef& chunk, Reader& reader) const;
 
     /// For messages: "region/r.0.-1.mca, chunk 3, -20".
-    [[nodiscard]] std::string name_of(const ChunkRef& chunk) const;
+    [[nodiscard]] std::string to_name(const ChunkRef& chunk) const;
     /// Damage of whole files.
     [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return m_notes; }
-    [[nodiscard]] FileKind kind_of(const ChunkRef& chunk) const noexcept {
+    [[nodiscard]] FileKind find_kind(const ChunkRef& chunk) const noexcept {
         return m_files[chunk.file].kind;
     }
     [[nodiscard]] const std::vector<ChunkFile>& files() const noexcept { return m_files; }
@@ -95,7 +95,7 @@ private:
     void place_region(std::uint32_t file, std::vector<ChunkRef>& chunks);
     [[nodiscard]] Bytes read_external(const ChunkRef& chunk, Compression compression,
                                       Reader& reader) const;
-    [[nodiscard]] const std::string& path_of(std::uint32_t file) const noexcept {
+    [[nodiscard]] const std::string& find_path(std::uint32_t file) const noexcept {
         return m_source.entries()[m_files[file].entry].path;
     }
 

@@ -124,7 +124,7 @@ struct Layers {
     int highest = -1;
 };
 
-Layers layers_of(const VoxelSection& section) noexcept {
+Layers find_layers(const VoxelSection& section) noexcept {
     if (section.air())
         return {};
     if (!section.bits)
@@ -141,7 +141,7 @@ Layers layers_of(const VoxelSection& section) noexcept {
 // @return whether there are any
 bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
               Heights& heights) {
-    const Layers layers = layers_of(tools.maker.make(blocks, section));
+    const Layers layers = find_layers(tools.maker.make(blocks, section));
     if (layers.highest < 0)
         return false;
     heights.widen(section.y * 16 + layers.lowest, section.y * 16 + layers.highest + 1);
@@ -196,13 +196,13 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_a
                              try {
                                  const ChunkBlocks& blocks = tools.reader.read(chunk);
                                  for (const std::string& oddity : blocks.oddities)
-                                     damage.add(store.name_of(chunk) + ": " + oddity);
+                                     damage.add(store.to_name(chunk) + ": " + oddity);
                                  holds[i] = survey_chunk(tools, block_appearances, blocks, heights);
                                  if (!out.complete)
                                      widen_by_sections(blocks, heights);
                                  ++readable;
                              } catch (const util::Error& e) {
-                                 damage.add(store.name_of(chunk) + ": " + e.what());
+                                 damage.add(store.to_name(chunk) + ": " + e.what());
                              }
                          }
                      });

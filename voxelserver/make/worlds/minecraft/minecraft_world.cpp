@@ -87,7 +87,7 @@ protected:
         FineColumn out;
         out.by_begin = range.min.by;
         for (std::int32_t by = range.min.by; by < range.max.by; ++by)
-            out.boxes.push_back(box_of(patch, {0, bx, by, bz}, m_car.offset[1]));
+            out.boxes.push_back(to_box(patch, {0, bx, by, bz}, m_car.offset[1]));
         return out;
     }
 
@@ -121,13 +121,14 @@ private:
             all.min = {std::min(all.min.x, place.x), std::min(all.min.z, place.z)};
             all.max = {std::max(all.max.x, place.x + 1), std::max(all.max.z, place.z + 1)};
         }
-        m_info.bounds = bounds_of(all, survey);
+        m_info.bounds = measure_bounds(all, survey);
         if (const auto part = main_part(survey.places))
-            m_info.framed = bounds_of(*part, survey);
+            m_info.framed = measure_bounds(*part, survey);
         m_info.levels = levels_for(m_info.bounds);
     }
 
-    voxel::VoxelBounds bounds_of(const ChunkArea& area, const ChunkSurvey& survey) const noexcept {
+    voxel::VoxelBounds measure_bounds(const ChunkArea& area,
+                                      const ChunkSurvey& survey) const noexcept {
         const auto& o = m_car.offset;
         return {{area.min.x * 16 + o[0], survey.min_y + o[1], area.min.z * 16 + o[2]},
                 {area.max.x * 16 + o[0], survey.max_y + o[1], area.max.z * 16 + o[2]}};
@@ -159,14 +160,14 @@ private:
                                 try {
                                     const ChunkBlocks& blocks = tools.reader.read(ref);
                                     for (const std::string& oddity : blocks.oddities)
-                                        m_damage.add(m_store.name_of(ref) + ": " + oddity);
+                                        m_damage.add(m_store.to_name(ref) + ": " + oddity);
                                     VoxelChunk made = tools.maker.make(blocks);
                                     if (made.sections.empty())
                                         return nullptr;
                                     report_if_outside(ref, made);
                                     return std::make_shared<const VoxelChunk>(std::move(made));
                                 } catch (const util::Error& e) {
-                                    m_damage.add(m_store.name_of(ref) + ": " + e.what());
+                                    m_damage.add(m_store.to_name(ref) + ": " + e.what());
                                     return nullptr;
                                 }
                             });
@@ -181,7 +182,7 @@ private:
         const std::int64_t low = std::int64_t{range.min.by} * voxel::kBoxSizeY;
         const std::int64_t high = std::int64_t{range.max.by} * voxel::kBoxSizeY;
         if (lo + lift < low || hi + lift > high)
-            m_damage.add(m_store.name_of(ref) + ": blocks at y = " + std::to_string(lo) + " to " +
+            m_damage.add(m_store.to_name(ref) + ": blocks at y = " + std::to_string(lo) + " to " +
                          std::to_string(hi) + " reach outside the world's heights, " +
                          std::to_string(low - lift) + " to " + std::to_string(high - lift));
     }

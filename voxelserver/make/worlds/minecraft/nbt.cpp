@@ -21,7 +21,7 @@ std::uint64_t fixed_size(NbtType type) noexcept {
     }
 }
 
-std::string number_of(NbtType type) {
+std::string to_number(NbtType type) {
     return std::to_string(static_cast<int>(type));
 }
 
@@ -81,7 +81,7 @@ std::int64_t NbtReader::integer(NbtType type) {
         case NbtType::kShort: return static_cast<std::int16_t>(take_big_endian(2));
         case NbtType::kInt: return static_cast<std::int32_t>(take_big_endian(4));
         case NbtType::kLong: return static_cast<std::int64_t>(take_big_endian(8));
-        default: fail("type " + number_of(type) + " where a whole number belongs");
+        default: fail("type " + to_number(type) + " where a whole number belongs");
     }
 }
 
@@ -157,7 +157,7 @@ void NbtReader::skip(NbtType type) {
                     opened.left = 0;
                 }
             } else if (type != NbtType::kCompound) {
-                fail("type " + number_of(type));
+                fail("type " + to_number(type));
             }
             open[static_cast<std::size_t>(depth++)] = opened;
         }
@@ -229,7 +229,7 @@ void append_utf8(std::string& out, std::uint32_t c) {
 
 }  // namespace
 
-std::string utf8_of(std::string_view modified) {
+std::string to_utf8(std::string_view modified) {
     std::string out;
     out.reserve(modified.size());
     for (std::size_t i = 0; i < modified.size();) {

@@ -120,6 +120,6 @@ private:
 
 /// Modified UTF-8 as UTF-8: NUL and surrogate pairs in their usual form; invalid sequences and
 /// control characters become '?'.
-[[nodiscard]] std::string utf8_of(std::string_view modified);
+[[nodiscard]] std::string to_utf8(std::string_view modified);
 
 }  // namespace terravox::minecraft

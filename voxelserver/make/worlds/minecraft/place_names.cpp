@@ -23,8 +23,8 @@ struct Place {
 };
 
 // "<letter>.X.Z.<ending>"
-std::optional<Place> place_of(std::string_view name, char letter, std::string_view ending,
-                              int base) noexcept {
+std::optional<Place> find_place(std::string_view name, char letter, std::string_view ending,
+                                int base) noexcept {
     if (name.size() < ending.size() + 6 || name[0] != letter || name[1] != '.' ||
         !name.ends_with(ending))
         return std::nullopt;
@@ -51,18 +51,18 @@ bool is_dim_folder(std::string_view name) noexcept {
 
 // The folder of the world, given that of a dimension. It is a prefix of the path that `dimension`
 // points into.
-std::string_view root_of(std::string_view dimension) noexcept {
-    if (is_dim_folder(name_of(dimension)))
-        return folder_of(dimension);
-    const std::string_view pack = folder_of(dimension);
-    const std::string_view all = folder_of(pack);
-    if (!pack.empty() && name_of(all) == "dimensions")
-        return folder_of(all);
+std::string_view to_root(std::string_view dimension) noexcept {
+    if (is_dim_folder(to_name(dimension)))
+        return find_folder(dimension);
+    const std::string_view pack = find_folder(dimension);
+    const std::string_view all = find_folder(pack);
+    if (!pack.empty() && to_name(all) == "dimensions")
+        return find_folder(all);
     return dimension;
 }
 
 void place_in_world(PlacedFile& file, std::string_view dimension) noexcept {
-    file.root = root_of(dimension);
+    file.root = to_root(dimension);
     file.dimension = dimension.substr(file.root.size());
     if (file.dimension.starts_with('/'))
         file.dimension.remove_prefix(1);
@@ -74,12 +74,12 @@ bool is_alpha_folder(std::string_view name, std::int32_t at) noexcept {
 
 }  // namespace
 
-std::string_view folder_of(std::string_view path) noexcept {
+std::string_view find_folder(std::string_view path) noexcept {
     const std::size_t slash = path.rfind('/');
     return slash == std::string_view::npos ? path.substr(0, 0) : path.substr(0, slash);
 }
 
-std::string_view name_of(std::string_view path) noexcept {
+std::string_view to_name(std::string_view path) noexcept {
     const std::size_t slash = path.rfind('/');
     return slash == std::string_view::npos ? path : path.substr(slash + 1);
 }
@@ -89,29 +89,29 @@ std::string joined(std::string_view folder, std::string_view name) {
 }
 
 std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
-    const std::string_view name = name_of(path);
-    const std::string_view folder = folder_of(path);
+    const std::string_view name = to_name(path);
+    const std::string_view folder = find_folder(path);
     PlacedFile out;
-    if (const auto chunk = place_of(name, 'c', "dat", 36)) {
+    if (const auto chunk = find_place(name, 'c', "dat", 36)) {
         out.kind = FileKind::kAlpha;
         out.x = chunk->x;
         out.z = chunk->z;
-        const std::string_view outer = folder_of(folder);
+        const std::string_view outer = find_folder(folder);
         const bool tree =
-            is_alpha_folder(name_of(folder), chunk->z) && is_alpha_folder(name_of(outer), chunk->x);
-        place_in_world(out, tree ? folder_of(outer) : folder);
+            is_alpha_folder(to_name(folder), chunk->z) && is_alpha_folder(to_name(outer), chunk->x);
+        place_in_world(out, tree ? find_folder(outer) : folder);
         if (farther(*chunk, kFarthestChunk))
             out.refused = "its chunk lies farther out than 2097152 chunks";
         return out;
     }
-    const auto anvil = place_of(name, 'r', "mca", 10);
-    const auto region = anvil ? anvil : place_of(name, 'r', "mcr", 10);
+    const auto anvil = find_place(name, 'r', "mca", 10);
+    const auto region = anvil ? anvil : find_place(name, 'r', "mcr", 10);
     if (!region)
         return std::nullopt;
     out.kind = anvil ? FileKind::kAnvil : FileKind::kMcRegion;
     out.x = region->x;
     out.z = region->z;
-    place_in_world(out, name_of(folder) == "region" ? folder_of(folder) : folder);
+    place_in_world(out, to_name(folder) == "region" ? find_folder(folder) : folder);
     if (farther(*region, kFarthestRegion))
         out.refused = "its region lies farther out than 65536 regions";
     return out;
@@ -126,8 +126,8 @@ std::string dimension_name(std::string_view folder) {
         return "end";
     if (!folder.starts_with("dimensions/"))
         return std::string(folder);
-    const std::string_view pack = name_of(folder_of(folder));
-    return std::string(pack) + ":" + std::string(name_of(folder));
+    const std::string_view pack = to_name(find_folder(folder));
+    return std::string(pack) + ":" + std::string(to_name(folder));
 }
 
 }  // namespace terravox::minecraft

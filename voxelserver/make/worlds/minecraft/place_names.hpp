@@ -40,8 +40,8 @@ struct PlacedFile {
 [[nodiscard]] std::string dimension_name(std::string_view folder);
 
 /// The path up to its last '/', and the part after it.
-[[nodiscard]] std::string_view folder_of(std::string_view path) noexcept;
-[[nodiscard]] std::string_view name_of(std::string_view path) noexcept;
+[[nodiscard]] std::string_view find_folder(std::string_view path) noexcept;
+[[nodiscard]] std::string_view to_name(std::string_view path) noexcept;
 [[nodiscard]] std::string joined(std::string_view folder, std::string_view name);
 
 /// Place of a chunk: 16 x 16 columns of voxels.

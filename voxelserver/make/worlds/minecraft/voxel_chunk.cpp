@@ -139,7 +139,7 @@ constexpr int kSections = kBoxSizeY / 16;
 // The sections of one chunk in a box, with the one below and the one above. nullptr: air.
 using Stack = std::array<const VoxelSection*, kSections + 2>;
 
-Stack stack_of(const VoxelChunk* chunk, std::int32_t first_section) noexcept {
+Stack make_stack(const VoxelChunk* chunk, std::int32_t first_section) noexcept {
     Stack out{};
     if (chunk == nullptr)
         return out;
@@ -220,13 +220,13 @@ void add_column(BoxBuilder& builder, const Stack& stack, int x, int z, std::size
 
 }  // namespace
 
-std::shared_ptr<const voxel::Box> box_of(const ChunkPatch& patch, const voxel::BoxKey& key,
+std::shared_ptr<const voxel::Box> to_box(const ChunkPatch& patch, const voxel::BoxKey& key,
                                          std::int32_t lift) {
     const std::int32_t first_section = key.by * kSections - lift / 16;
     std::array<Stack, 36> stacks;
     bool any = false;
     for (std::size_t i = 0; i < patch.size(); ++i) {
-        stacks[i] = stack_of(patch[i].get(), first_section);
+        stacks[i] = make_stack(patch[i].get(), first_section);
         const std::size_t x = i % 6;
         const std::size_t z = i / 6;
         if (x > 0 && x < 5 && z > 0 && z < 5)

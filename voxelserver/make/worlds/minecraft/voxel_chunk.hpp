@@ -72,7 +72,7 @@ using ChunkPatch = std::array<std::shared_ptr<const VoxelChunk>, 36>;
 /// The box of the world's heights [256 by, 256 by + 256).
 /// @param lift world height minus the file's, a multiple of 16
 /// @return nullptr when it is all air
-[[nodiscard]] std::shared_ptr<const voxel::Box> box_of(const ChunkPatch& patch,
+[[nodiscard]] std::shared_ptr<const voxel::Box> to_box(const ChunkPatch& patch,
                                                        const voxel::BoxKey& key, std::int32_t lift);
 
 }  // namespace terravox::minecraft

@@ -36,7 +36,7 @@ void read_version(NbtReader& in, LevelDat& level) {
     NbtField field;
     while (in.next(field)) {
         if (field.name == "Name" && field.type == NbtType::kString)
-            level.version = utf8_of(in.string());
+            level.version = to_utf8(in.string());
         else if (field.name == "Id" && whole_number(field.type))
             level.data_version = level.data_version.value_or(in.integer(field.type));
         else
@@ -51,7 +51,7 @@ void read_data(NbtReader& in, LevelDat& level) {
     NbtField field;
     while (in.next(field)) {
         if (field.name == "LevelName" && field.type == NbtType::kString) {
-            level.name = utf8_of(in.string());
+            level.name = to_utf8(in.string());
         } else if (field.name == "DataVersion" && whole_number(field.type)) {
             level.data_version = in.integer(field.type);
         } else if ((field.name == "RandomSeed" || field.name == "seed") &&
@@ -114,7 +114,7 @@ constexpr std::string_view kLevelFile = "level.dat";
 constexpr std::string_view kSideCarFile = "terravox.json";
 constexpr std::size_t kMaxSmallFileBytes = std::size_t{16} << 20;  // level.dat and the side-car
 
-int depth_of(std::string_view folder) noexcept {
+int find_depth(std::string_view folder) noexcept {
     return folder.empty() ? 0 : 1 + static_cast<int>(std::count(folder.begin(), folder.end(), '/'));
 }
 
@@ -126,12 +126,12 @@ bool within(std::string_view path, std::string_view folder) noexcept {
 /// The shallowest of some folders.
 /// @throws UsageError when there are several
 std::string shallowest(const std::set<std::string>& folders, const fs::path& path) {
-    int least = depth_of(*folders.begin());
+    int least = find_depth(*folders.begin());
     for (const std::string& folder : folders)
-        least = std::min(least, depth_of(folder));
+        least = std::min(least, find_depth(folder));
     std::vector<std::string> there;
     for (const std::string& folder : folders)
-        if (depth_of(folder) == least)
+        if (find_depth(folder) == least)
             there.push_back(folder);
     if (there.size() == 1)
         return there.front();
@@ -197,8 +197,8 @@ void WorldFolder::find_root() {
     std::set<std::string> with_level;
     std::set<std::string> with_chunks;
     for (const FileSource::Entry& entry : m_source->entries()) {
-        if (name_of(entry.path) == kLevelFile)
-            with_level.emplace(folder_of(entry.path));
+        if (to_name(entry.path) == kLevelFile)
+            with_level.emplace(find_folder(entry.path));
         if (const auto placed = placed_file(entry.path))
             with_chunks.emplace(placed->root);
     }
@@ -284,7 +284,7 @@ std::string WorldFolder::title() const {
     if (m_level && !m_level->name.empty())
         return m_level->name;
     if (!m_root.empty())
-        return std::string(name_of(m_root));
+        return std::string(to_name(m_root));
     const fs::path whole = fs::absolute(m_path).lexically_normal();
     const fs::path last = whole.has_filename() ? whole : whole.parent_path();
     return (fs::is_directory(m_path) ? last.filename() : last.stem()).string();

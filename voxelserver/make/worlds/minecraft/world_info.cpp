@@ -94,15 +94,15 @@ public:
         try {
             const ChunkBlocks& blocks = m_reader.read(chunk);
             for (const std::string& oddity : blocks.oddities)
-                damage.add(m_store.name_of(chunk) + ": " + oddity);
+                damage.add(m_store.to_name(chunk) + ": " + oddity);
             add_blocks(chunk, blocks);
             ++(blocks.finished ? m_facts.finished : m_facts.unfinished);
-            ++m_facts.states[utf8_of(blocks.status)];
+            ++m_facts.states[to_utf8(blocks.status)];
             ++m_facts.compressions[compression_name(m_reader.compression())];
-            ++m_facts.versions[version_of(chunk, blocks)];
+            ++m_facts.versions[find_version(chunk, blocks)];
         } catch (const util::Error& e) {
             ++m_facts.damaged;
-            damage.add(m_store.name_of(chunk) + ": " + e.what());
+            damage.add(m_store.to_name(chunk) + ": " + e.what());
         }
     }
     void add_to(DimensionFacts& out) const {
@@ -133,12 +133,12 @@ public:
     }
 
 private:
-    std::string version_of(const ChunkRef& chunk, const ChunkBlocks& blocks) const {
+    std::string find_version(const ChunkRef& chunk, const ChunkBlocks& blocks) const {
         if (blocks.data_version)
             return game_version(*blocks.data_version);
         if (!blocks.alpha)
             return "Anvil before 1.9";
-        return m_store.kind_of(chunk) == FileKind::kMcRegion ? "McRegion" : "Alpha";
+        return m_store.find_kind(chunk) == FileKind::kMcRegion ? "McRegion" : "Alpha";
     }
 
     void add_blocks(const ChunkRef& chunk, const ChunkBlocks& blocks) {
@@ -193,7 +193,7 @@ private:
             palette_name(blocks.palette[section.palette_begin + i], m_name);
             m_air[i] = is_air(m_name.name) ? 1 : 0;
             if (m_with_blocks && m_counts[i] != 0 && m_air[i] == 0)
-                m_names[utf8_of(m_name.name)] += m_counts[i];
+                m_names[to_utf8(m_name.name)] += m_counts[i];
         }
     }
 
@@ -219,8 +219,8 @@ private:
     PaletteName m_name;
 };
 
-DimensionFacts facts_of(const WorldFolder& world, const DimensionFolder& dimension,
-                        const DescribeOptions& options) {
+DimensionFacts collect_facts(const WorldFolder& world, const DimensionFolder& dimension,
+                             const DescribeOptions& options) {
     const ChunkStore store(world, dimension, options.threads);
     DimensionFacts out;
     out.name = dimension.name;
@@ -246,7 +246,7 @@ DimensionFacts facts_of(const WorldFolder& world, const DimensionFolder& dimensi
     return out;
 }
 
-std::string format_of(const std::vector<DimensionFacts>& dimensions) {
+std::string find_format_by(const std::vector<DimensionFacts>& dimensions) {
     std::set<std::string> kinds;
     for (const DimensionFacts& dimension : dimensions)
         for (const auto& [kind, count] : dimension.files)
@@ -269,11 +269,11 @@ WorldFacts describe(const DescribeOptions& options) {
     out.level = world.level();
     out.damage = world.damage();
     if (!options.dimension.empty())
-        out.dimensions.push_back(facts_of(world, world.dimension(options.dimension), options));
+        out.dimensions.push_back(collect_facts(world, world.dimension(options.dimension), options));
     else
         for (const DimensionFolder& dimension : world.dimensions())
-            out.dimensions.push_back(facts_of(world, dimension, options));
-    out.format = format_of(out.dimensions);
+            out.dimensions.push_back(collect_facts(world, dimension, options));
+    out.format = find_format_by(out.dimensions);
     return out;
 }
 
@@ -322,7 +322,7 @@ std::string block_line(const std::string& name, std::int64_t count, const BlockT
                       : " (in no table)");
 }
 
-std::string text_of(const DimensionFacts& d, const BlockTable* blocks) {
+std::string to_text(const DimensionFacts& d, const BlockTable* blocks) {
     std::string out = "dimension " + util::printable(d.name) + "\n";
     const auto line = [&](const std::string& label, const std::string& value) {
         if (!value.empty())
@@ -357,7 +357,7 @@ std::string text_of(const DimensionFacts& d, const BlockTable* blocks) {
     return out;
 }
 
-json json_of(const DimensionFacts& d) {
+json to_json(const DimensionFacts& d) {
     json out = {{"name", d.name},
                 {"files", d.files},
                 {"chunks",
@@ -405,7 +405,7 @@ std::string to_text(const WorldFacts& facts, const BlockTable* blocks) {
     for (const std::string& damage : facts.damage)
         line("damaged", damage);
     for (const DimensionFacts& dimension : facts.dimensions)
-        out += text_of(dimension, blocks);
+        out += to_text(dimension, blocks);
     if (!out.empty())
         out.pop_back();  // the final line feed
     return out;
@@ -428,7 +428,7 @@ std::string to_json(const WorldFacts& facts) {
             level["seed"] = *facts.level->seed;
     }
     for (const DimensionFacts& dimension : facts.dimensions)
-        out["dimensions"].push_back(json_of(dimension));
+        out["dimensions"].push_back(to_json(dimension));
     return out.dump(2, ' ', true, json::error_handler_t::replace);
 }
 

@@ -216,7 +216,7 @@ std::unique_ptr<ServedWorld> open_served_world(const ServeRequest& request, util
     if (options.inputs.empty())
         throw util::UsageError("open the world: nothing given; allowed: " + allowed_inputs());
     const std::string& first = options.inputs.front();
-    const WorldKind& kind = kind_of(first);
+    const WorldKind& kind = find_kind(first);
     if (kind.has_squares)
         throw util::UsageError("open the world: " + first + " is " + std::string(kind.noun) +
                                ", another input is not; allowed: inputs of one kind");

@@ -21,10 +21,10 @@ const WorldKind& checked_kind(const WorldOptions& options) {
                                worlds::allowed_inputs());
     }
     const std::string& first = inputs.front();
-    const WorldKind& kind = worlds::kind_of(first);
+    const WorldKind& kind = worlds::find_kind(first);
     const std::string noun(kind.noun);
     for (const std::string& input : inputs) {
-        const WorldKind& other = worlds::kind_of(input);
+        const WorldKind& other = worlds::find_kind(input);
         if (&other != &kind) {
             throw util::UsageError("open the world: " + first + " is " + noun + ", " + input +
                                    " is " + std::string(other.noun) +

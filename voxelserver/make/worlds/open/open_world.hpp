@@ -22,7 +22,7 @@ namespace terravox::worlds {
 
 /// The kind of an input: the first of world_kinds() that recognises it.
 /// @throws UsageError for a path that does not exist, or that no kind recognises
-[[nodiscard]] const WorldKind& kind_of(const std::string& input);
+[[nodiscard]] const WorldKind& find_kind(const std::string& input);
 
 /// What an input that is no world is instead, and what to do with it, for messages: "it is an E57
 /// file; translate it: pdal translate a.e57 a.laz". Looks at names, first bytes, and the folders in

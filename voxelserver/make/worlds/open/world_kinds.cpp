@@ -70,7 +70,7 @@ void check_readable(const std::string& input, const fs::file_status& status) {
 
 }  // namespace
 
-const WorldKind& kind_of(const std::string& input) {
+const WorldKind& find_kind(const std::string& input) {
     const bool is_address = is_http_address(input);
     if (const std::string remedy = is_address ? find_address_remedy(input) : ""; !remedy.empty())
         throw util::UsageError("open the world: " + input + ": " + remedy);

@@ -47,7 +47,7 @@ public:
     /// Identifies the objects: how many there are, and a hash of their corners and tops.
     [[nodiscard]] std::string identity() const {
         return std::to_string(m_objects.size()) + " objects " +
-               voxel::hex_of(m_identity.fingerprint());
+               voxel::to_hex(m_identity.fingerprint());
     }
 
 private:
@@ -109,7 +109,7 @@ private:
                     ring.push_back(in_voxels(p[0], p[1]));
             }
             if (is_lamp)
-                rings = {column_of(rings.front().front())};
+                rings = {find_column(rings.front().front())};
             if (!add(std::move(rings), height, is_lamp))
                 ++lamps_left_out;
         }
@@ -123,7 +123,7 @@ private:
     }
 
     /// The voxels in which a point lies.
-    [[nodiscard]] static Footprint::Ring column_of(const Footprint::Point& point) {
+    [[nodiscard]] static Footprint::Ring find_column(const Footprint::Point& point) {
         const double x = std::floor(point[0]);
         const double z = std::floor(point[1]);
         return {{x, z}, {x + 1, z}, {x + 1, z + 1}, {x, z + 1}};

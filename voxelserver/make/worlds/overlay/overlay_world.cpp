@@ -14,7 +14,7 @@ using voxel::BoxKey;
 
 constexpr double kLargestLamp_m = 4;
 
-double side_of(int level) noexcept {
+double find_side(int level) noexcept {
     return static_cast<double>(std::int64_t{1} << level);
 }
 
@@ -23,11 +23,11 @@ std::int32_t down(double v) noexcept {
 }
 
 /// One past the highest voxel of a level that belongs to an object.
-std::int32_t end_of(const AddedObject& object, int level) noexcept {
-    return down(object.top / side_of(level) + 0.5);
+std::int32_t find_end(const AddedObject& object, int level) noexcept {
+    return down(object.top / find_side(level) + 0.5);
 }
 
-std::int32_t bottom_of(const voxel::WorldInfo& info, int level) noexcept {
+std::int32_t find_bottom(const voxel::WorldInfo& info, int level) noexcept {
     return voxel::floor_div(info.bounds.min[1], std::int32_t{1} << level);
 }
 
@@ -43,19 +43,21 @@ public:
     }
     /// One past the object's highest voxel, in voxels of the level; kNone where there is none.
     /// @param x, z in [-1, 65)
-    [[nodiscard]] std::int32_t at(int x, int z) const noexcept { return m_tops[index_of(x, z)]; }
+    [[nodiscard]] std::int32_t at(int x, int z) const noexcept {
+        return m_tops[compute_index(x, z)];
+    }
     /// Whether the highest voxel emits light.
-    [[nodiscard]] bool is_lamp(int x, int z) const noexcept { return m_lamps[index_of(x, z)]; }
+    [[nodiscard]] bool is_lamp(int x, int z) const noexcept { return m_lamps[compute_index(x, z)]; }
     static constexpr std::int32_t kNone = INT32_MIN;
 
 private:
-    [[nodiscard]] static std::size_t index_of(int x, int z) noexcept {
+    [[nodiscard]] static std::size_t compute_index(int x, int z) noexcept {
         return static_cast<std::size_t>(z + 1) * kSide + static_cast<std::size_t>(x + 1);
     }
     void add(const AddedObject& object, const BoxKey& key) {
-        const double side = side_of(key.level);
+        const double side = find_side(key.level);
         const Footprint::Point middle = object.footprint.middle();
-        const std::int32_t end = end_of(object, key.level);
+        const std::int32_t end = find_end(object, key.level);
         const std::int32_t first = key.bz * voxel::kBoxSizeZ;
         // The column in the object's middle may lie half outside of it.
         const int begin = std::max(down(object.footprint.min()[1] / side) - 1 - first, -1);
@@ -70,7 +72,7 @@ private:
                 const bool is_middle = vx == down(middle[0] / side) && vz == down(middle[1] / side);
                 if (!is_middle && !Footprint::is_inside(borders, (vx + 0.5) * side))
                     continue;
-                const std::size_t at = index_of(x, z);
+                const std::size_t at = compute_index(x, z);
                 if (end >= m_tops[at])
                     m_lamps[at] = object.is_lamp || (end == m_tops[at] && m_lamps[at]);
                 m_tops[at] = std::max(m_tops[at], end);
@@ -96,7 +98,7 @@ OverlayWorld::OverlayWorld(std::unique_ptr<voxel::World> base, std::vector<Added
                            const std::string& text)
     : m_base(std::move(base)), m_objects(std::move(objects)), m_text(text), m_info(m_base->info()) {
     for (const AddedObject& object : m_objects) {
-        const std::int32_t top = end_of(object, 0);
+        const std::int32_t top = find_end(object, 0);
         m_info.bounds.max[1] = std::max(m_info.bounds.max[1], top);
         if (!m_info.framed.empty())
             m_info.framed.max[1] = std::max(m_info.framed.max[1], top);
@@ -107,13 +109,13 @@ OverlayWorld::OverlayWorld(std::unique_ptr<voxel::World> base, std::vector<Added
 
 OverlayWorld::Objects OverlayWorld::objects_within(int level, std::int32_t bx, std::int32_t bz,
                                                    std::int32_t end_bx, std::int32_t end_bz) const {
-    const double edge = side_of(level) * voxel::kBoxSizeX;
+    const double edge = find_side(level) * voxel::kBoxSizeX;
     // The column in an object's middle may lie half outside of it.
-    const double margin = side_of(level);
+    const double margin = find_side(level);
     Objects out;
     for (const AddedObject& object : m_objects) {
         // It would hide the land, and light all of it.
-        if (object.is_lamp && side_of(level) * m_info.voxel_m > kLargestLamp_m)
+        if (object.is_lamp && find_side(level) * m_info.voxel_m > kLargestLamp_m)
             continue;
         const Footprint::Point low = object.footprint.min();
         const Footprint::Point high = object.footprint.max();
@@ -143,7 +145,7 @@ std::shared_ptr<const Box> OverlayWorld::with_objects(const BoxKey& key,
         return base;
     const ColumnTops tops(objects, key);
     const std::int32_t y0 = key.by * voxel::kBoxSizeY;
-    const std::int32_t bottom = bottom_of(m_info, key.level);
+    const std::int32_t bottom = find_bottom(m_info, key.level);
     voxel::BoxBuilder builder;
     bool is_touched = false;
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
@@ -177,8 +179,9 @@ std::shared_ptr<const Box> OverlayWorld::with_objects(const BoxKey& key,
 voxel::ColumnExtent OverlayWorld::column(int level, std::int32_t bx, std::int32_t bz) {
     voxel::ColumnExtent out = m_base->column(level, bx, bz);
     for (const AddedObject* object : objects_at(level, bx, bz)) {
-        const std::int32_t begin = voxel::floor_div(bottom_of(m_info, level), voxel::kBoxSizeY);
-        const std::int32_t end = voxel::floor_div(end_of(*object, level) - 1, voxel::kBoxSizeY) + 1;
+        const std::int32_t begin = voxel::floor_div(find_bottom(m_info, level), voxel::kBoxSizeY);
+        const std::int32_t end =
+            voxel::floor_div(find_end(*object, level) - 1, voxel::kBoxSizeY) + 1;
         if (begin >= end)
             continue;
         out = out.empty()
@@ -212,14 +215,14 @@ std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x, std::
         for (int y = voxel::kBoxSizeY - 1; y >= 0; --y) {
             const auto attr = box ? box->voxel(x & 63, y, z & 63) : std::nullopt;
             if (!attr || (voxel::see_through(attr->material) &&
-                          voxel::traits_of(attr->material).grain != voxel::Grain::kWater)) {
+                          voxel::find_traits(attr->material).grain != voxel::Grain::kWater)) {
                 opaque_top = kNone;
                 if (!attr)
                     continue;
             }
             const std::int32_t top = by * voxel::kBoxSizeY + y + 1;
             highest = std::max(highest.value_or(top), top);
-            const voxel::Grain grain = voxel::traits_of(attr->material).grain;
+            const voxel::Grain grain = voxel::find_traits(attr->material).grain;
             if (grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater)
                 return opaque_top == kNone ? top : opaque_top;
             if (!voxel::see_through(attr->material) && opaque_top == kNone)

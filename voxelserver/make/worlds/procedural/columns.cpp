@@ -152,7 +152,7 @@ Columns ColumnMaker::empty(int level, std::int32_t bx, std::int32_t bz) const {
     out.m_level = level;
     out.m_x0 = bx * voxel::kBoxSizeX;
     out.m_z0 = bz * voxel::kBoxSizeZ;
-    out.m_rock_seed = seed_of(m_terrain.settings().seed, 103);
+    out.m_rock_seed = make_seed(m_terrain.settings().seed, 103);
     out.m_columns.resize(Columns::kSide * Columns::kSide);
     return out;
 }
@@ -254,13 +254,14 @@ void ColumnMaker::plant(Columns& out, const Tree& tree, std::int32_t x0, std::in
 Place ColumnMaker::place_at(const CoarseRegions& regions, const Region& region, std::int32_t x,
                             std::int32_t z, double height) const noexcept {
     constexpr int kRun = Surface::kSlopeRun;
-    const auto height_of = [&](std::int32_t bx, std::int32_t bz) {
+    const auto find_height = [&](std::int32_t bx, std::int32_t bz) {
         return m_terrain.heights(regions.at(bx, bz), bx + 0.5, bz + 0.5, 1).full;
     };
     // The slope of a bed makes no difference to it.
     if (height < m_terrain.settings().water_level)
         return m_surface.place(region, x, z, height, height, height);
-    return m_surface.place(region, x, z, height, height_of(x + kRun, z), height_of(x, z + kRun));
+    return m_surface.place(region, x, z, height, find_height(x + kRun, z),
+                           find_height(x, z + kRun));
 }
 
 Columns ColumnMaker::make_coarse(int level, std::int32_t bx, std::int32_t bz) const {

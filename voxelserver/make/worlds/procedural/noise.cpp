@@ -7,7 +7,7 @@ namespace terravox::procedural {
 namespace {
 
 // Of a whole number.
-std::uint64_t bits_of(double whole) noexcept {
+std::uint64_t to_bits(double whole) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
 }
 
@@ -102,7 +102,7 @@ double simplex(std::uint64_t seed, double x, double y) noexcept {
     const double y1 = y0 - (1 - step_x) + kUnskew;
     const double x2 = x0 - 1 + 2 * kUnskew;
     const double y2 = y0 - 1 + 2 * kUnskew;
-    const std::uint64_t at = seed + bits_of(i) * kAcrossX + bits_of(j) * kAcrossY;
+    const std::uint64_t at = seed + to_bits(i) * kAcrossX + to_bits(j) * kAcrossY;
     const std::uint64_t step = kAcrossY + static_cast<std::uint64_t>(right) * (kAcrossX - kAcrossY);
     return kScale * (corner(scrambled(at), x0, y0) + corner(scrambled(at + step), x1, y1) +
                      corner(scrambled(at + kAcrossX + kAcrossY), x2, y2));
@@ -121,7 +121,7 @@ double simplex(std::uint64_t seed, double x, double y, double z) noexcept {
     const double y0 = y - (j - back);
     const double z0 = z - (k - back);
     const std::uint64_t at =
-        seed + bits_of(i) * kAcrossX + bits_of(j) * kAcrossY + bits_of(k) * kAcrossZ;
+        seed + to_bits(i) * kAcrossX + to_bits(j) * kAcrossY + to_bits(k) * kAcrossZ;
     // Along the largest coordinate first, then along the second: by rank, without branches for the
     // six orders.
     const int rank_x = (x0 >= y0) + (x0 >= z0);

@@ -15,7 +15,7 @@ namespace terravox::procedural {
 }
 
 /// Derives the seed of one of several features that must be uncorrelated.
-[[nodiscard]] constexpr std::uint64_t seed_of(std::uint64_t seed, int thing) noexcept {
+[[nodiscard]] constexpr std::uint64_t make_seed(std::uint64_t seed, int thing) noexcept {
     return mix(seed ^ mix(static_cast<std::uint64_t>(thing)));
 }
 
@@ -27,7 +27,7 @@ namespace terravox::procedural {
 }
 
 /// Bits [12 part, 12 part + 12) of a hash as a number in [0, 1); part in [0, 5).
-[[nodiscard]] constexpr double unit_of(std::uint64_t hash, int part) noexcept {
+[[nodiscard]] constexpr double to_unit(std::uint64_t hash, int part) noexcept {
     return static_cast<double>(hash >> (12 * part) & 0xFFF) * 0x1p-12;
 }
 

@@ -12,8 +12,8 @@ using voxel::Material;
 using voxel::Rgb8;
 
 Surface::Surface(const Terrain& terrain)
-    : m_column_seed(seed_of(terrain.settings().seed, 101)),
-      m_patch_seed(seed_of(terrain.settings().seed, 102)),
+    : m_column_seed(make_seed(terrain.settings().seed, 101)),
+      m_patch_seed(make_seed(terrain.settings().seed, 102)),
       m_water(terrain.settings().water_level),
       m_world(terrain.settings().world_height) {}
 
@@ -71,7 +71,7 @@ Skin Surface::skin(const Place& p) const noexcept {
     const double above = p.height - m_water;
     if (above < 0)
         return under_water(p, -above);
-    const double u = unit_of(p.hash, 0) - 0.5;
+    const double u = to_unit(p.hash, 0) - 0.5;
     const double temperature = p.temperature + 0.02 * u + 0.01 * p.patch;
     const double moisture = p.moisture + 0.03 * u;
     const Rgb8 soil = rgb(0x6f5339);

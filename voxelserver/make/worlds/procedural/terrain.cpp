@@ -41,7 +41,7 @@ double octaves(std::uint64_t seed, double x, double z, int count) noexcept {
 constexpr double kRidgeLength = 2.4;  // of the first octave of ridges to that of hills
 
 // How much of an octave remains among voxels of a size: all above four voxels, nothing below two.
-double kept_of(double wavelength, double voxel) noexcept {
+double find_kept(double wavelength, double voxel) noexcept {
     return voxel <= 1 ? 1 : smooth_step(2, 4, wavelength / voxel);
 }
 
@@ -60,7 +60,7 @@ double shore_profile(double c) noexcept {
 Terrain::Terrain(const Settings& settings) : m_settings(settings) {
     check(settings);
     for (int i = 0; i < 16; ++i)
-        m_seeds[i] = seed_of(settings.seed, i);
+        m_seeds[i] = make_seed(settings.seed, i);
     find_origin();
 }
 
@@ -103,7 +103,7 @@ double Terrain::hills(double x, double z, double voxel, double& smooth) const no
         const double n =
             simplex(m_seeds[kHills] + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, z);
         sum += height * n;
-        smooth += height * n * kept_of(length, voxel);
+        smooth += height * n * find_kept(length, voxel);
         all += height;
         height *= m_settings.smoothness;
         length /= 2;
@@ -131,7 +131,7 @@ double Terrain::ridges(double x, double z, double voxel, double& smooth) const n
         const double flank = 1 - std::sqrt(n * n + kCrest * kCrest);
         const double ridge = flank * flank;
         sum += height * weight * ridge;
-        smooth += height * weight * mixed(kMean, ridge, kept_of(length, voxel));
+        smooth += height * weight * mixed(kMean, ridge, find_kept(length, voxel));
         weight = std::min(weight * ridge * 2.2, 1.0);  // valleys stay smooth
         all += height;
         height *= m_settings.smoothness;
@@ -186,7 +186,7 @@ Terrain::Heights Terrain::heights(const Region& region, double x, double z,
     Heights out;
     out.full = out.smooth = height(hill, ridge, crags);
     if (voxel > 1)
-        out.smooth = height(hill_smooth, ridge_smooth, crags * kept_of(0.09 / f, voxel));
+        out.smooth = height(hill_smooth, ridge_smooth, crags * find_kept(0.09 / f, voxel));
     const auto bounded = [&](double v) { return std::clamp(v, lowest() + 1, highest() - 1); };
     out.full = bounded(out.full);
     out.smooth = bounded(out.smooth);

@@ -22,7 +22,7 @@ int pick(std::uint64_t hash, int part, int from, int count) noexcept {
     return from + static_cast<int>(hash >> (8 * part) & 0xFF) * count / 256;
 }
 
-Size size_of(const Tree& t) noexcept {
+Size measure_size(const Tree& t) noexcept {
     const std::uint64_t h = t.hash;
     Size s;
     switch (t.kind) {
@@ -130,11 +130,11 @@ bool trunk_at(const Tree& t, const Size& s, int dx, int dy, int dz) noexcept {
 }  // namespace
 
 int tree_reach(const Tree& tree) noexcept {
-    return size_of(tree).radius;
+    return measure_size(tree).radius;
 }
 
 TreeRuns tree_runs(const Tree& tree, int dx, int dz) noexcept {
-    const Size size = size_of(tree);
+    const Size size = measure_size(tree);
     TreeRuns out;
     const int top = std::max(size.top, size.trunk);
     for (int dy = 0; dy < top; ++dy) {
@@ -169,8 +169,8 @@ VoxelAttr coloured(Material material, Rgb8 colour) noexcept {
 
 Vegetation::Vegetation(const Terrain& terrain)
     : m_on(terrain.settings().trees),
-      m_cell_seed(seed_of(terrain.settings().seed, 201)),
-      m_grove_seed(seed_of(terrain.settings().seed, 202)),
+      m_cell_seed(make_seed(terrain.settings().seed, 201)),
+      m_grove_seed(make_seed(terrain.settings().seed, 202)),
       m_water(terrain.settings().water_level),
       m_world(terrain.settings().world_height) {}
 
@@ -186,7 +186,7 @@ Vegetation::Growth Vegetation::growth(const Spot& spot, const Place& p,
     if (above < 0.5 || above > kHighest * m_world - 1 || p.slope > 1.1)
         return {};
     const double t = p.temperature;
-    const double u = unit_of(spot.hash, 3) - 0.5;
+    const double u = to_unit(spot.hash, 3) - 0.5;
     if (skin.material == Material::kSand) {
         if (above < 5 && t > 0.55)
             return {0.07, TreeKind::kPalm};
@@ -223,14 +223,14 @@ Tree Vegetation::dressed(const Spot& spot, TreeKind kind, const Place& p) const 
     out.z = spot.z;
     out.kind = kind;
     out.hash = mix(spot.hash);
-    const double own = unit_of(out.hash, 4);
+    const double own = to_unit(out.hash, 4);
     const double wet = smooth_step(0.4, 0.75, p.moisture);
     Rgb8 trunk = rgb(0x5b4632);
     Rgb8 leaves{};
     switch (kind) {
         case TreeKind::kOak:
             leaves = mixed(mixed(rgb(0x6f8a37), rgb(0x3f7a2c), wet), rgb(0x36602a), own * 0.8);
-            if (p.temperature < 0.5 && unit_of(out.hash, 2) < 0.05)
+            if (p.temperature < 0.5 && to_unit(out.hash, 2) < 0.05)
                 leaves = mixed(rgb(0xb9822e), rgb(0xa3592a), own);
             break;
         case TreeKind::kBirch:
@@ -305,7 +305,7 @@ std::optional<VoxelAttr> Vegetation::tuft(const Place& p, const Skin& skin) cons
     if (!m_on || skin.material != Material::kGrass || p.height - m_water < 0.5 ||
         p.height - m_water > kHighest * m_world)
         return std::nullopt;
-    const double u = unit_of(p.hash, 1);
+    const double u = to_unit(p.hash, 1);
     const double meadow = smooth_step(0.25, 0.8, p.patch) * smooth_step(0.25, 0.4, p.temperature);
     const double share = 0.02 + 0.12 * meadow;
     if (u >= share)

@@ -143,8 +143,8 @@ void BatchClient::fetch(std::vector<voxel::BoxKey>& missing, const voxel::TakeBo
 // @throws LostError, FailedTry: the request as a whole; Error as HttpClient
 void BatchClient::fetch_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
     const util::StageTimes::Scope timed(m_times, "box transmission");
-    const auto stalled =
-        std::chrono::ceil<seconds>(std::min<std::chrono::milliseconds>(m_timeout / 4, kMaxBatchStalled));
+    const auto stalled = std::chrono::ceil<seconds>(
+        std::min<std::chrono::milliseconds>(m_timeout / 4, kMaxBatchStalled));
     const HttpLimits limits{m_timeout, std::max(stalled, seconds{1}),
                             missing.size() * kMaxBox_bytes};
     BatchStream stream(missing.size(), kMaxBox_bytes);
@@ -158,14 +158,14 @@ void BatchClient::fetch_once(std::vector<voxel::BoxKey>& missing, const voxel::T
             take(record.key, std::move(*outcome));
         }
     };
-    const auto part_of = [&](std::span<const std::byte> part) {
+    const auto find_part = [&](std::span<const std::byte> part) {
         try {
             stream.feed(part, one);
         } catch (const util::Error& e) {
             throw FailedTry(FailureKind::kDamaged, "fetch " + m_url + ": " + e.what());
         }
     };
-    check(m_client.post(m_url, batch_request(open), kBatchMediaType, limits, part_of), stream);
+    check(m_client.post(m_url, batch_request(open), kBatchMediaType, limits, find_part), stream);
 }
 
 void BatchClient::check(const HttpReply& reply, const BatchStream& stream) {
@@ -176,8 +176,8 @@ void BatchClient::check(const HttpReply& reply, const BatchStream& stream) {
                                 "'; allowed: " + kBatchMediaType);
         return;
     }
-    const std::string what = "fetch " + m_url + ": " + problem_of(reply);
-    if (failure_kind_of(reply.status))
+    const std::string what = "fetch " + m_url + ": " + find_problem(reply);
+    if (to_failure_kind(reply.status))
         throw FailedTry(FailureKind::kBusy, what, reply.retry_after);
     // It does not support batches, or a proxy before it blocks them: that will not change.
     util::log_debug("{}; box by box from now on", what);

@@ -77,7 +77,7 @@ AddressRange range_in(std::span<const Block> blocks, const std::uint8_t* address
     return AddressRange::kNoMachine;
 }
 
-const std::uint8_t* number_of(const sockaddr& address) noexcept {
+const std::uint8_t* to_number(const sockaddr& address) noexcept {
     if (address.sa_family == AF_INET)
         return reinterpret_cast<const std::uint8_t*>(
             &reinterpret_cast<const sockaddr_in&>(address).sin_addr);
@@ -88,16 +88,16 @@ const std::uint8_t* number_of(const sockaddr& address) noexcept {
 
 }  // namespace
 
-AddressRange range_of(const sockaddr& address) noexcept {
-    const std::uint8_t* number = number_of(address);
+AddressRange make_range(const sockaddr& address) noexcept {
+    const std::uint8_t* number = to_number(address);
     if (number == nullptr)
         return AddressRange::kNoMachine;
     return address.sa_family == AF_INET ? range_in(kBlocks4, number) : range_in(kBlocks6, number);
 }
 
-std::string text_of(const sockaddr& address) {
+std::string to_text(const sockaddr& address) {
     std::array<char, INET6_ADDRSTRLEN> text{};
-    const std::uint8_t* number = number_of(address);
+    const std::uint8_t* number = to_number(address);
     if (number == nullptr ||
         inet_ntop(address.sa_family, number, text.data(), text.size()) == nullptr)
         return "no number of a machine";
@@ -114,7 +114,7 @@ struct FreeUrl {
 using Url = std::unique_ptr<CURLU, FreeUrl>;
 
 /// A component of an address; empty: it has none.
-std::string part_of(const Url& url, CURLUPart part, unsigned flags = 0) {
+std::string find_part(const Url& url, CURLUPart part, unsigned flags = 0) {
     char* text = nullptr;
     if (curl_url_get(url.get(), part, &text, flags) != CURLUE_OK || text == nullptr)
         return {};
@@ -123,19 +123,19 @@ std::string part_of(const Url& url, CURLUPart part, unsigned flags = 0) {
 }
 
 /// "somebody:password@host:80" of "http://somebody:password@host:80/path".
-std::string authority_of(const std::string& url) {
+std::string find_authority(const std::string& url) {
     const auto begin = url.find("://") + 3;
     return url.substr(begin, url.find_first_of("/?#", begin) - begin);
 }
 
 /// The fault of an address; empty: it is valid, and the origin and the path are set.
-std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& path) {
+std::string describe_fault(const std::string& text, HttpOrigin& origin, std::string& path) {
     if (!worlds::is_http_address(text))
         return "not an address";
     if (text.size() > kMax_bytes)
         return "an address of " + std::to_string(text.size()) + " bytes";
     // As text: libcurl does not distinguish an empty query from none.
-    if (authority_of(text).find('@') != std::string::npos)
+    if (find_authority(text).find('@') != std::string::npos)
         return "an address with a user in it";
     if (text.find('?') != std::string::npos)
         return "an address with a query in it";
@@ -146,17 +146,17 @@ std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& p
         throw std::bad_alloc();
     if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
         return "not an address";
-    origin.tls = part_of(url, CURLUPART_SCHEME) == "https";
-    origin.host = util::lower_case(part_of(url, CURLUPART_HOST));
+    origin.tls = find_part(url, CURLUPART_SCHEME) == "https";
+    origin.host = util::lower_case(find_part(url, CURLUPART_HOST));
     // Of a link-local address: its network is part of the destination.
-    if (const std::string zone = part_of(url, CURLUPART_ZONEID); !zone.empty())
+    if (const std::string zone = find_part(url, CURLUPART_ZONEID); !zone.empty())
         origin.host.insert(origin.host.size() - 1, "%25" + zone);
-    const std::string port = part_of(url, CURLUPART_PORT, CURLU_DEFAULT_PORT);
+    const std::string port = find_part(url, CURLUPART_PORT, CURLU_DEFAULT_PORT);
     if (origin.host.empty() || port.empty())
         return "not an address";
     origin.port =
         static_cast<std::uint16_t>(std::stoul(port));  // libcurl rejects ports beyond 65535
-    path = part_of(url, CURLUPART_PATH);
+    path = find_part(url, CURLUPART_PATH);
     return {};
 }
 
@@ -177,7 +177,7 @@ std::vector<AddressRange> resolve(const HttpOrigin& origin, int flags) {
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> held(found, &::freeaddrinfo);
     std::vector<AddressRange> out;
     for (const addrinfo* one = found; one != nullptr; one = one->ai_next)
-        out.push_back(range_of(*one->ai_addr));
+        out.push_back(make_range(*one->ai_addr));
     return out;
 }
 
@@ -186,7 +186,7 @@ std::vector<AddressRange> resolve(const HttpOrigin& origin, int flags) {
 HttpOrigin HttpOrigin::of(const std::string& url) {
     HttpOrigin out;
     std::string path;
-    if (const std::string fault = fault_of(url, out, path); !fault.empty())
+    if (const std::string fault = describe_fault(url, out, path); !fault.empty())
         throw util::UsageError("open the world '" + shown_url(url) + "': " + fault +
                                "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
     return out;
@@ -195,7 +195,7 @@ HttpOrigin HttpOrigin::of(const std::string& url) {
 HttpOrigin HttpOrigin::parse(const std::string& text) {
     HttpOrigin out;
     std::string path;
-    std::string fault = fault_of(text, out, path);
+    std::string fault = describe_fault(text, out, path);
     if (fault.empty() && path != "/")
         fault = "an address with a path in it";
     if (!fault.empty())

@@ -42,10 +42,10 @@ inline constexpr AddressRanges kAnyRange{AddressRange::kPublic, AddressRange::kP
                                          AddressRange::kLoopback, AddressRange::kNoMachine};
 
 /// @param address of IPv4 or IPv6; of anything else: kNoMachine
-[[nodiscard]] AddressRange range_of(const sockaddr& address) noexcept;
+[[nodiscard]] AddressRange make_range(const sockaddr& address) noexcept;
 
 /// "127.0.0.1", "::1".
-[[nodiscard]] std::string text_of(const sockaddr& address);
+[[nodiscard]] std::string to_text(const sockaddr& address);
 
 /// Scheme, host and port of an address, which a secret or a permission is bound to. Two addresses
 /// that differ only in their path have the same origin.

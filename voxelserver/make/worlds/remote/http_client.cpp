@@ -106,7 +106,7 @@ std::size_t count_header(char*, std::size_t size, std::size_t count, void* into)
 // Checked here, and not before: a name may resolve differently each time.
 curl_socket_t open_socket(void* from, curlsocktype, curl_sockaddr* address) noexcept {
     auto& transfer = *static_cast<Transfer*>(from);
-    if (!transfer.ranges.holds(range_of(address->addr))) {
+    if (!transfer.ranges.holds(make_range(address->addr))) {
         std::memcpy(&transfer.refused, &address->addr,
                     std::min<std::size_t>(address->addrlen, sizeof transfer.refused));
         return CURL_SOCKET_BAD;
@@ -220,7 +220,7 @@ void check_result(const std::string& url, CURLcode result, const Transfer& trans
         return;
     if (result == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
         throw util::Error("fetch " + url + ": it leads to " +
-                          text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
+                          to_text(reinterpret_cast<const sockaddr&>(transfer.refused)) +
                           ", which may not be contacted from here; allowed: " + access.allowed());
     const std::string what = "fetch " + url + ": " + curl_easy_strerror(result);
     if (worth_another_try(result))

@@ -26,7 +26,7 @@ constexpr int kLoaders = 8;
 // Boxes: most of the cost of a request is shared, and a lost one loses little.
 constexpr int kBatch = 32;
 
-std::string_view text_of(const HttpReply& reply) noexcept {
+std::string_view to_text(const HttpReply& reply) noexcept {
     return {reinterpret_cast<const char*>(reply.body.data()), reply.body.size()};
 }
 
@@ -50,7 +50,7 @@ public:
             m_url + "/v2/world", kMaxText_bytes, {}, std::min(m_client.timeout(), kMaxOpening),
             [this](const std::string&, const HttpReply& reply) {
                 m_edition = is_edition(reply.edition) ? reply.edition : "";
-                return std::string(text_of(reply));
+                return std::string(to_text(reply));
             });
         if (!m_edition.empty())
             m_client.http().add_header("Terravox-Edition: " + m_edition);
@@ -89,7 +89,7 @@ public:
         return m_client.fetch(
             m_url + "/v2/columns/" + place, kMaxText_bytes, {}, m_client.timeout(),
             [](const std::string& url, const HttpReply& reply) {
-                const auto json = util::parse_json(text_of(reply));
+                const auto json = util::parse_json(to_text(reply));
                 voxel::ColumnExtent out;
                 if (!read_whole(json, "by_begin", out.by_begin) ||
                     !read_whole(json, "by_end", out.by_end))

@@ -11,7 +11,7 @@
 
 namespace terravox::remote {
 
-std::optional<FailureKind> failure_kind_of(long status) noexcept {
+std::optional<FailureKind> to_failure_kind(long status) noexcept {
     switch (status) {
         case 429:
         case 502:
@@ -22,7 +22,7 @@ std::optional<FailureKind> failure_kind_of(long status) noexcept {
     }
 }
 
-std::string problem_of(const HttpReply& reply) {
+std::string find_problem(const HttpReply& reply) {
     std::string reason = "no reason given";
     const std::string_view text(reinterpret_cast<const char*>(reply.body.data()),
                                 std::min<std::size_t>(reply.body.size(), 2000));
@@ -79,8 +79,8 @@ void RetryingClient::check(const std::string& url, const HttpReply& reply, bool 
         return;
     if (on_condition && (reply.status == 412 || reply.status == 416))
         return;
-    const std::string what = "fetch " + url + ": " + problem_of(reply);
-    if (const auto kind = failure_kind_of(reply.status))
+    const std::string what = "fetch " + url + ": " + find_problem(reply);
+    if (const auto kind = to_failure_kind(reply.status))
         throw FailedTry(*kind, what, reply.retry_after);
     on_reply();
     if (reply.status == 412)

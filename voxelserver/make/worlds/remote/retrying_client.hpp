@@ -23,10 +23,10 @@ struct FailedTry : util::Error {
 };
 
 /// The kind of failure that a status stands for; nullopt: the status is final, no retry.
-[[nodiscard]] std::optional<FailureKind> failure_kind_of(long status) noexcept;
+[[nodiscard]] std::optional<FailureKind> to_failure_kind(long status) noexcept;
 
 /// "HTTP status 500, reason", one line whatever the server sends.
-[[nodiscard]] std::string problem_of(const HttpReply& reply);
+[[nodiscard]] std::string find_problem(const HttpReply& reply);
 
 /// A random number in [0, 1), for Retry. Affects only waits, never a picture. Thread-safe.
 [[nodiscard]] double chance();

@@ -33,5 +33,5 @@ std::function<util::ExitCode()> add_options(CLI::App& app) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    return util::run_program_of(archive_tools::kStac, argc, argv, add_options);
+    return util::run_command_program(archive_tools::kStac, argc, argv, add_options);
 }

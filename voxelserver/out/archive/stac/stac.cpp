@@ -29,7 +29,7 @@ unsigned number_at(std::string_view text, std::size_t begin, std::size_t digits)
 }
 
 /// The first and the last second of a date, or twice an instant.
-std::optional<StacTime> time_of(std::string_view text) {
+std::optional<StacTime> parse_stac_time(std::string_view text) {
     constexpr std::string_view kDate = "0000-00-00";
     const bool is_date = has_form(text, kDate);
     if (!is_date && !has_form(text, "0000-00-00T00:00:00Z"))
@@ -51,9 +51,9 @@ std::optional<StacTime> time_of(std::string_view text) {
 
 StacTime stac_time(const std::string& text) {
     const std::size_t slash = std::min(text.find('/'), text.size());
-    const auto first = time_of(std::string_view(text).substr(0, slash));
+    const auto first = parse_stac_time(std::string_view(text).substr(0, slash));
     const auto last =
-        slash == text.size() ? first : time_of(std::string_view(text).substr(slash + 1));
+        slash == text.size() ? first : parse_stac_time(std::string_view(text).substr(slash + 1));
     // Texts of one form sort by time.
     if (!first || !last || last->end < first->start)
         throw util::UsageError("stac: --datetime " + text +
@@ -82,7 +82,7 @@ void check_href(const std::string& href) {
 }
 
 /// Where an archive lies, seen from its item.
-std::string href_of(const fs::path& archive, const StacRequest& request) {
+std::string make_href(const fs::path& archive, const StacRequest& request) {
     const std::string name = archive.filename().string();
     if (!request.href.empty())
         return request.href + (request.href.ends_with('/') ? "" : "/") + url_segment(name);
@@ -110,15 +110,15 @@ std::string collection_id(const StacRequest& request) {
 }
 
 /// Of licences that differ there is no common one.
-std::string licence_of(const std::vector<StacItem>& items) {
+std::string find_licence(const std::vector<StacItem>& items) {
     const bool is_one = std::all_of(items.begin(), items.end(), [&](const StacItem& item) {
         return item.licence == items.front().licence;
     });
     return is_one ? items.front().licence : "various";
 }
 
-Json collection_of(const std::string& id, const std::vector<StacItem>& items,
-                   const StacTime& time) {
+Json make_collection(const std::string& id, const std::vector<StacItem>& items,
+                     const StacTime& time) {
     std::array<double, 4> bbox = items.front().bbox_deg;
     Json links =
         Json::array({stac_link("root", std::string("./") + kStacCollection, "application/json")});
@@ -140,7 +140,7 @@ Json collection_of(const std::string& id, const std::vector<StacItem>& items,
     out["description"] =
         "Places as voxels, in box archives of Terravox: " + std::to_string(items.size()) +
         " of them.";
-    out["license"] = licence_of(items);
+    out["license"] = find_licence(items);
     out["extent"]["spatial"]["bbox"] = Json::array({bbox});
     out["extent"]["temporal"]["interval"] = Json::array({Json::array({time.start, time.end})});
     out["summaries"]["terravox:voxel_m"] = voxels_m;
@@ -168,7 +168,7 @@ StacReport write_stac(const StacRequest& request) {
     StacReport out;
     std::vector<StacItem> items;
     for (const fs::path& archive : request.archives) {
-        items.push_back(stac_item(archive, request.time, href_of(archive, request), collection));
+        items.push_back(stac_item(archive, request.time, make_href(archive, request), collection));
         out.holes += items.back().holes;
     }
     check_names(items, !collection.empty());
@@ -177,7 +177,7 @@ StacReport write_stac(const StacRequest& request) {
         texts.emplace_back(request.folder / (item.id + ".json"), item.json);
     if (!collection.empty())
         texts.emplace_back(request.folder / kStacCollection,
-                           collection_of(collection, items, request.time));
+                           make_collection(collection, items, request.time));
     for (const auto& [file, json] : texts) {
         std::error_code ignored;
         if (!request.overwrite && fs::exists(file, ignored))

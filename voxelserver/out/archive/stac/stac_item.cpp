@@ -28,7 +28,7 @@ struct MapRect {
     double north = 0;
 };
 
-MapRect rect_of(const voxel::WorldInfo& world) {
+MapRect to_rect(const voxel::WorldInfo& world) {
     const double scale = world.crs_units_per_voxel;
     const auto& [min, max] = world.bounds;
     // z goes south.
@@ -42,7 +42,7 @@ struct Ring {
 
 /// The border of a rectangle of a map, counterclockwise from the south-west, closed. Its edges are
 /// curves on Earth, so each has more points than its ends.
-Ring ring_of(const MapRect& rect, const geo::Crs& crs, const std::string& attempt) {
+Ring make_ring(const MapRect& rect, const geo::Crs& crs, const std::string& attempt) {
     constexpr int kPointsOnEdge = 16;
     Ring ring;
     const std::array<std::pair<double, double>, 5> corners{{{rect.west, rect.south},
@@ -76,21 +76,21 @@ double rounded(double degrees) {
     return std::round(degrees * kSteps) / kSteps;
 }
 
-Json geometry_of(const Ring& ring) {
+Json make_geometry(const Ring& ring) {
     Json border = Json::array();
     for (std::size_t i = 0; i < ring.lon_deg.size(); ++i)
         border.push_back(Json::array({rounded(ring.lon_deg[i]), rounded(ring.lat_deg[i])}));
     return {{"type", "Polygon"}, {"coordinates", Json::array({std::move(border)})}};
 }
 
-std::array<double, 4> bbox_of(const Ring& ring) {
+std::array<double, 4> measure_bbox(const Ring& ring) {
     const auto [west, east] = std::minmax_element(ring.lon_deg.begin(), ring.lon_deg.end());
     const auto [south, north] = std::minmax_element(ring.lat_deg.begin(), ring.lat_deg.end());
     return {rounded(*west), rounded(*south), rounded(*east), rounded(*north)};
 }
 
 /// @return null where the system has no single number of EPSG
-Json epsg_of(const std::string& name) {
+Json find_epsg(const std::string& name) {
     constexpr std::string_view kAuthority = "EPSG:";
     constexpr std::size_t kMaxDigits = 9;
     const std::string number =
@@ -116,8 +116,8 @@ std::string stac_licence(const std::string& licence) {
     return "proprietary";
 }
 
-Json properties_of(const voxel::WorldInfo& world, const archive_tools::Summary& summary,
-                   const geo::Crs& crs, const StacTime& time) {
+Json list_properties(const voxel::WorldInfo& world, const archive_tools::Summary& summary,
+                     const geo::Crs& crs, const StacTime& time) {
     Json out;
     if (!world.title.empty())
         out["title"] = world.title;
@@ -128,9 +128,9 @@ Json properties_of(const voxel::WorldInfo& world, const archive_tools::Summary& 
     }
     out["license"] = stac_licence(world.licence);
     out["gsd"] = world.voxel_m;
-    out["proj:epsg"] = epsg_of(crs.name());
+    out["proj:epsg"] = find_epsg(crs.name());
     out["proj:wkt2"] = crs.wkt();
-    const MapRect rect = rect_of(world);
+    const MapRect rect = to_rect(world);
     out["proj:bbox"] = {rect.west, rect.south, rect.east, rect.north};
     out["terravox:voxel_m"] = world.voxel_m;
     out["terravox:levels"] = world.levels;
@@ -154,7 +154,7 @@ Json properties_of(const voxel::WorldInfo& world, const archive_tools::Summary& 
 StacItem stac_item(const std::filesystem::path& archive, const StacTime& time,
                    const std::string& href, const std::string& collection) {
     const std::string attempt = "stac of " + archive.string();
-    const archive_tools::Summary summary = archive_tools::summary_of(archive);
+    const archive_tools::Summary summary = archive_tools::make_summary(archive);
     if (summary.shard.of > 0 || summary.replaced_columns)
         throw util::UsageError(attempt + ": it is a " +
                                (summary.shard.of > 0 ? "shard" : "change") +
@@ -166,10 +166,10 @@ StacItem stac_item(const std::filesystem::path& archive, const StacTime& time,
         throw util::UsageError(attempt + ": it is empty; allowed: archives with boxes");
     geo::check_proj_is_usable(attempt);
     const geo::Crs crs = geo::Crs::from_wkt(world.crs_wkt);
-    const Ring ring = ring_of(rect_of(world), crs, attempt);
+    const Ring ring = make_ring(to_rect(world), crs, attempt);
     StacItem out;
     out.id = archive.stem().string();
-    out.bbox_deg = bbox_of(ring);
+    out.bbox_deg = measure_bbox(ring);
     out.licence = stac_licence(world.licence);
     out.holes = summary.holes();
     out.json["type"] = "Feature";
@@ -178,9 +178,9 @@ StacItem stac_item(const std::filesystem::path& archive, const StacTime& time,
         "https://stac-extensions.github.io/projection/v1.1.0/schema.json",
         "https://stac-extensions.github.io/file/v2.1.0/schema.json"};
     out.json["id"] = out.id;
-    out.json["geometry"] = geometry_of(ring);
+    out.json["geometry"] = make_geometry(ring);
     out.json["bbox"] = out.bbox_deg;
-    out.json["properties"] = properties_of(world, summary, crs, time);
+    out.json["properties"] = list_properties(world, summary, crs, time);
     out.json["links"] = Json::array();
     if (!collection.empty()) {
         for (const char* const rel : {"root", "parent", "collection"})

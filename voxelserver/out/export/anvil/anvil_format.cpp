@@ -8,7 +8,7 @@
 namespace terravox::exports::anvil {
 namespace {
 
-AnvilOptions options_of(const WriteOptions& options) {
+AnvilOptions make_options(const WriteOptions& options) {
     AnvilOptions out;
     out.title = options.title;
     return out;
@@ -17,7 +17,7 @@ AnvilOptions options_of(const WriteOptions& options) {
 // A Minecraft world is never overwritten: it may have been edited by players.
 void check_target(const std::filesystem::path& out, const WriteOptions& options) {
     // First what a user has written: a table that is wrong makes no folder, and reads no data.
-    (void)load_export_blocks(options_of(options));
+    (void)load_export_blocks(make_options(options));
     if (options.overwrite) {
         throw util::UsageError(
             "convert to " + out.string() +
@@ -37,7 +37,7 @@ const Format kAnvilFormat{
     .folder = "a Minecraft world",
     .check_target = check_target,
     .steps = column_steps,
-    .write = [](Job& job, const WriteOptions& options) { write_anvil(job, options_of(options)); },
+    .write = [](Job& job, const WriteOptions& options) { write_anvil(job, make_options(options)); },
     .has_title = true,
 };
 

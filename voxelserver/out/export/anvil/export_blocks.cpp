@@ -82,8 +82,8 @@ private:
         const toml::table none;
         const toml::table& fields = table != nullptr ? *table : none;
         choice.plain = fields.contains("block")
-                           ? block(material, name, text_of(name, *fields.get("block")))
-                           : block(material, name, std::string(voxel::traits_of(material).block));
+                           ? block(material, name, to_text(name, *fields.get("block")))
+                           : block(material, name, std::string(voxel::find_traits(material).block));
         choice.rooted = choice.plain;
         for (const auto& [key, node] : fields) {
             const std::string field(key.str());
@@ -91,16 +91,16 @@ private:
                 if (!node.is_array())
                     fail("[" + name + "] paint is no list of blocks");
                 for (const auto& item : *node.as_array())
-                    choice.paint.push_back(block(material, name, text_of(name, item)));
+                    choice.paint.push_back(block(material, name, to_text(name, item)));
             } else if (field == "rooted") {
-                choice.rooted = block(material, name, text_of(name, node));
+                choice.rooted = block(material, name, to_text(name, node));
             } else if (field != "block") {
                 fail("[" + name + "] " + field + " is no field; allowed: block, paint, rooted");
             }
         }
     }
 
-    [[nodiscard]] std::string text_of(const std::string& where, const toml::node& node) const {
+    [[nodiscard]] std::string to_text(const std::string& where, const toml::node& node) const {
         const auto text = node.value_exact<std::string>();
         if (!text)
             fail("[" + where + "] holds what is no block; allowed: texts like \"oak_log\"");

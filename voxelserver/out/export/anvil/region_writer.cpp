@@ -50,7 +50,7 @@ int bits_for(std::size_t count) noexcept {
 
 }  // namespace
 
-std::string_view biome_of(std::span<const Material, 16> tops) noexcept {
+std::string_view choose_biome(std::span<const Material, 16> tops) noexcept {
     std::array<int, voxel::kMaterialCount> count{};
     int columns = 0;
     for (const Material m : tops)
@@ -181,7 +181,7 @@ std::string ChunkWriter::biomes() const {
             for (int i = 0; i < 16; ++i)
                 tops[static_cast<std::size_t>(i)] =
                     m_top[static_cast<std::size_t>((qz * 4 + i / 4) * 16 + qx * 4 + i % 4)];
-            const std::string_view biome = biome_of(tops);
+            const std::string_view biome = choose_biome(tops);
             const auto found = std::find(palette.begin(), palette.end(), biome);
             cells[static_cast<std::size_t>(qz * kQuarts + qx)] =
                 static_cast<std::size_t>(found - palette.begin());
@@ -254,7 +254,7 @@ constexpr int kChunksAlong = 32;
 constexpr char kZlib = 2;
 constexpr char kExternal = static_cast<char>(0x80);
 
-std::size_t sectors_of(std::size_t bytes) noexcept {
+std::size_t count_sectors(std::size_t bytes) noexcept {
     return (bytes + kSector_bytes - 1) / kSector_bytes;
 }
 
@@ -264,7 +264,7 @@ void put_big_endian(std::string& out, std::size_t at, std::uint32_t value) {
 }
 
 /// Place of a chunk in the table of its region.
-std::size_t slot_of(const PackedChunk& chunk) noexcept {
+std::size_t find_slot(const PackedChunk& chunk) noexcept {
     return static_cast<std::size_t>((chunk.z & (kChunksAlong - 1)) * kChunksAlong +
                                     (chunk.x & (kChunksAlong - 1)));
 }
@@ -298,14 +298,15 @@ std::string Compressor::gzip(std::string_view bytes) {
 
 std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx, std::int32_t rz,
                            std::vector<PackedChunk> chunks) {
-    std::sort(chunks.begin(), chunks.end(),
-              [](const PackedChunk& a, const PackedChunk& b) { return slot_of(a) < slot_of(b); });
+    std::sort(chunks.begin(), chunks.end(), [](const PackedChunk& a, const PackedChunk& b) {
+        return find_slot(a) < find_slot(b);
+    });
     std::uint64_t written = 0;
     // Two sectors of tables: the places of the chunks, and their times of writing (none, so that
     // the same world gives the same bytes).
     std::string out(2 * kSector_bytes, '\0');
     for (const PackedChunk& chunk : chunks) {
-        const bool external = sectors_of(chunk.zlib.size() + kChunkHeader_bytes) > kMaxSectors;
+        const bool external = count_sectors(chunk.zlib.size() + kChunkHeader_bytes) > kMaxSectors;
         if (external) {
             util::write_file_atomically(
                 folder / ("c." + std::to_string(chunk.x) + "." + std::to_string(chunk.z) + ".mcc"),
@@ -315,8 +316,8 @@ std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx,
         const std::string_view inside =
             external ? std::string_view() : std::string_view(chunk.zlib);
         const std::size_t at = out.size();
-        const std::size_t sectors = sectors_of(inside.size() + kChunkHeader_bytes);
-        put_big_endian(out, slot_of(chunk) * 4,
+        const std::size_t sectors = count_sectors(inside.size() + kChunkHeader_bytes);
+        put_big_endian(out, find_slot(chunk) * 4,
                        static_cast<std::uint32_t>(at / kSector_bytes << 8 | sectors));
         out.resize(at + kChunkHeader_bytes);
         put_big_endian(out, at, static_cast<std::uint32_t>(inside.size() + 1));

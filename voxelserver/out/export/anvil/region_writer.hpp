@@ -53,7 +53,7 @@ private:
 
 /// The biome of ground with such a surface: it tints grass and leaves, and determines snowfall.
 /// @param tops highest blocks of 4 x 4 columns, kAir for empty ones
-[[nodiscard]] std::string_view biome_of(std::span<const voxel::Material, 16> tops) noexcept;
+[[nodiscard]] std::string_view choose_biome(std::span<const voxel::Material, 16> tops) noexcept;
 
 /// Compresses as the game does. Not thread-safe; the output depends on the input alone.
 class Compressor {

@@ -65,7 +65,7 @@ void place_heights(const Part& part, Place& place) {
 
 }  // namespace
 
-Place place_of(const Part& part) {
+Place find_place(const Part& part) {
     Place place;
     for (const std::size_t axis : {std::size_t{0}, std::size_t{2}}) {
         const std::int64_t low = part.bounds.min[axis];
@@ -83,7 +83,7 @@ Place place_of(const Part& part) {
 using voxel::Material;
 using voxel::TreeCell;
 
-BlockId SectionReader::block_of(const voxel::VoxelAttr& attr) {
+BlockId SectionReader::to_block(const voxel::VoxelAttr& attr) {
     if (!m_true || !attr.has_colour())
         return m_blocks.plain(attr.material);
     if (attr.material != m_last_material || attr.colour != m_last_colour) {
@@ -109,7 +109,7 @@ void SectionReader::read(const voxel::Box* box, int cx, int cy, int cz, Section&
         cut(box->key(), cx, cy, cz, out);
         return;
     }
-    const TreeCell& cell = box->cells()[root.index_of(place)];
+    const TreeCell& cell = box->cells()[root.compute_index(place)];
     out.uniform = false;
     out.blocks.fill(0);
     for (std::uint64_t bricks = cell.mask; bricks != 0; bricks &= bricks - 1) {
@@ -118,13 +118,13 @@ void SectionReader::read(const voxel::Box* box, int cx, int cy, int cz, Section&
         const int z = (bit >> 2 & 3) * 4;
         const int y = (bit >> 4) * 4;
         const TreeCell* brick =
-            (cell.detail >> bit & 1) != 0 ? &box->cells()[cell.index_of(bit)] : nullptr;
+            (cell.detail >> bit & 1) != 0 ? &box->cells()[cell.compute_index(bit)] : nullptr;
         for (std::uint64_t left = brick != nullptr ? brick->mask : ~std::uint64_t{0}; left != 0;
              left &= left - 1) {
             const int v = std::countr_zero(left);
             const bool seen = brick != nullptr && (brick->detail >> v & 1) != 0;
             out.blocks[Section::index(x + (v & 3), y + (v >> 4), z + (v >> 2 & 3))] =
-                seen ? block_of(box->attrs()[brick->index_of(v)]) : rock;
+                seen ? to_block(box->attrs()[brick->compute_index(v)]) : rock;
         }
     }
     cut(box->key(), cx, cy, cz, out);
@@ -199,7 +199,7 @@ std::vector<Section>& BoxColumn::sections(int cx, int cz, SectionReader& reader)
     return m_sections;
 }
 
-std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place) {
+std::array<std::int32_t, 3> find_spawn(Job& job, const Place& place) {
     const auto& bounds = job.part.bounds;
     const auto middle = [&](std::size_t axis) {
         return static_cast<std::int32_t>((std::int64_t{bounds.min[axis]} + bounds.max[axis]) / 2);

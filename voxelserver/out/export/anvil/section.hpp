@@ -29,7 +29,7 @@ struct Place {
 /// are shifted; the dimension is the usual -64 to 319 where that suffices.
 /// @throws UsageError when no Minecraft world is high or wide enough, naming the level that would
 /// fit
-[[nodiscard]] Place place_of(const Part& part);
+[[nodiscard]] Place find_place(const Part& part);
 
 /// 16 x 16 x 16 blocks, in the order of the format: x fastest, then z, then y.
 struct Section {
@@ -63,7 +63,7 @@ public:
     void read(const voxel::Box* box, int cx, int cy, int cz, Section& out);
 
 private:
-    [[nodiscard]] BlockId block_of(const voxel::VoxelAttr& attr);
+    [[nodiscard]] BlockId to_block(const voxel::VoxelAttr& attr);
     void cut(const voxel::BoxKey& key, int cx, int cy, int cz, Section& out) const;
     const ExportBlocks& m_blocks;
     const Part& m_part;
@@ -104,6 +104,6 @@ private:
 
 /// The block above the surface at the centre of the part, or, where there is none, at the nearest
 /// of some places at increasing distance.
-[[nodiscard]] std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place);
+[[nodiscard]] std::array<std::int32_t, 3> find_spawn(Job& job, const Place& place);
 
 }  // namespace terravox::exports::anvil

@@ -28,18 +28,18 @@ public:
     Export(Job& job, const AnvilOptions& options)
         : m_job(job),
           m_blocks(load_export_blocks(options)),
-          m_place(place_of(without_sky(job))),
-          m_title(title_of(job, options)) {}
+          m_place(find_place(without_sky(job))),
+          m_title(make_title(job, options)) {}
 
     void write() {
         const std::string what = name_of_this();
         // Before anything is written: a rejected export leaves nothing behind.
         const voxel::BoxRange range = m_job.part.boxes();
-        const ColumnBlock all{region_of(range.min.bx, 0), region_of(range.min.bz, 2),
-                              region_of(range.max.bx - 1, 0) + 1,
-                              region_of(range.max.bz - 1, 2) + 1};
+        const ColumnBlock all{find_region(range.min.bx, 0), find_region(range.min.bz, 2),
+                              find_region(range.max.bx - 1, 0) + 1,
+                              find_region(range.max.bz - 1, 2) + 1};
         const Columns regions(
-            all, 1, [this](const ColumnBlock& some) { return m_job.may_hold(boxes_of(some)); });
+            all, 1, [this](const ColumnBlock& some) { return m_job.may_hold(find_boxes(some)); });
         const fs::path journal_file = m_job.out / kWorldJournal;
         refuse_other_worlds(journal_file, what);
         util::check_writable(m_job.out / "region" / "r.0.0.mca");
@@ -65,7 +65,7 @@ private:
     };
     using Region = std::pair<std::int32_t, std::int32_t>;  // rx, rz
 
-    [[nodiscard]] static std::string title_of(const Job& job, const AnvilOptions& options) {
+    [[nodiscard]] static std::string make_title(const Job& job, const AnvilOptions& options) {
         if (!options.title.empty())
             return options.title;
         return job.world().title.empty() ? fs::weakly_canonical(job.out).filename().string()
@@ -127,7 +127,7 @@ private:
         if (part.bounds.max[1] - part.bounds.min[1] <= kUsualHeight - 2 * kSectionSize)
             return part;
         const voxel::BoxRange range = part.boxes();
-        const Columns columns(block_of(range), kColumnsAlong,
+        const Columns columns(to_block(range), kColumnsAlong,
                               [&](const ColumnBlock& block) { return job.may_hold(block); });
         std::int32_t top = part.bounds.min[1] + 1;
         thread::in_order(
@@ -146,12 +146,12 @@ private:
     }
 
     /// Offsets are multiples of a region's size, so that box columns never lie in two.
-    [[nodiscard]] std::int32_t region_of(std::int32_t box, std::size_t axis) const {
+    [[nodiscard]] std::int32_t find_region(std::int32_t box, std::size_t axis) const {
         return voxel::floor_div(box - m_place.offset[axis] / voxel::kBoxSizeX, kColumnsAlong);
     }
 
     /// Of columns of regions.
-    [[nodiscard]] ColumnBlock boxes_of(const ColumnBlock& regions) const {
+    [[nodiscard]] ColumnBlock find_boxes(const ColumnBlock& regions) const {
         const std::int32_t x = m_place.offset[0] / voxel::kBoxSizeX;
         const std::int32_t z = m_place.offset[2] / voxel::kBoxSizeZ;
         return {regions.min_bx * kColumnsAlong + x, regions.min_bz * kColumnsAlong + z,
@@ -237,11 +237,12 @@ private:
             put(pack / "pack.mcmeta", pack_mcmeta());
             put(pack / "data/minecraft/dimension_type/overworld.json", dimension_type(m_place));
         }
-        voxel::SideCar car = voxel::side_car_of(m_job.world(), m_job.part.level, m_place.offset);
+        voxel::SideCar car = voxel::make_side_car(m_job.world(), m_job.part.level, m_place.offset);
         car.blocks = m_blocks.meanings();
         voxel::write_side_car(m_job.out / "terravox.json", car);
         m_job.wrote(m_job.out / "terravox.json");
-        put("level.dat", Compressor().gzip(level_dat(m_title, spawn_of(m_job, m_place), m_place)));
+        put("level.dat",
+            Compressor().gzip(level_dat(m_title, find_spawn(m_job, m_place), m_place)));
     }
 
     Job& m_job;

@@ -62,7 +62,7 @@ std::uint64_t solid_count(const Box& box) {
         }
         count += static_cast<std::uint64_t>(std::popcount(cell.mask & ~cell.detail)) * child_voxels;
         for (std::uint64_t left = cell.detail; left != 0; left &= left - 1)
-            self(self, cells[cell.index_of(std::countr_zero(left))], child_voxels / 64);
+            self(self, cells[cell.compute_index(std::countr_zero(left))], child_voxels / 64);
     };
     for (int root = 0; root < Box::kRootCount; ++root)
         walk(walk, cells[static_cast<std::size_t>(root)], 4096);
@@ -145,14 +145,14 @@ private:
             return {};
         MadeBox out = key.level == 0 ? finest(key) : coarser(key);
         if (out.box || out.hole)
-            records.push_back(voxel::archive::record_of(key, out));
+            records.push_back(voxel::archive::make_record(key, out));
         return out;
     }
 
     MadeBox coarser(const BoxKey& key) {
         std::array<MadeBox, 8> children;
         for (int i = 0; i < 8; ++i)
-            children[static_cast<std::size_t>(i)] = made(voxel::archive::child_of(key, i));
+            children[static_cast<std::size_t>(i)] = made(voxel::archive::find_child(key, i));
         return voxel::archive::coarse_box(key, children);
     }
 
@@ -170,13 +170,13 @@ private:
 static_assert(ShardChoice::kMost == voxel::archive::kMaxShards);
 
 /// The boxes at the tops of subtrees.
-BoxRange tops_of(const voxel::WorldInfo& info) {
+BoxRange find_tops(const voxel::WorldInfo& info) {
     return voxel::boxes_over(info.bounds, std::min(kSubtreeLevel, info.levels - 1));
 }
 
 /// The columns of the tops of subtrees.
-Columns columns_of(Job& job, const BoxRange& tops) {
-    return {block_of(tops), 1, [&](const ColumnBlock& some) {
+Columns find_columns(Job& job, const BoxRange& tops) {
+    return {to_block(tops), 1, [&](const ColumnBlock& some) {
                 const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
                 return job.may_hold({finest(some.min_bx), finest(some.min_bz), finest(some.max_bx),
                                      finest(some.max_bz)});
@@ -184,13 +184,13 @@ Columns columns_of(Job& job, const BoxRange& tops) {
 }
 
 /// What the name of a conversion ends with.
-std::string suffix_of(const ShardChoice& shard) {
+std::string make_suffix(const ShardChoice& shard) {
     return shard.of == 0
                ? ""
                : " shard " + std::to_string(shard.number) + " of " + std::to_string(shard.of);
 }
 
-std::filesystem::path journal_of(std::filesystem::path out) {
+std::filesystem::path find_journal(std::filesystem::path out) {
     out += ".journal";
     return out;
 }
@@ -201,15 +201,15 @@ public:
         : m_job(job),
           m_shard(shard),
           m_info(archive_info(job.part, job.world())),
-          m_tops(tops_of(m_info)),
-          m_columns(columns_of(job, m_tops)),
-          m_journal(writable_journal_of(job.out), job.name + suffix_of(shard)) {}
+          m_tops(find_tops(m_info)),
+          m_columns(find_columns(job, m_tops)),
+          m_journal(make_writable_journal(job.out), job.name + make_suffix(shard)) {}
 
     void run() {
         open();
         subtrees();
         if (m_shard.of > 0) {
-            m_writer->finish_shard(voxel::archive::json_of(
+            m_writer->finish_shard(voxel::archive::to_json(
                 {m_shard.number, m_shard.of, m_job.name, m_job.damage_lines()}));
         } else {
             voxel::archive::add_levels_above(*m_writer, m_tops.min.level, m_info.levels,
@@ -221,9 +221,9 @@ public:
     }
 
 private:
-    static std::filesystem::path writable_journal_of(const std::filesystem::path& out) {
+    static std::filesystem::path make_writable_journal(const std::filesystem::path& out) {
         util::check_writable(out);
-        return journal_of(out);
+        return find_journal(out);
     }
 
     void open() {
@@ -289,7 +289,7 @@ private:
 }  // namespace
 
 std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
-    const BoxRange r = tops_of(archive_info(part, world));
+    const BoxRange r = find_tops(archive_info(part, world));
     return static_cast<std::uint64_t>(r.max.bx - r.min.bx) *
            static_cast<std::uint64_t>(r.max.by - r.min.by) *
            static_cast<std::uint64_t>(r.max.bz - r.min.bz);
@@ -300,8 +300,8 @@ void write_archive(Job& job, const ShardChoice& shard) {
 }
 
 ArchiveColumns archive_columns(Job& job) {
-    const BoxRange tops = tops_of(archive_info(job.part, job.world()));
-    return {columns_of(job, tops), voxel::kBoxSizeX << tops.min.level,
+    const BoxRange tops = find_tops(archive_info(job.part, job.world()));
+    return {find_columns(job, tops), voxel::kBoxSizeX << tops.min.level,
             static_cast<std::uint64_t>(tops.max.by - tops.min.by)};
 }
 
@@ -309,17 +309,17 @@ std::pair<std::size_t, std::size_t> columns_of_shard(const ShardChoice& shard,
                                                      std::size_t columns) {
     if (shard.of == 0)
         return {0, columns};
-    const auto end_of = [&](int number) {
+    const auto find_end = [&](int number) {
         return columns * static_cast<std::size_t>(number) / static_cast<std::size_t>(shard.of);
     };
-    return {end_of(shard.number - 1), end_of(shard.number)};
+    return {find_end(shard.number - 1), find_end(shard.number)};
 }
 
 MadeColumn make_archive_column(Job& job, const Columns::At& column) {
     // An entry of the index, packed: a measured mean.
     constexpr std::uint64_t kEntry_bytes = 12;
     const voxel::WorldInfo info = archive_info(job.part, job.world());
-    const BoxRange tops = tops_of(info);
+    const BoxRange tops = find_tops(info);
     MadeColumn out;
     for (std::int32_t by = tops.min.by; by < tops.max.by; ++by) {
         Subtree subtree(job, info);
@@ -334,12 +334,12 @@ MadeColumn make_archive_column(Job& job, const Columns::At& column) {
 
 void remove_journal(const std::filesystem::path& out) {
     std::error_code ignored;
-    std::filesystem::remove(journal_of(out), ignored);
+    std::filesystem::remove(find_journal(out), ignored);
 }
 
 std::size_t finished_subtrees(const std::filesystem::path& out, const std::string& name,
                               const ShardChoice& shard) {
-    return Journal::files_in(journal_of(out), name + suffix_of(shard));
+    return Journal::files_in(find_journal(out), name + make_suffix(shard));
 }
 
 namespace {
@@ -347,7 +347,7 @@ namespace {
 using voxel::archive::ColumnRun;
 using voxel::archive::ColumnSet;
 
-ColumnSet set_of(const std::vector<ColumnAt>& columns) {
+ColumnSet make_set(const std::vector<ColumnAt>& columns) {
     std::vector<ColumnRun> runs;
     for (const ColumnAt& at : columns)
         runs.push_back({at.bz, at.bx, at.bx + 1});
@@ -367,7 +367,7 @@ MadeOfColumn make_column(Job& job, const voxel::WorldInfo& info, const ColumnAt&
         const voxel::BoxKey key{0, at.bx, by, at.bz};
         const ArchiveBox box = archive_box(job, limits, key);
         out.voxels += box.voxels;
-        if (MadeRecord record = voxel::archive::record_of(key, box.made); !record.frame.empty())
+        if (MadeRecord record = voxel::archive::make_record(key, box.made); !record.frame.empty())
             out.records.push_back(std::move(record));
     }
     return out;
@@ -390,8 +390,8 @@ void write_change(Job& job, const ChangedColumns& columns) {
             job.count_voxels(made.voxels);
             job.meter.add();
         });
-    writer.finish_change(voxel::archive::json_of(voxel::archive::Change{
-        set_of(columns.replaced), set_of(columns.compared), job.damage_lines()}));
+    writer.finish_change(voxel::archive::to_json(voxel::archive::Change{
+        make_set(columns.replaced), make_set(columns.compared), job.damage_lines()}));
     unfinished.release();
     job.wrote(job.out);
 }

@@ -26,13 +26,13 @@ Columns::Columns(const ColumnBlock& of, std::size_t edge, const MayHold& may_hol
     });
     for (Square& s : m_squares) {
         s.first = m_count;
-        const ColumnBlock block = block_of({s.column, s.row, s.column + 1, s.row + 1});
+        const ColumnBlock block = to_block({s.column, s.row, s.column + 1, s.row + 1});
         m_count += static_cast<std::size_t>(block.max_bx - block.min_bx) *
                    static_cast<std::size_t>(block.max_bz - block.min_bz);
     }
 }
 
-ColumnBlock Columns::block_of(const Squares& squares) const noexcept {
+ColumnBlock Columns::to_block(const Squares& squares) const noexcept {
     const auto at = [&](std::int32_t from, std::size_t square, std::size_t most) {
         return static_cast<std::int32_t>(
             from + static_cast<std::int64_t>(std::min(square * m_edge, most)));
@@ -43,7 +43,7 @@ ColumnBlock Columns::block_of(const Squares& squares) const noexcept {
 }
 
 void Columns::find(const Squares& squares, const MayHold& may_hold) {
-    if (squares.across() == 0 || squares.down() == 0 || !may_hold(block_of(squares)))
+    if (squares.across() == 0 || squares.down() == 0 || !may_hold(to_block(squares)))
         return;
     if (squares.across() == 1 && squares.down() == 1) {
         if (m_squares.size() == kMaxSquares)
@@ -71,7 +71,7 @@ Columns::At Columns::at(std::size_t i) const noexcept {
                                         [](std::size_t n, const Square& s) { return n < s.first; });
     const Square& square = *(after - 1);
     const ColumnBlock block =
-        block_of({square.column, square.row, square.column + 1u, square.row + 1u});
+        to_block({square.column, square.row, square.column + 1u, square.row + 1u});
     const std::size_t in_square = i - square.first;
     const auto across = static_cast<std::size_t>(block.max_bx - block.min_bx);
     return {block.min_bx + static_cast<std::int32_t>(in_square % across),
@@ -83,7 +83,7 @@ std::vector<ColumnBlock> Columns::squares() const {
     std::vector<ColumnBlock> out;
     out.reserve(m_squares.size());
     for (const Square& s : m_squares)
-        out.push_back(block_of({s.column, s.row, s.column + 1u, s.row + 1u}));
+        out.push_back(to_block({s.column, s.row, s.column + 1u, s.row + 1u}));
     return out;
 }
 

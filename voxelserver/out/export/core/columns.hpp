@@ -18,7 +18,7 @@ struct ColumnBlock {
     std::int32_t max_bz = 0;
     friend bool operator==(const ColumnBlock&, const ColumnBlock&) = default;
 };
-[[nodiscard]] inline ColumnBlock block_of(const voxel::BoxRange& range) noexcept {
+[[nodiscard]] inline ColumnBlock to_block(const voxel::BoxRange& range) noexcept {
     return {range.min.bx, range.min.bz, range.max.bx, range.max.bz};
 }
 
@@ -63,7 +63,7 @@ private:
     [[nodiscard]] std::size_t squares_down() const noexcept {
         return (m_depth + m_edge - 1) / m_edge;
     }
-    [[nodiscard]] ColumnBlock block_of(const Squares& squares) const noexcept;
+    [[nodiscard]] ColumnBlock to_block(const Squares& squares) const noexcept;
     void find(const Squares& squares, const MayHold& may_hold);
 
     ColumnBlock m_of;

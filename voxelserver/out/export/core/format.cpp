@@ -30,7 +30,7 @@ namespace {
 
 using Places = std::set<std::pair<std::int32_t, std::int32_t>>;  // by z, then by x
 
-Places places_of(const Part& part, std::span<const ColumnAt> columns) {
+Places find_places(const Part& part, std::span<const ColumnAt> columns) {
     const voxel::BoxRange all = part.boxes();
     Places out;
     for (const ColumnAt& column : columns) {
@@ -46,11 +46,11 @@ Places places_of(const Part& part, std::span<const ColumnAt> columns) {
 
 ChangedColumns changed_columns(const Part& part, std::span<const ColumnAt> changed,
                                std::span<const ColumnAt> others) {
-    const Places replaced = places_of(part, changed);
+    const Places replaced = find_places(part, changed);
     ChangedColumns out;
     for (const auto& [bz, bx] : replaced)
         out.replaced.push_back({bx, bz});
-    for (const auto& [bz, bx] : places_of(part, others))
+    for (const auto& [bz, bx] : find_places(part, others))
         if (!replaced.contains({bz, bx}))
             out.compared.push_back({bx, bz});
     return out;

@@ -122,7 +122,7 @@ bool Job::may_hold(const ColumnBlock& columns) {
 }
 
 Columns Job::columns(std::size_t edge) {
-    Columns made(block_of(part.boxes()), edge,
+    Columns made(to_block(part.boxes()), edge,
                  [this](const ColumnBlock& block) { return may_hold(block); });
     meter.add(made.left_out());
     return made;
@@ -172,7 +172,7 @@ std::int32_t voxel_at(double value, double per_voxel, bool upper) {
 
 }  // namespace
 
-Part part_of(const voxel::WorldInfo& world, const Selection& s) {
+Part make_part(const voxel::WorldInfo& world, const Selection& s) {
     const auto refuse = [](const std::string& what) -> void {
         throw util::UsageError("choose the part: " + what);
     };

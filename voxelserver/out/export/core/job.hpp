@@ -126,7 +126,7 @@ public:
     [[nodiscard]] Columns columns(std::size_t edge);
 
     /// The colour of a voxel in the output.
-    [[nodiscard]] voxel::Rgb8 colour_of(const voxel::VoxelAttr& attr) const noexcept {
+    [[nodiscard]] voxel::Rgb8 to_colour(const voxel::VoxelAttr& attr) const noexcept {
         return attr.has_colour() && colours == Colours::kTrue ? attr.colour
                                                               : palette.of(attr.material).colour;
     }
@@ -162,6 +162,6 @@ struct Selection {
 /// camera frames.
 /// @throws UsageError for a level that the world does not have, reversed limits, an empty result,
 /// and more than 4096 boxes above each other
-[[nodiscard]] Part part_of(const voxel::WorldInfo& world, const Selection& selection);
+[[nodiscard]] Part make_part(const voxel::WorldInfo& world, const Selection& selection);
 
 }  // namespace terravox::exports

@@ -32,7 +32,7 @@ std::string allowed_formats() {
     return out;
 }
 
-const Format& format_of(std::string_view name, const std::filesystem::path& out) {
+const Format& find_format_by(std::string_view name, const std::filesystem::path& out) {
     const std::string extension = util::lower_extension(out);
     for (const Format* const format : formats()) {
         if (name.empty() ? format->extension == extension : format->name == name)

@@ -18,6 +18,6 @@ namespace terravox::exports {
 /// @param name for --to; empty: by the extension of `out`, where none means a Minecraft world's
 /// folder
 /// @throws UsageError
-[[nodiscard]] const Format& format_of(std::string_view name, const std::filesystem::path& out);
+[[nodiscard]] const Format& find_format_by(std::string_view name, const std::filesystem::path& out);
 
 }  // namespace terravox::exports

@@ -14,11 +14,11 @@ void Chunk::set(int x, int y, int z, FaceAttributes attributes) noexcept {
     if (x < 0 || x >= kEdge)
         return;  // a row has no bits for its margin: use attributes() there
     Row& r = m_rows[row(y, z)];
-    (voxel::see_through(material_of(attributes)) ? r.clear : r.opaque) |= std::uint64_t{1} << x;
+    (voxel::see_through(to_material(attributes)) ? r.clear : r.opaque) |= std::uint64_t{1} << x;
 }
 
 bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& bounds,
-                 const AttributesOf& attributes_of) {
+                 const ToAttributes& to_attributes) {
     m_seen = 0;
     if (!boxes.self)
         return false;
@@ -39,13 +39,13 @@ bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& boun
     const auto inside = [&](int x, int y, int z) {
         return x >= lo[0] && x < hi[0] && y >= lo[1] && y < hi[1] && z >= lo[2] && z < hi[2];
     };
-    const FaceAttributes rock = attributes_of(voxel::VoxelAttr{});
-    each_voxel_of(
+    const FaceAttributes rock = to_attributes(voxel::VoxelAttr{});
+    visit_each_voxel(
         *boxes.self, root, 0, 0, 0, 16,
         [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
             if (!inside(x, y, z))
                 return;
-            set(x, y, z, attributes_of(attr));
+            set(x, y, z, to_attributes(attr));
             ++m_seen;
         },
         [&](int x0, int y0, int z0, int edge) {
@@ -54,12 +54,12 @@ bool Chunk::fill(const Neighbourhood& boxes, int storey, const VoxelBounds& boun
                     for (int x = std::max(x0, lo[0]); x < std::min(x0 + edge, hi[0]); ++x)
                         set(x, y, z, rock);
         });
-    fill_margin(boxes, storey, bounds, attributes_of);
+    fill_margin(boxes, storey, bounds, to_attributes);
     return true;
 }
 
 void Chunk::fill_margin(const Neighbourhood& boxes, int storey, const VoxelBounds& bounds,
-                        const AttributesOf& attributes_of) {
+                        const ToAttributes& to_attributes) {
     // y counts in the box here.
     const auto copy = [&](const Neighbourhood::BoxPtr& from, int x, int y, int z, int fx, int fy,
                           int fz) {
@@ -67,7 +67,7 @@ void Chunk::fill_margin(const Neighbourhood& boxes, int storey, const VoxelBound
             z < bounds.min[2] || z >= bounds.max[2])
             return;
         if (const auto attr = from->voxel(fx, fy, fz))
-            set(x, y - storey * kEdge, z, attributes_of(*attr));
+            set(x, y - storey * kEdge, z, to_attributes(*attr));
     };
     const int y0 = storey * kEdge;
     const int y1 = y0 + kEdge;
@@ -102,7 +102,7 @@ struct Direction {
     int v;
     int sign;
 };
-constexpr Direction direction_of(Facing f) noexcept {
+constexpr Direction to_direction(Facing f) noexcept {
     constexpr std::array<Direction, kFacings> kAll = {
         {{0, 2, 1, -1}, {0, 2, 1, 1}, {1, 0, 2, -1}, {1, 0, 2, 1}, {2, 0, 1, -1}, {2, 0, 1, 1}}};
     return kAll[static_cast<std::size_t>(f)];
@@ -119,8 +119,8 @@ std::array<int, 3> voxel_at(const Direction& d, int slice, int u, int v) noexcep
 
 }  // namespace
 
-std::array<std::array<int, 3>, 4> corners_of(const Quad& q) noexcept {
-    const Direction d = direction_of(q.facing);
+std::array<std::array<int, 3>, 4> list_corners(const Quad& q) noexcept {
+    const Direction d = to_direction(q.facing);
     const int slice = q.slice + (d.sign > 0 ? 1 : 0);
     const int u0 = q.u;
     const int u1 = q.u + q.width;
@@ -146,7 +146,7 @@ void FaceFinder::find(const Chunk& chunk, bool merge, std::vector<Quad>& out) {
 void FaceFinder::mark(const Chunk& chunk, Facing facing) {
     for (Rows& rows : m_slices)
         rows.fill(0);
-    const Direction d = direction_of(facing);
+    const Direction d = to_direction(facing);
     const int dx = d.axis == 0 ? d.sign : 0;
     const int dy = d.axis == 1 ? d.sign : 0;
     const int dz = d.axis == 2 ? d.sign : 0;
@@ -162,7 +162,7 @@ void FaceFinder::mark(const Chunk& chunk, Facing facing) {
             } else {
                 const FaceAttributes end = chunk.attributes(dx < 0 ? -1 : kEdge, y, z);
                 const auto end_opaque =
-                    std::uint64_t{end != 0 && !voxel::see_through(material_of(end))};
+                    std::uint64_t{end != 0 && !voxel::see_through(to_material(end))};
                 covered =
                     dx < 0 ? opaque << 1 | end_opaque : opaque >> 1 | end_opaque << (kEdge - 1);
             }
@@ -186,7 +186,7 @@ void FaceFinder::mark(const Chunk& chunk, Facing facing) {
 // Greedy: as wide as the attributes stay the same, then as many rows as match over the whole width.
 // Ref: Lysenko, "Meshing in a Minecraft Game", 2012.
 void FaceFinder::collect(const Chunk& chunk, Facing facing, bool merge, std::vector<Quad>& out) {
-    const Direction d = direction_of(facing);
+    const Direction d = to_direction(facing);
     for (int slice = 0; slice < kEdge; ++slice) {
         Rows& rows = m_slices[static_cast<std::size_t>(slice)];
         const auto attributes = [&](int u, int v) {

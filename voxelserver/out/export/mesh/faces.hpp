@@ -14,14 +14,14 @@ namespace terravox::exports {
 /// What faces must have in common to be merged: material and colour of a voxel in one number,
 /// material << 24 | r << 16 | g << 8 | b; 0 = air.
 using FaceAttributes = std::uint32_t;
-[[nodiscard]] constexpr voxel::Material material_of(FaceAttributes attributes) noexcept {
+[[nodiscard]] constexpr voxel::Material to_material(FaceAttributes attributes) noexcept {
     return static_cast<voxel::Material>(attributes >> 24);
 }
-[[nodiscard]] constexpr voxel::Rgb8 colour_of(FaceAttributes attributes) noexcept {
+[[nodiscard]] constexpr voxel::Rgb8 to_colour(FaceAttributes attributes) noexcept {
     return {static_cast<std::uint8_t>(attributes >> 16), static_cast<std::uint8_t>(attributes >> 8),
             static_cast<std::uint8_t>(attributes)};
 }
-[[nodiscard]] constexpr FaceAttributes attributes_of(voxel::Material material,
+[[nodiscard]] constexpr FaceAttributes to_attributes(voxel::Material material,
                                                      voxel::Rgb8 c) noexcept {
     return static_cast<FaceAttributes>(material) << 24 | static_cast<FaceAttributes>(c.r) << 16 |
            static_cast<FaceAttributes>(c.g) << 8 | c.b;
@@ -44,14 +44,14 @@ struct Neighbourhood {
 class Chunk {
 public:
     static constexpr int kEdge = 64;
-    using AttributesOf = std::function<FaceAttributes(const voxel::VoxelAttr&)>;
+    using ToAttributes = std::function<FaceAttributes(const voxel::VoxelAttr&)>;
 
     /// @param storey 0 to 3, bottom first
     /// @param bounds of the part, in voxels relative to the lowest corner of the box; everything
     /// outside is air
     /// @return false when it is air throughout (and nothing was filled)
     bool fill(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
-              const AttributesOf& attributes_of);
+              const ToAttributes& to_attributes);
 
     /// x, y, z in [-1, 65), of which at most one is outside [0, 64).
     [[nodiscard]] FaceAttributes attributes(int x, int y, int z) const noexcept {
@@ -82,7 +82,7 @@ private:
     }
     void set(int x, int y, int z, FaceAttributes attributes) noexcept;
     void fill_margin(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
-                     const AttributesOf& attributes_of);
+                     const ToAttributes& to_attributes);
 
     std::vector<FaceAttributes> m_attributes =
         std::vector<FaceAttributes>(static_cast<std::size_t>(kSide) * kSide * kSide);
@@ -108,14 +108,14 @@ struct Quad {
     friend bool operator==(const Quad&, const Quad&) = default;
 };
 /// Its corners in voxels of its chunk, counter-clockwise as seen from outside.
-[[nodiscard]] std::array<std::array<int, 3>, 4> corners_of(const Quad& quad) noexcept;
+[[nodiscard]] std::array<std::array<int, 3>, 4> list_corners(const Quad& quad) noexcept;
 
 /// Whether a voxel shows the face that it shares with a neighbour: next to air always, and next to
 /// a see-through voxel of another material. Between two voxels of which neither is opaque, both
 /// faces are shown.
 [[nodiscard]] constexpr bool shows_face(FaceAttributes of, FaceAttributes neighbour) noexcept {
-    return of != 0 && (neighbour == 0 || (voxel::see_through(material_of(neighbour)) &&
-                                          material_of(of) != material_of(neighbour)));
+    return of != 0 && (neighbour == 0 || (voxel::see_through(to_material(neighbour)) &&
+                                          to_material(of) != to_material(neighbour)));
 }
 
 /// Finds all faces of the voxels of a chunk (not those of its margin), each in exactly one quad.

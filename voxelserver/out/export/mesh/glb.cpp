@@ -39,8 +39,8 @@ struct Transparency {
     double alpha;
     double roughness;
 };
-std::optional<Transparency> transparency_of(Material m) noexcept {
-    switch (voxel::traits_of(m).optics) {
+std::optional<Transparency> find_transparency(Material m) noexcept {
+    switch (voxel::find_traits(m).optics) {
         case voxel::Optics::kWater: return Transparency{0.75, 0.05};
         case voxel::Optics::kGlass: return Transparency{0.25, 0.05};
         case voxel::Optics::kIce: return Transparency{0.7, 0.1};
@@ -51,7 +51,7 @@ std::optional<Transparency> transparency_of(Material m) noexcept {
 // Colours come from the vertices; the material defines the optics. Leaves are opaque: there is no
 // texture with holes.
 json material_json(Material m, const voxel::Palette& palette) {
-    const auto clear = transparency_of(m);
+    const auto clear = find_transparency(m);
     json out = {{"name", std::string(voxel::material_name(m))},
                 {"pbrMetallicRoughness",
                  {{"baseColorFactor", {1, 1, 1, clear ? clear->alpha : 1}},
@@ -59,7 +59,7 @@ json material_json(Material m, const voxel::Palette& palette) {
                   {"roughnessFactor", clear ? clear->roughness : 1}}}};
     if (clear)
         out["alphaMode"] = "BLEND";
-    if (voxel::traits_of(m).glow > 0) {
+    if (voxel::find_traits(m).glow > 0) {
         const voxel::Rgb8 c = palette.of(m).colour;
         out["emissiveFactor"] = {voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
                                  voxel::srgb_to_linear(c.b)};
@@ -129,7 +129,7 @@ private:
         std::vector<GlbVertex> vertices;
         vertices.reserve(from.vertices.size());
         for (const MeshVertex& v : from.vertices) {
-            const voxel::Rgb8 c = colour_of(v.attributes);
+            const voxel::Rgb8 c = to_colour(v.attributes);
             GlbVertex out{{}, {linear_16(c.r), linear_16(c.g), linear_16(c.b), 65535}};
             for (std::size_t a = 0; a < 3; ++a)
                 out.at[a] = static_cast<float>(v.at[a] * voxel_m);
@@ -241,9 +241,9 @@ private:
 
     [[nodiscard]] json extras_json() const {
         json out = json::object();
-        for (const auto& [name, value] : facts_of(m_job, "x east, y up, z south; metres"))
+        for (const auto& [name, value] : collect_facts(m_job, "x east, y up, z south; metres"))
             out[name] = value;
-        out["offset"] = origin_of(m_job.part);
+        out["offset"] = make_origin(m_job.part);
         out["voxel_m"] = m_job.voxel_m();
         return out;
     }

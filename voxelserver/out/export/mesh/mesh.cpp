@@ -50,12 +50,12 @@ void add_quads(const std::vector<Quad>& quads, const std::array<std::int32_t, 3>
     IndexedQuads* part = nullptr;
     voxel::Material current = voxel::Material::kAir;
     for (const Quad& quad : quads) {
-        if (!part || material_of(quad.attributes) != current) {
-            current = material_of(quad.attributes);
+        if (!part || to_material(quad.attributes) != current) {
+            current = to_material(quad.attributes);
             part = &parts[current];
         }
         std::array<std::uint32_t, 4> indices{};
-        const auto corners = corners_of(quad);
+        const auto corners = list_corners(quad);
         for (std::size_t i = 0; i < 4; ++i) {
             const auto& c = corners[i];
             const std::uint64_t place =
@@ -76,7 +76,7 @@ ColumnMesher::ColumnMesher(Job& job, const MeshOptions& options)
     : m_job(job),
       m_merge(options.merge),
       m_range(job.part.boxes()),
-      m_origin(origin_of(job.part)),
+      m_origin(make_origin(job.part)),
       m_boxes(job.memory_bytes / 4) {
     for (int i = 0; i < 256; ++i) {
         const int top = options.colour_steps - 1;
@@ -109,8 +109,8 @@ Neighbourhood ColumnMesher::around(std::int32_t bx, std::int32_t by, std::int32_
 }
 
 FaceAttributes ColumnMesher::attributes_of_voxel(const voxel::VoxelAttr& attr) const noexcept {
-    const voxel::Rgb8 c = m_job.colour_of(attr);
-    return attributes_of(attr.material, {m_step_of[c.r], m_step_of[c.g], m_step_of[c.b]});
+    const voxel::Rgb8 c = m_job.to_colour(attr);
+    return to_attributes(attr.material, {m_step_of[c.r], m_step_of[c.g], m_step_of[c.b]});
 }
 
 ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
@@ -118,7 +118,7 @@ ColumnMesh ColumnMesher::make(std::int32_t bx, std::int32_t bz) {
     Chunk chunk;
     FaceFinder finder;
     std::vector<Quad> quads;
-    const Chunk::AttributesOf attributes = [this](const voxel::VoxelAttr& attr) {
+    const Chunk::ToAttributes attributes = [this](const voxel::VoxelAttr& attr) {
         return attributes_of_voxel(attr);
     };
     const voxel::ColumnExtent extent = m_job.column(bx, bz);

@@ -37,14 +37,14 @@ struct MeshOptions {
 
 /// Writes the visible faces of a part: towards air, and towards see-through voxels of another
 /// material. Everything outside the part counts as air, so a solid part is closed. Coordinates are
-/// metres from origin_of(part). Streams: memory does not grow with the part. The bytes do not
+/// metres from make_origin(part). Streams: memory does not grow with the part. The bytes do not
 /// depend on the number of threads.
 /// @throws UsageError for options out of range; Error when nothing is solid, the file would become
 /// too large, or cannot be written
 void write_mesh(Job& job, MeshFormat format, const MeshOptions& options = {});
 
 struct MeshVertex {
-    std::array<std::int32_t, 3> at{};  ///< voxels from origin_of(part); x east, y up, z south
+    std::array<std::int32_t, 3> at{};  ///< voxels from make_origin(part); x east, y up, z south
     FaceAttributes attributes = 0;
 };
 

@@ -48,7 +48,7 @@ public:
             std::vector<PlyVertex> vertices;
             vertices.reserve(part.vertices.size());
             for (const MeshVertex& v : part.vertices) {
-                const voxel::Rgb8 c = colour_of(v.attributes);
+                const voxel::Rgb8 c = to_colour(v.attributes);
                 // z up: x east, y north.
                 vertices.push_back({static_cast<float>(v.at[0] * voxel_m),
                                     static_cast<float>(-v.at[2] * voxel_m),
@@ -70,7 +70,7 @@ public:
         std::string head =
             std::string("ply\nformat binary_little_endian 1.0\ncomment made by terravox ") +
             kVersion + "\n";
-        for (const auto& [name, value] : facts_of(m_job, "x east, y north, z up; metres"))
+        for (const auto& [name, value] : collect_facts(m_job, "x east, y north, z up; metres"))
             head += "comment " + name + ": " + value + "\n";
         head += "element vertex " + std::to_string(m_vertex_count) +
                 "\nproperty float x\nproperty float y\nproperty float z\n" +

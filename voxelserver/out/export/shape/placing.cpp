@@ -27,7 +27,7 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-std::array<std::int32_t, 3> origin_of(const Part& part) noexcept {
+std::array<std::int32_t, 3> make_origin(const Part& part) noexcept {
     const auto middle = [&](std::size_t a) {
         const std::int64_t low = part.bounds.min[a];
         const std::int64_t high = part.bounds.max[a];
@@ -36,9 +36,10 @@ std::array<std::int32_t, 3> origin_of(const Part& part) noexcept {
     return {middle(0), part.bounds.min[1], middle(2)};
 }
 
-std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const std::string& axes) {
+std::vector<std::pair<std::string, std::string>> collect_facts(const Job& job,
+                                                               const std::string& axes) {
     const voxel::WorldInfo& world = job.world();
-    const auto o = origin_of(job.part);
+    const auto o = make_origin(job.part);
     std::vector<std::pair<std::string, std::string>> out;
     const auto add = [&](const char* name, const std::string& value) {
         if (!value.empty())
@@ -58,8 +59,9 @@ void finish_file(Job& job, util::AtomicFile& file) {
     util::AtomicFile side_car(file.target().string() + ".georef.json");
     // Written before either has its name: a file without its side-car would block the next run.
     try {
-        voxel::write_side_car(side_car.temporary_path(),
-                              voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
+        voxel::write_side_car(
+            side_car.temporary_path(),
+            voxel::make_side_car(job.world(), job.part.level, make_origin(job.part)));
     } catch (const util::Error& e) {
         throw util::Error("write " + side_car.target().string() + ": " + e.what());
     }

@@ -17,13 +17,13 @@ namespace terravox::exports {
 /// The voxel whose lowest north-western corner is the origin of a shape's file: the middle of the
 /// part, at its bottom. Coordinates stay small there (32-bit floats), and the shape stands on the
 /// ground grid of the program that opens it.
-[[nodiscard]] std::array<std::int32_t, 3> origin_of(const Part& part) noexcept;
+[[nodiscard]] std::array<std::int32_t, 3> make_origin(const Part& part) noexcept;
 
 /// Metadata of the source world, in a fixed order, for formats that can store it; empty values are
 /// left out.
 /// @param axes describes the axes of the file
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> facts_of(const Job& job,
-                                                                        const std::string& axes);
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> collect_facts(
+    const Job& job, const std::string& axes);
 
 /// Commits a file and its side-car FILE.georef.json, both or, on a full disk, neither, and reports
 /// the file to the job. The side-car uses x east, y up, z south, as everywhere: of a file with z
@@ -39,8 +39,8 @@ void finish_file(Job& job, util::AtomicFile& file);
 /// @param x, y, z its lowest corner
 /// @param edge of its children: 16, 4 or 1 voxels
 template <class Seen, class Hidden>
-void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, int y, int z,
-                   int edge, const Seen& seen, const Hidden& hidden) {
+void visit_each_voxel(const voxel::Box& box, const voxel::TreeCell& cell, int x, int y, int z,
+                      int edge, const Seen& seen, const Hidden& hidden) {
     for (std::uint64_t left = cell.mask; left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left);
         const int cx = x + (bit & 3) * edge;
@@ -49,9 +49,10 @@ void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, in
         if ((cell.detail >> bit & 1) == 0)
             hidden(cx, cy, cz, edge);
         else if (edge == 1)
-            seen(cx, cy, cz, box.attrs()[cell.index_of(bit)]);
+            seen(cx, cy, cz, box.attrs()[cell.compute_index(bit)]);
         else
-            each_voxel_of(box, box.cells()[cell.index_of(bit)], cx, cy, cz, edge / 4, seen, hidden);
+            visit_each_voxel(box, box.cells()[cell.compute_index(bit)], cx, cy, cz, edge / 4, seen,
+                             hidden);
     }
 }
 
@@ -62,8 +63,8 @@ void each_voxel_of(const voxel::Box& box, const voxel::TreeCell& cell, int x, in
 template <class Seen, class Hidden>
 void each_voxel(const voxel::Box& box, const Seen& seen, const Hidden& hidden) {
     for (int storey = 0; storey < voxel::Box::kRootCount; ++storey)
-        each_voxel_of(box, box.cells()[static_cast<std::size_t>(storey)], 0, storey * 64, 0, 16,
-                      seen, hidden);
+        visit_each_voxel(box, box.cells()[static_cast<std::size_t>(storey)], 0, storey * 64, 0, 16,
+                         seen, hidden);
 }
 
 }  // namespace terravox::exports

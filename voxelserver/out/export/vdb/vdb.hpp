@@ -11,7 +11,7 @@ struct VdbOptions {
 
 /// Writes OpenVDB with three grids: `density` (float) 1 in everything solid, `material` (int32) its
 /// material's number, `Cd` (3 floats, linear) the colour of voxels that can be seen. Hidden rock is
-/// stored as tiles where possible. Grids are in metres from origin_of(part): the voxel at the
+/// stored as tiles where possible. Grids are in metres from make_origin(part): the voxel at the
 /// part's lowest corner has its middle half a voxel inside. Metadata of the file and of each grid:
 /// title, crs, offset, voxel_m, axes, licence, attribution. A part that needs more than
 /// memory_bytes is split into several files, NAME_x_z.vdb with the number of their first column of

@@ -24,7 +24,7 @@ class Blocks {
 public:
     Blocks(Job& job, const VdbOptions& options)
         : m_job(job), m_frame(job, options.up), m_range(job.part.boxes()) {
-        m_whole = block_of(m_range);
+        m_whole = to_block(m_range);
         const auto most = static_cast<int>(
             std::clamp<std::uint64_t>(job.memory_bytes / 4 / kBytesOfThread, 1, 1024));
         m_threads = std::min(thread::thread_count(job.threads), most);
@@ -51,7 +51,7 @@ private:
         const std::int32_t depth = block.max_bz - block.min_bz;
         if (const auto trees = make(block, width > 1 || depth > 1)) {
             if (!trees->empty()) {
-                write_vdb_file(m_job, m_frame, *trees, name_of(block));
+                write_vdb_file(m_job, m_frame, *trees, to_name(block));
                 ++m_files;
             }
             m_job.count_voxels(trees->voxels);
@@ -95,7 +95,7 @@ private:
         return all;
     }
 
-    [[nodiscard]] std::filesystem::path name_of(const ColumnBlock& block) const {
+    [[nodiscard]] std::filesystem::path to_name(const ColumnBlock& block) const {
         if (block == m_whole)
             return m_job.out;
         const std::string number = "_" + std::to_string(block.min_bx - m_whole.min_bx) + "_" +

@@ -61,7 +61,7 @@ private:
         if (!m_job.part.holds(x, y, z))
             return;
         const auto at = coord(x, y, z);
-        const voxel::Rgb8 c = m_job.colour_of(attr);
+        const voxel::Rgb8 c = m_job.to_colour(attr);
         m_density.setValueOn(at, 1.f);
         m_material.setValueOn(at, static_cast<std::int32_t>(attr.material));
         m_colour.setValueOn(at, {voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
@@ -142,13 +142,13 @@ public:
 };
 
 template <class Tree>
-std::uint64_t leaf_bytes_of(const Tree& tree) {
+std::uint64_t measure_leaf_bytes(const Tree& tree) {
     using Leaf = typename Tree::LeafNodeType;
     return tree.leafCount() * (sizeof(Leaf) + Leaf::SIZE * sizeof(typename Tree::ValueType));
 }
 
 /// Metres from the origin of the part, a voxel's value at its middle.
-openvdb::math::Transform::Ptr transform_of(const VdbFrame& frame) {
+openvdb::math::Transform::Ptr make_transform(const VdbFrame& frame) {
     auto out = openvdb::math::Transform::createLinearTransform(frame.voxel_m());
     const auto [x, y, z] = frame.shift_m();
     out->postTranslate(openvdb::Vec3d(x, y, z));
@@ -167,8 +167,8 @@ VdbTrees::VdbTrees(VdbTrees&&) noexcept = default;
 VdbTrees& VdbTrees::operator=(VdbTrees&&) noexcept = default;
 
 std::uint64_t VdbTrees::leaf_bytes() const {
-    return leaf_bytes_of(*trees->density) + leaf_bytes_of(*trees->material) +
-           leaf_bytes_of(*trees->colour);
+    return measure_leaf_bytes(*trees->density) + measure_leaf_bytes(*trees->material) +
+           measure_leaf_bytes(*trees->colour);
 }
 
 void VdbTrees::take(VdbTrees& other) {
@@ -180,7 +180,7 @@ void VdbTrees::take(VdbTrees& other) {
 }
 
 VdbFrame::VdbFrame(const Job& job, UpAxis up)
-    : m_up(up), m_origin(origin_of(job.part)), m_voxel_m(job.voxel_m()) {
+    : m_up(up), m_origin(make_origin(job.part)), m_voxel_m(job.voxel_m()) {
     for (std::size_t a = 0; a < 3; ++a)
         m_base[a] = voxel::floor_div(m_origin[a], kNodeEdge) * kNodeEdge;
 }
@@ -212,7 +212,7 @@ VdbTrees make_vdb_column(Job& job, const VdbFrame& frame, std::int32_t bx, std::
 
 void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& made,
                     const std::filesystem::path& file) {
-    const auto facts = facts_of(job, frame.axes());
+    const auto facts = collect_facts(job, frame.axes());
     openvdb::MetaMap about_file;
     about_file.insertMeta("creator", openvdb::StringMetadata("terravox"));
     for (const auto& [name, value] : facts)
@@ -222,7 +222,7 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& made,
         using Grid = openvdb::Grid<std::decay_t<decltype(*tree)>>;
         auto grid = Grid::create(tree);
         grid->setName(name);
-        grid->setTransform(transform_of(frame));
+        grid->setTransform(make_transform(frame));
         for (const auto& [key, value] : facts)
             grid->insertMeta(key, openvdb::StringMetadata(value));
         grids.push_back(grid);

@@ -53,7 +53,7 @@ VoxSpool::VoxSpool(Job& job, VoxPalette& palette, std::uint64_t max_voxels,
 
 std::vector<VoxSpool::MadeBox> VoxSpool::make_column(Job& job, const Columns::At& at) {
     std::vector<MadeBox> out;
-    const auto origin = origin_of(job.part);
+    const auto origin = make_origin(job.part);
     const voxel::ColumnExtent extent = job.column(at.bx, at.bz);
     for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by) {
         const auto box = job.box(at.bx, by, at.bz);
@@ -80,7 +80,7 @@ std::vector<VoxSpool::MadeBox> VoxSpool::make_column(Job& job, const Columns::At
                     made.box.min[a] = std::min(made.box.min[a], p[a]);
                     made.box.max[a] = std::max(made.box.max[a], p[a]);
                 }
-                made.voxels.push_back({p[0], p[1], p[2], attr.material, job.colour_of(attr),
+                made.voxels.push_back({p[0], p[1], p[2], attr.material, job.to_colour(attr),
                                        attr.has_colour() && job.colours == Colours::kTrue});
             },
             [](int, int, int, int) {});
@@ -153,18 +153,18 @@ private:
     std::string m_bytes;
 };
 
-std::string head_of(const char* id, std::uint64_t content, std::uint64_t children = 0) {
+std::string make_head(const char* id, std::uint64_t content, std::uint64_t children = 0) {
     return id + Content()
                     .number(static_cast<std::int32_t>(content))
                     .number(static_cast<std::int32_t>(children))
                     .bytes();
 }
 std::string chunk(const char* id, const Content& content) {
-    return head_of(id, content.bytes().size()) + content.bytes();
+    return make_head(id, content.bytes().size()) + content.bytes();
 }
 constexpr std::uint64_t kHeadBytes = 12;
 constexpr std::uint64_t kSizeBytes = 12;
-std::uint64_t bytes_of(const VoxModel& m) {
+std::uint64_t measure_bytes(const VoxModel& m) {
     return kHeadBytes + kSizeBytes + kHeadBytes + 4 + 4 * m.voxels;
 }
 
@@ -224,7 +224,7 @@ std::string material_chunk(std::int32_t index, Material m) {
                                                            {"_ri", index_of_refraction},
                                                            {"_att", dims}}));
     };
-    const voxel::MaterialTraits& traits = voxel::traits_of(m);
+    const voxel::MaterialTraits& traits = voxel::find_traits(m);
     if (traits.glow > 0)
         return chunk("MATL",
                      Content().number(index).dict({{"_type", "_emit"},
@@ -253,7 +253,7 @@ void warn_if_too_wide(const Job& job) {
 void write_model(ByteFile& to, VoxSpool& spool, const VoxModel& model, const VoxPalette& palette) {
     to.put(
         chunk("SIZE", Content().number(model.size[0]).number(model.size[1]).number(model.size[2])));
-    to.put(head_of("XYZI", 4 + 4 * model.voxels));
+    to.put(make_head("XYZI", 4 + 4 * model.voxels));
     to.put_value(static_cast<std::int32_t>(model.voxels));
     for (const SpooledBox& box : model.boxes) {
         const auto place = [&](std::size_t a, std::uint8_t v) {
@@ -262,7 +262,7 @@ void write_model(ByteFile& to, VoxSpool& spool, const VoxModel& model, const Vox
         spool.each(box, [&](const SpooledVoxel& v) {
             to.put_value(
                 std::array<std::uint8_t, 4>{place(0, v.x), place(1, v.y), place(2, v.z),
-                                            palette.index_of(v.material, v.colour, v.own)});
+                                            palette.compute_index(v.material, v.colour, v.own)});
         });
     }
 }
@@ -290,14 +290,14 @@ void write_vox(Job& job, const VoxOptions& options) {
         after += material_chunk(static_cast<std::int32_t>(i + 1), colours[i].material);
     std::uint64_t bytes = after.size();
     for (const VoxModel& model : spool.models())
-        bytes += bytes_of(model);
+        bytes += measure_bytes(model);
     if (bytes + 2 * kHeadBytes > most)
         fail();
 
     ByteFile out(file.temporary_path(), job.out.string());
     out.put("VOX ");
     out.put_value(kVersion);
-    out.put(head_of("MAIN", 0, bytes));
+    out.put(make_head("MAIN", 0, bytes));
     for (const VoxModel& model : spool.models())
         write_model(out, spool, model, palette);
     out.put(after);

@@ -74,7 +74,7 @@ struct VoxOptions {
 };
 
 /// Writes MagicaVoxel's format, version 200: the visible voxels of a part, in models of up to 256
-/// x 256 x 256 under a scene graph that places them; x east, y north, z up, from origin_of(part).
+/// x 256 x 256 under a scene graph that places them; x east, y north, z up, from make_origin(part).
 /// 255 colours, chosen for the whole part; water, glass and ice are _glass, lava and lamps _emit.
 /// Reads the part once: voxels are spooled in the folder of the file (8 bytes each) until the
 /// colours are chosen. The bytes do not depend on the number of threads. MagicaVoxel itself shows

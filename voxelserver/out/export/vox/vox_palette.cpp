@@ -10,7 +10,7 @@
 namespace terravox::exports {
 
 void ColourCounts::add(voxel::Rgb8 c) {
-    Sum& sum = m_sums[key_of(c)];
+    Sum& sum = m_sums[to_key(c)];
     ++sum.count;
     sum.r += c.r;
     sum.g += c.g;
@@ -55,7 +55,7 @@ double cube_root(double x) noexcept {
     return x > 0 ? det::pow(x, 1.0 / 3) : 0;
 }
 
-Lab lab_of(voxel::Rgb8 c) noexcept {
+Lab to_cielab(voxel::Rgb8 c) noexcept {
     const double r = voxel::srgb_to_linear(c.r);
     const double g = voxel::srgb_to_linear(c.g);
     const double b = voxel::srgb_to_linear(c.b);
@@ -73,7 +73,7 @@ std::uint8_t srgb_8(double linear) noexcept {
     return static_cast<std::uint8_t>(c * 255 + 0.5);
 }
 
-voxel::Rgb8 rgb_of(const Lab& lab) noexcept {
+voxel::Rgb8 to_rgb(const Lab& lab) noexcept {
     const auto cube = [](double v) { return v * v * v; };
     const double l = cube(lab[0] + 0.3963377774 * lab[1] + 0.2158037573 * lab[2]);
     const double m = cube(lab[0] - 0.1055613458 * lab[1] - 0.0638541728 * lab[2]);
@@ -105,8 +105,8 @@ struct Group {
     Lab mean{};
 };
 
-Group group_of(const Points& points, std::span<const std::uint32_t> order, std::size_t begin,
-               std::size_t end) {
+Group choose_group(const Points& points, std::span<const std::uint32_t> order, std::size_t begin,
+                   std::size_t end) {
     Group out{begin, end, 0, 0, {}};
     double weight = 0;
     Lab sum{};
@@ -133,7 +133,7 @@ Group group_of(const Points& points, std::span<const std::uint32_t> order, std::
 std::vector<Lab> median_cut(const Points& points, std::size_t max_colours) {
     std::vector<std::uint32_t> order(points.labs.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::vector<Group> groups = {group_of(points, order, 0, order.size())};
+    std::vector<Group> groups = {choose_group(points, order, 0, order.size())};
     while (groups.size() < max_colours) {
         const auto widest =
             std::max_element(groups.begin(), groups.end(),
@@ -150,8 +150,8 @@ std::vector<Lab> median_cut(const Points& points, std::size_t max_colours) {
             first, last, [&](std::uint32_t i) { return points.labs[i][g.axis] < g.mean[g.axis]; });
         cut = std::clamp(cut, first + 1, last - 1);
         const auto middle = static_cast<std::size_t>(cut - order.begin());
-        *widest = group_of(points, order, g.begin, middle);
-        groups.push_back(group_of(points, order, middle, g.end));
+        *widest = choose_group(points, order, g.begin, middle);
+        groups.push_back(choose_group(points, order, middle, g.end));
     }
     std::vector<Lab> out;
     for (const Group& g : groups)
@@ -184,7 +184,7 @@ FewColours few_colours(std::span<const ColourCounts::Cell> cells, std::size_t ma
     }
     Points points;
     for (const auto& cell : cells) {
-        points.labs.push_back(lab_of(cell.mean));
+        points.labs.push_back(to_cielab(cell.mean));
         points.weights.push_back(static_cast<double>(cell.count));
     }
     std::vector<Lab> means = median_cut(points, max_colours);
@@ -206,7 +206,7 @@ FewColours few_colours(std::span<const ColourCounts::Cell> cells, std::size_t ma
                 means[k][a] = sums[k][a] / weights[k];
     }
     for (const Lab& mean : means)
-        out.colours.push_back(rgb_of(mean));
+        out.colours.push_back(to_rgb(mean));
     return out;
 }
 
@@ -214,7 +214,7 @@ using voxel::Material;
 
 void VoxPalette::count(Material material, voxel::Rgb8 colour, bool own) {
     if (own)
-        m_groups[group_of(material)].counts.add(colour);
+        m_groups[choose_group(material)].counts.add(colour);
     else
         m_plain[voxel::material_index(material)] = true;
 }
@@ -236,7 +236,7 @@ std::vector<VoxColour> VoxPalette::choose() {
         if (!m_plain[m])
             continue;
         const auto material = static_cast<Material>(m);
-        out.push_back({m_palette.of(material).colour, group_of(material)});
+        out.push_back({m_palette.of(material).colour, choose_group(material)});
         m_index_of_plain[m] = static_cast<std::uint8_t>(out.size());
     }
     // Special materials first: the others get what is left, at least 144.
@@ -248,11 +248,11 @@ std::vector<VoxColour> VoxPalette::choose() {
     return out;
 }
 
-std::uint8_t VoxPalette::index_of(Material material, voxel::Rgb8 colour, bool own) const {
+std::uint8_t VoxPalette::compute_index(Material material, voxel::Rgb8 colour, bool own) const {
     if (!own)
         return m_index_of_plain[voxel::material_index(material)];
-    const Group& group = m_groups.at(group_of(material));
-    return group.index_of_cell.at(group.counts.key_of(colour));
+    const Group& group = m_groups.at(choose_group(material));
+    return group.index_of_cell.at(group.counts.to_key(colour));
 }
 
 }  // namespace terravox::exports

@@ -20,7 +20,7 @@ public:
     static constexpr std::size_t kMaxCells = std::size_t{1} << 16;
 
     struct Cell {
-        std::uint32_t key = 0;  ///< key_of() of its colours
+        std::uint32_t key = 0;  ///< to_key() of its colours
         std::uint64_t count = 0;
         voxel::Rgb8 mean;
     };
@@ -29,7 +29,7 @@ public:
     /// All cells, by rising key.
     [[nodiscard]] std::vector<Cell> cells() const;
     /// The current cell of a colour.
-    [[nodiscard]] std::uint32_t key_of(voxel::Rgb8 c) const noexcept {
+    [[nodiscard]] std::uint32_t to_key(voxel::Rgb8 c) const noexcept {
         return static_cast<std::uint32_t>(c.r >> m_shift) << 16 |
                static_cast<std::uint32_t>(c.g >> m_shift) << 8 |
                static_cast<std::uint32_t>(c.b >> m_shift);
@@ -75,14 +75,14 @@ struct VoxColour {
 /// Whether MagicaVoxel displays a material specially: such a material needs colours of its own.
 [[nodiscard]] constexpr bool special_in_vox(voxel::Material m) noexcept {
     using enum voxel::Optics;
-    const voxel::MaterialTraits& traits = voxel::traits_of(m);
+    const voxel::MaterialTraits& traits = voxel::find_traits(m);
     return traits.glow > 0 || traits.optics == kWater || traits.optics == kGlass ||
            traits.optics == kIce;
 }
 
 /// Chooses the 255 colours of a file: those of materials as they are, for each special material up
 /// to sixteen of its voxels' own, and for all others the rest. Call count() first, then choose()
-/// once, then index_of(). Depends on the counts alone.
+/// once, then compute_index(). Depends on the counts alone.
 class VoxPalette {
 public:
     explicit VoxPalette(const voxel::Palette& palette) : m_palette(palette) {}
@@ -91,8 +91,8 @@ public:
     /// @return colour i has the index i + 1 in the file; at most 255
     std::vector<VoxColour> choose();
     /// @return 1 to 255, for what was counted
-    [[nodiscard]] std::uint8_t index_of(voxel::Material material, voxel::Rgb8 colour,
-                                        bool own) const;
+    [[nodiscard]] std::uint8_t compute_index(voxel::Material material, voxel::Rgb8 colour,
+                                             bool own) const;
 
 private:
     static constexpr std::size_t kMax = 255;
@@ -102,7 +102,7 @@ private:
         std::unordered_map<std::uint32_t, std::uint8_t> index_of_cell;
     };
     /// The group in which a material's colours are chosen.
-    [[nodiscard]] static voxel::Material group_of(voxel::Material m) noexcept {
+    [[nodiscard]] static voxel::Material choose_group(voxel::Material m) noexcept {
         return special_in_vox(m) ? m : voxel::Material::kAir;
     }
     void take(Group& group, voxel::Material material, std::size_t max_colours,

@@ -1,5 +1,5 @@
 import { byId, element, setText } from './dom.js';
-import { cellsOf, daysOfPeriod, hasDays, kMaxDays, resolutionFor, type Kind, type Wish } from './jobs.js';
+import { countCells, daysOfPeriod, hasDays, kMaxDays, resolutionFor, type Kind, type Wish } from './jobs.js';
 import { formatCount } from './number-format.js';
 import type { Stats } from './replies.js';
 
@@ -39,7 +39,7 @@ const kDay = new Intl.DateTimeFormat('en-GB', { dateStyle: 'medium', timeZone: '
 const dayText = (day: string): string => kDay.format(new Date(day));
 
 /** What a result is of: by the time that it is shown the form may say something else. */
-export function captionOf({ kind, surface, from, to, resolutionM, clockOffsetH }: Wish): string {
+export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }: Wish): string {
   const parts: string[] = [kNames[kind]];
   if (kind !== 'terrain') parts.push(kSurfaces[surface]);
   if (hasDays(kind)) parts.push(from === to ? dayText(from) : `${dayText(from)} to ${dayText(to)}`);
@@ -125,7 +125,7 @@ export class AnalysisForm {
     const extent = this.#place?.extent;
     const edge = Number(this.#resolution.value);
     if (extent === undefined || !(edge > 0)) return setText(this.#cells, extent === undefined ? 'The map shows nothing of the world.' : '');
-    const [columns, rows] = cellsOf(extent, edge, this.#place!.metresPerUnit);
+    const [columns, rows] = countCells(extent, edge, this.#place!.metresPerUnit);
     const most = columns * rows > this.#limits.maxCells ? `; this server computes up to ${formatCount(this.#limits.maxCells)}: zoom in, or choose larger cells` : '';
     setText(this.#cells, `About ${formatCount(columns)} × ${formatCount(rows)} cells${most}.`);
   }

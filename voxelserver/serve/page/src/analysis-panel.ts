@@ -1,9 +1,9 @@
-import { AnalysisForm, captionOf, type FormPlace, type JobLimits } from './analysis-form.js';
+import { AnalysisForm, toCaption, type FormPlace, type JobLimits } from './analysis-form.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
-import { ApiError, messageOf, type Api } from './api.js';
+import { ApiError, toMessage, type Api } from './api.js';
 import { byId, element, setText } from './dom.js';
-import { bodyOf, fileNameOf, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
+import { toBody, makeFileName, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
 
 const kPollMs = 1000;
 
@@ -54,10 +54,10 @@ export class AnalysisPanel {
     await this.#remove();
     this.#setBusy(true);
     try {
-      await this.#follow(await this.#jobs.submit(bodyOf(wish, this.#places)), wish);
+      await this.#follow(await this.#jobs.submit(toBody(wish, this.#places)), wish);
     } catch (error) {
       this.#setBusy(false);
-      this.#say(messageOf(error), true);
+      this.#say(toMessage(error), true);
     }
   }
 
@@ -78,7 +78,7 @@ export class AnalysisPanel {
       return this.#say(`The analysis failed: ${now.message}`, true);
     }
     this.#say('Showing the result …');
-    await this.#result.show({ id: job.id, hasHoles: now.hasHoles, caption: captionOf(wish), fileName: fileNameOf(wish) });
+    await this.#result.show({ id: job.id, hasHoles: now.hasHoles, caption: toCaption(wish), fileName: makeFileName(wish) });
     if (this.#id === job.id) this.#say('');
   }
 

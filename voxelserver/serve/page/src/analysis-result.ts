@@ -1,7 +1,7 @@
 import type { AnalysisLayer } from './analysis-layer.js';
-import { messageOf } from './api.js';
-import { colourlessText, styleOf, valueText, type BandStyle } from './band-styles.js';
-import { colourOf, scaleOf, type ColourScale } from './colour-scale.js';
+import { toMessage } from './api.js';
+import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
+import { toColour, chooseScale, type ColourScale } from './colour-scale.js';
 import { byId, element, setText } from './dom.js';
 import type { Jobs } from './jobs.js';
 import { levelFor, readBand, readRasterInfo, type RasterInfo } from './raster-file.js';
@@ -66,7 +66,7 @@ export class AnalysisResult {
     this.#info = await readRasterInfo((offset, length) => this.#jobs.read(id, offset, length));
     this.#band.replaceChildren();
     this.#info.bands.forEach(({ name }, i) => {
-      const style = styleOf(name);
+      const style = chooseStyle(name);
       if (style && (name !== 'hole' || hasHoles)) this.#band.append(element('option', { value: String(i) }, style.title));
     });
     setText(this.#caption, caption);
@@ -96,7 +96,7 @@ export class AnalysisResult {
   #chosen({ bands }: RasterInfo): { readonly number: number; readonly unit: string; readonly style: BandStyle } {
     const number = Number(this.#band.value);
     const { name, unit } = bands[number] ?? { name: '', unit: '' };
-    return { number, unit, style: styleOf(name) ?? { title: name, ramp: 'much' } };
+    return { number, unit, style: chooseStyle(name) ?? { title: name, ramp: 'much' } };
   }
 
   /** Says what has no colour, and before it what went wrong just now: neither hides the other. */
@@ -114,7 +114,7 @@ export class AnalysisResult {
     try {
       const values = await readBand((offset, length) => this.#jobs.read(id, offset, length), info, level, number);
       if (turn !== this.#turn) return;
-      const scale = scaleOf(values, info.noData, style);
+      const scale = chooseScale(values, info.noData, style);
       if (scale) this.#toText = (value) => valueText(value, unit, style, scale);
       this.#drawLegend(scale, style);
       if (scale) this.#layer.show({ info, level, values, scale, style });
@@ -127,7 +127,7 @@ export class AnalysisResult {
       this.#legend.hidden = true;
       this.#ends.replaceChildren();
       this.#showValue();
-      this.#showNote(`The raster could not be shown. ${messageOf(error)}`);
+      this.#showNote(`The raster could not be shown. ${toMessage(error)}`);
     }
   }
 
@@ -140,7 +140,7 @@ export class AnalysisResult {
     this.#legend.setAttribute('aria-label', words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`);
     const context = this.#legend.getContext('2d');
     for (let x = 0; x < 256 && context !== null; ++x) {
-      context.fillStyle = `rgb(${colourOf(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;
+      context.fillStyle = `rgb(${toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;
       context.fillRect(x, 0, 1, 14);
     }
   }
@@ -153,7 +153,7 @@ export class AnalysisResult {
       link.click();
       setTimeout(() => URL.revokeObjectURL(url), 60_000);
     } catch (error) {
-      this.#showNote(`The file could not be fetched. ${messageOf(error)}`);
+      this.#showNote(`The file could not be fetched. ${toMessage(error)}`);
     }
   }
 }

@@ -1,4 +1,4 @@
-import { isFields, textOf } from './replies.js';
+import { isFields, parseText } from './replies.js';
 
 /** Client of the server that the page came from: every request of the page goes through here. */
 
@@ -65,11 +65,11 @@ export class Api {
       throw new ApiError('gone', 'The server does not answer.', error);
     }
     if (reply.ok) return reply;
-    throw new ApiError(troubleOf(reply.status), await describe(reply));
+    throw new ApiError(toTrouble(reply.status), await describe(reply));
   }
 }
 
-function troubleOf(status: number): Trouble {
+function toTrouble(status: number): Trouble {
   if (status === 401 || status === 403) return 'token';
   if (status === 404) return 'missing';
   // A proxy whose server is away answers 502 or 504.
@@ -82,7 +82,7 @@ async function describe(reply: Response): Promise<string> {
   try {
     const json = (await reply.json()) as unknown;
     if (isFields(json)) {
-      const text = [textOf(json['title']), textOf(json['detail'])].filter((part) => part !== '').join(': ');
+      const text = [parseText(json['title']), parseText(json['detail'])].filter((part) => part !== '').join(': ');
       if (text !== '') return text.slice(0, 500);
     }
   } catch {
@@ -91,4 +91,4 @@ async function describe(reply: Response): Promise<string> {
   return `The server answered with status ${reply.status}.`;
 }
 
-export const messageOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+export const toMessage = (error: unknown): string => (error instanceof Error ? error.message : String(error));

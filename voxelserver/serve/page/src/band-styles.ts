@@ -41,7 +41,7 @@ const kStyles: Readonly<Record<string, BandStyle>> = {
 const kHiddenBands = new Set(['class', 'material', 'red', 'green', 'blue', 'dtm_source']);
 
 /** @return undefined for a band that is not drawn */
-export function styleOf(band: string): BandStyle | undefined {
+export function chooseStyle(band: string): BandStyle | undefined {
   if (kHiddenBands.has(band)) return undefined;
   return kStyles[band] ?? { title: band, ramp: 'much' };
 }

@@ -38,8 +38,8 @@ export class CachedLayer {
   }
 
   recolour(): void {
-    this.#memory.setStyle(styleOf(kMemorySign));
-    this.#disk.setStyle(styleOf(kDiskSign));
+    this.#memory.setStyle(chooseStyle(kMemorySign));
+    this.#disk.setStyle(chooseStyle(kDiskSign));
   }
 
   #shape(level: number, boxes: CachedBoxes['memory']): MultiPolygon {
@@ -53,7 +53,7 @@ export class CachedLayer {
   }
 }
 
-function styleOf(sign: Sign): Style {
+function chooseStyle(sign: Sign): Style {
   const colour = cssValue(sign.colour);
   return new Style({ fill: new Fill({ color: hatchPattern(sign.hatch, colour) }), stroke: new Stroke({ color: colour, width: 1.5 }) });
 }

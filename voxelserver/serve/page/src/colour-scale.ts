@@ -33,7 +33,7 @@ const kBins = 4096;
  * all other cells one colour.
  * @return undefined: there is no value
  */
-export function scaleOf(values: Float32Array, noData: number, { low, high }: ScaleEnds = {}): ColourScale | undefined {
+export function chooseScale(values: Float32Array, noData: number, { low, high }: ScaleEnds = {}): ColourScale | undefined {
   const isThere = (value: number): boolean => value !== noData && Number.isFinite(value);
   let [min, max, count] = [Infinity, -Infinity, 0];
   for (const value of values) {
@@ -67,7 +67,7 @@ function withLength(min: number, max: number): ColourScale {
 }
 
 /** @return red, green, blue, 0 to 255 */
-export function colourOf(value: number, { min, max }: ColourScale, ramp: Ramp): [number, number, number] {
+export function toColour(value: number, { min, max }: ColourScale, ramp: Ramp): [number, number, number] {
   const stops = kStops[ramp];
   const share = Math.min(1, Math.max(0, (value - min) / (max - min)));
   const at = share * (stops.length - 1);
@@ -81,6 +81,6 @@ export function colourOf(value: number, { min, max }: ColourScale, ramp: Ramp): 
 export function paint(values: Float32Array, noData: number, scale: ColourScale, ramp: Ramp, rgba: Uint8ClampedArray): void {
   values.forEach((value, i) => {
     if (value === noData || Number.isNaN(value)) return;
-    rgba.set([...colourOf(value, scale, ramp), 255], 4 * i);
+    rgba.set([...toColour(value, scale, ramp), 255], 4 * i);
   });
 }

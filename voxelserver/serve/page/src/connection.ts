@@ -1,4 +1,4 @@
-import { ApiError, messageOf, type Api } from './api.js';
+import { ApiError, toMessage, type Api } from './api.js';
 import { byId, setText } from './dom.js';
 
 /** Shows the state of the server in words, and asks the user for a token when one is required. */
@@ -43,8 +43,8 @@ export class Connection {
     const texts = {
       gone: 'The server does not answer. Trying again …',
       busy: 'The server is too busy. Trying again …',
-      missing: `${messageOf(error)} Trying again …`,
-      refused: `${messageOf(error)} Trying again …`,
+      missing: `${toMessage(error)} Trying again …`,
+      refused: `${toMessage(error)} Trying again …`,
     };
     this.#say(texts[kind], true);
   }

@@ -1,4 +1,4 @@
-import { messageOf, type Api } from './api.js';
+import { toMessage, type Api } from './api.js';
 import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
 import { byId, copyButton, element, setFacts, setText } from './dom.js';
 import { formatBytes, formatCount } from './number-format.js';
@@ -68,7 +68,7 @@ export class PlacePanel {
     } catch (error) {
       if (mine !== this.#shown) return;
       this.#draw(square, 'unknown');
-      setText(this.#note, `The top of this place could not be loaded. ${messageOf(error)} Choose the place again to retry.`);
+      setText(this.#note, `The top of this place could not be loaded. ${toMessage(error)} Choose the place again to retry.`);
     }
   }
 
@@ -97,7 +97,7 @@ export class PlacePanel {
       [crs === '' ? 'Easting, northing' : `${crs}`, this.#placeText()],
       ['Latitude, longitude', latLon],
       ['On top', top],
-      ...factsOf(square),
+      ...toFacts(square),
     ]);
   }
 
@@ -125,7 +125,7 @@ function describe(top: Top, materials: readonly string[]): string {
 }
 
 /** Rows about a square; those with an empty text are not shown. */
-export function factsOf(square: Square | undefined): [string, string][] {
+export function toFacts(square: Square | undefined): [string, string][] {
   if (square === undefined) return [];
   return [
     ['Square', square.name],

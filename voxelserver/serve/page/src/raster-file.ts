@@ -97,7 +97,7 @@ function whole(fields: Fields, tag: number, what: string, max: number): number {
   return value;
 }
 
-function levelOf(fields: Fields, bands: number): RasterLevel {
+function parseLevel(fields: Fields, bands: number): RasterLevel {
   const [compression, predictor, planar] = [259, 317, 284].map((tag) => numbers(fields, tag)[0]);
   const isFloat = numbers(fields, 339).every((format) => format === 3) && numbers(fields, 258).every((bits) => bits === 32);
   if (compression !== 8 || predictor !== 3 || planar !== 1 || !isFloat) refuse('not 32-bit floats by DEFLATE, pixel by pixel');
@@ -116,7 +116,7 @@ function levelOf(fields: Fields, bands: number): RasterLevel {
 }
 
 /** Names and units of the bands: GDAL writes them as XML, of which these two forms are read. */
-function bandsOf(fields: Fields, count: number): RasterInfo['bands'] {
+function parseBands(fields: Fields, count: number): RasterInfo['bands'] {
   const text = fields.get(42112);
   const items = typeof text === 'string' ? text : '';
   const find = (role: string): Map<number, string> => {
@@ -127,29 +127,29 @@ function bandsOf(fields: Fields, count: number): RasterInfo['bands'] {
   return Array.from({ length: count }, (_, i) => ({ name: names.get(i) ?? `band ${i + 1}`, unit: units.get(i) ?? '' }));
 }
 
-function extentOf(fields: Fields, width: number, height: number): RasterInfo['extent'] {
+function readExtent(fields: Fields, width: number, height: number): RasterInfo['extent'] {
   const [across, down] = numbers(fields, 33550);
   const [, , , west, north] = numbers(fields, 33922);
   if (across === undefined || down === undefined || west === undefined || north === undefined) refuse('it has no place');
   return [west, north - down * height, west + across * width, north];
 }
 
-function infoOf(bytes: Uint8Array): RasterInfo {
+function parseInfo(bytes: Uint8Array): RasterInfo {
   const head = new Head(bytes);
   const levels: RasterLevel[] = [];
   let first: Fields | undefined;
   for (let at = head.first(); at !== 0 && levels.length < kMaxLevels; ) {
     const { fields, next } = head.fields(at);
     first ??= fields;
-    levels.push(levelOf(fields, whole(first, 277, 'bands', kMaxBands)));
+    levels.push(parseLevel(fields, whole(first, 277, 'bands', kMaxBands)));
     at = next;
   }
   const finest = levels[0];
   if (first === undefined || finest === undefined) refuse('it is empty');
   return {
     levels,
-    bands: bandsOf(first, whole(first, 277, 'bands', kMaxBands)),
-    extent: extentOf(first, finest.width, finest.height),
+    bands: parseBands(first, whole(first, 277, 'bands', kMaxBands)),
+    extent: readExtent(first, finest.width, finest.height),
     noData: Number(first.get(42113) ?? NaN),
   };
 }
@@ -160,7 +160,7 @@ export async function readRasterInfo(readAt: ReadAt): Promise<RasterInfo> {
   for (let size = kHeadBytes; size <= kMaxHeadBytes; size *= 4) {
     const bytes = await readAt(0, size);
     try {
-      return infoOf(bytes);
+      return parseInfo(bytes);
     } catch (error) {
       if (!(error instanceof RangeError) || bytes.length < size) throw error;
     }
@@ -196,7 +196,7 @@ async function inflate(bytes: Uint8Array, length: number): Promise<Uint8Array> {
  * Undoes the predictor of a row: bytes are differences to those of the pixel before, and the first
  * bytes of all values come before their second ones, the highest first.
  */
-function floatsOf(row: Uint8Array, bands: number, band: number, out: Float32Array): void {
+function decodeFloats(row: Uint8Array, bands: number, band: number, out: Float32Array): void {
   for (let i = bands; i < row.length; ++i) row[i] = (row[i]! + row[i - bands]!) & 255;
   const values = row.length / 4;
   const bytes = new DataView(new ArrayBuffer(4));
@@ -225,7 +225,7 @@ export async function readBand(readAt: ReadAt, info: RasterInfo, level: RasterLe
     const [x0, y0] = [(tile % columns) * level.tileWidth, Math.floor(tile / columns) * level.tileHeight];
     const row = new Float32Array(Math.min(level.tileWidth, level.width - x0));
     for (let y = 0; y < level.tileHeight && y0 + y < level.height; ++y) {
-      floatsOf(plain.subarray(y * rowBytes, (y + 1) * rowBytes), bands, band, row);
+      decodeFloats(plain.subarray(y * rowBytes, (y + 1) * rowBytes), bands, band, row);
       out.set(row, (y0 + y) * level.width + x0);
     }
   }

@@ -79,9 +79,9 @@ function fields(value: unknown, what: string): Fields {
   return value;
 }
 
-export const textOf = (value: unknown): string => (typeof value === 'string' ? value : '');
+export const parseText = (value: unknown): string => (typeof value === 'string' ? value : '');
 const count = (value: unknown): number => (typeof value === 'number' && Number.isFinite(value) ? value : 0);
-const texts = (value: unknown): string[] => (Array.isArray(value) ? value.map(textOf) : []);
+const texts = (value: unknown): string[] => (Array.isArray(value) ? value.map(parseText) : []);
 
 function number(value: unknown, what: string, min: number, max: number): number {
   if (typeof value === 'number' && value >= min && value <= max) return value;
@@ -123,20 +123,20 @@ export function readWorld(json: unknown): World {
   const zooms = map && Array.isArray(map['zooms']) ? (map['zooms'] as unknown[]) : [];
   const centre = isFields(all['centre']) ? all['centre'] : undefined;
   return {
-    title: textOf(all['title']),
-    software: textOf(all['software']),
+    title: parseText(all['title']),
+    software: parseText(all['software']),
     min: vec3(bounds['min'], 'bounds.min'),
     max: vec3(bounds['max'], 'bounds.max'),
     framed: atHeights({ min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') }, heights),
     voxelM: number(all['voxel_m'], 'voxel_m', 1e-6, 1e6),
     levels: number(all['levels'], 'levels', 1, 32),
-    crs: textOf(all['crs']),
-    crsWkt: textOf(all['crs_wkt']),
-    crsProj4: textOf(all['crs_proj4']),
+    crs: parseText(all['crs']),
+    crsWkt: parseText(all['crs_wkt']),
+    crsProj4: parseText(all['crs_proj4']),
     unitsPerVoxel: number(all['crs_units_per_voxel'], 'crs_units_per_voxel', 1e-9, 1e9),
     centre: centre && readPlace(centre),
-    licence: textOf(all['licence']),
-    attribution: textOf(all['attribution']),
+    licence: parseText(all['licence']),
+    attribution: parseText(all['attribution']),
     materials: texts(all['materials']),
     tilePx: map ? number(map['tile_px'], 'map.tile_px', 1, 4096) : 256,
     finestZoom: map ? number(zooms[1], 'map.zooms', 0, 32) : -1,
@@ -167,9 +167,9 @@ export function readStats(json: unknown): Stats {
   const stages = Array.isArray(all['stages']) ? (all['stages'] as unknown[]).filter(isFields) : [];
   const { jobs, making, memory, prepare, replies } = all;
   return {
-    version: textOf(all['version']),
+    version: parseText(all['version']),
     uptimeS: count(all['uptime_s']),
-    stages: stages.map((s) => ({ name: textOf(s['name']), seconds: count(s['seconds']), count: count(s['count']) })),
+    stages: stages.map((s) => ({ name: parseText(s['name']), seconds: count(s['seconds']), count: count(s['count']) })),
     requests: sumOfRequests(all['requests']),
     replyBytes: isFields(replies) ? count(replies['bytes']) : undefined,
     cache: cacheStats(all['cache']),

@@ -8,7 +8,7 @@ import Style from 'ol/style/Style.js';
 import Text from 'ol/style/Text.js';
 import { cssValue } from './dom.js';
 import { hatchPattern, kStateSigns } from './patterns.js';
-import { extentOf, kSquareStates, squareContains, type Position, type Square, type SquareState } from './squares.js';
+import { measureExtent, kSquareStates, squareContains, type Position, type Square, type SquareState } from './squares.js';
 
 const kNameFromPx = 90;
 const kLetterFromPx = 16;
@@ -38,7 +38,7 @@ export class SquaresLayer {
     source?.clear(true);
     source?.addFeatures(
       squares.map((square) => {
-        const [west, , east] = extentOf(square);
+        const [west, , east] = measureExtent(square);
         return new Feature({ geometry: new Polygon(square.rings.map((ring) => ring.map((p) => [p[0], p[1]]))), square, width: east - west });
       }),
     );
@@ -69,7 +69,7 @@ type Styles = Readonly<Record<SquareState, { readonly hatched: Style; readonly f
 function stylesOfStates(): Styles {
   const halo = new Stroke({ color: cssValue('--back'), width: 4 });
   const ink = new Fill({ color: cssValue('--text') });
-  const stylesOf = (state: SquareState): Styles[SquareState] => {
+  const makeStyles = (state: SquareState): Styles[SquareState] => {
     const sign = kStateSigns[state];
     const colour = cssValue(sign.colour);
     const text = new Text({ font: 'bold 13px system-ui, sans-serif', fill: ink, stroke: halo, overflow: true });
@@ -78,5 +78,5 @@ function stylesOfStates(): Styles {
     hatched.setFill(new Fill({ color: hatchPattern(sign.hatch, colour) }));
     return { hatched, framed };
   };
-  return Object.fromEntries(kSquareStates.map((state) => [state, stylesOf(state)])) as Styles;
+  return Object.fromEntries(kSquareStates.map((state) => [state, makeStyles(state)])) as Styles;
 }

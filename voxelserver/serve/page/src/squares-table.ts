@@ -23,7 +23,7 @@ export class SquaresTable {
   }
 
   set squares(squares: readonly Square[]) {
-    setText(this.#count, summaryOf(squares));
+    setText(this.#count, makeSummary(squares));
     const shown = squares.slice(0, kMostRows);
     // Redrawn only when it differs: a focused name must not be lost every ten seconds.
     const key = JSON.stringify(shown.map((s) => [s.name, s.state, s.points, s.error]));
@@ -44,7 +44,7 @@ export class SquaresTable {
   }
 }
 
-export function summaryOf(squares: readonly Square[]): string {
+export function makeSummary(squares: readonly Square[]): string {
   if (squares.length === 0) return 'The server has no squares.';
   const parts = kSquareStates.flatMap((state) => {
     const times = squares.filter((square) => square.state === state).length;

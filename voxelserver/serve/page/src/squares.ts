@@ -1,4 +1,4 @@
-import { isFields, textOf } from './replies.js';
+import { isFields, parseText } from './replies.js';
 
 /** LiDAR squares and kept boxes, as the server lists them. */
 
@@ -54,16 +54,16 @@ export function readSquares(json: unknown): Square[] {
     const p = feature['properties'];
     return [
       {
-        name: textOf(p['name']),
+        name: parseText(p['name']),
         state: kSquareStates.find((state) => state === p['state']) ?? 'wanted',
-        file: textOf(p['file']),
+        file: parseText(p['file']),
         points: numberOrNot(p['points']),
         densityPerM2: numberOrNot(p['density_per_m2']),
         bytes: numberOrNot(p['bytes']),
-        source: textOf(p['source']),
-        licence: textOf(p['licence']),
-        attribution: textOf(p['attribution']),
-        error: textOf(p['error']),
+        source: parseText(p['source']),
+        licence: parseText(p['licence']),
+        attribution: parseText(p['attribution']),
+        error: parseText(p['error']),
         rings,
       },
     ];
@@ -103,7 +103,7 @@ export function squareContains(square: Square, [e, n]: Position): boolean {
 export type Extent = [number, number, number, number];
 
 /** @return west, south, east, north */
-export function extentOf(square: Square): Extent {
+export function measureExtent(square: Square): Extent {
   const all = square.rings.flat();
   const es = all.map((p) => p[0]);
   const ns = all.map((p) => p[1]);

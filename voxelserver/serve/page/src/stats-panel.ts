@@ -11,14 +11,14 @@ const kColumns: readonly { readonly order: Order; readonly title: string }[] = [
   { order: 'share', title: 'Share' },
 ];
 
-const meanOf = (stage: Stage): number => (stage.count > 0 ? stage.seconds / stage.count : 0);
+const computeMean = (stage: Stage): number => (stage.count > 0 ? stage.seconds / stage.count : 0);
 
 /** @return the stages in an order; "reported" is the order in which they run */
 export function sortedStages(stages: readonly Stage[], order: Order): Stage[] {
   const by: Record<Order, (a: Stage, b: Stage) => number> = {
     reported: () => 0,
     name: (a, b) => a.name.localeCompare(b.name),
-    mean: (a, b) => meanOf(b) - meanOf(a),
+    mean: (a, b) => computeMean(b) - computeMean(a),
     runs: (a, b) => b.count - a.count,
     share: (a, b) => b.seconds - a.seconds,
   };
@@ -53,7 +53,7 @@ export class StatsPanel {
 
   update(stats: Stats, nowS: number): void {
     this.#chart.add(nowS, stats.requests);
-    setFacts(this.#facts, factsOf(stats));
+    setFacts(this.#facts, toFacts(stats));
     this.#stages = stats.stages;
     this.#drawSteps();
   }
@@ -85,7 +85,7 @@ function emptyRow(): HTMLTableRowElement {
 function fillRow(row: HTMLTableRowElement, stage: Stage, allSeconds: number): void {
   const [name, mean, runs, share] = row.cells;
   setText(name!, stage.name);
-  setText(mean!, formatSeconds(meanOf(stage)));
+  setText(mean!, formatSeconds(computeMean(stage)));
   setText(runs!, formatCount(stage.count));
   const [bar, text] = share!.children;
   (bar!.firstElementChild as HTMLElement).style.width = allSeconds > 0 ? `${(100 * stage.seconds) / allSeconds}%` : '0';
@@ -101,7 +101,7 @@ function cacheText(cache: CacheStats | undefined): string {
   return `${ofLimit(cache.bytes, cache.limitBytes)}, ${formatCount(cache.entries)} boxes${hits}`;
 }
 
-function factsOf({ making, memory, prepare, ...stats }: Stats): [string, string][] {
+function toFacts({ making, memory, prepare, ...stats }: Stats): [string, string][] {
   const failed = (times: number): string => (times > 0 ? `, ${formatCount(times)} failed` : '');
   return [
     ['Running for', formatDuration(stats.uptimeS)],

@@ -31,14 +31,14 @@ export class TopFinder {
     for (let by = end - 1; by >= begin && end - by <= kMostBoxes; --by) {
       const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, { timeoutMs: 120_000 });
       if (reply.status === 204) continue;
-      const top = topOf(new Uint8Array(await reply.arrayBuffer()), x - bx * kBoxSide, z - bz * kBoxSide);
+      const top = findTop(new Uint8Array(await reply.arrayBuffer()), x - bx * kBoxSide, z - bz * kBoxSide);
       if (top !== undefined) return { heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM, look: top.look };
     }
     return undefined;
   }
 }
 
-function topOf(bytes: Uint8Array, x: number, z: number): ReturnType<ReturnType<typeof readBox>['top']> {
+function findTop(bytes: Uint8Array, x: number, z: number): ReturnType<ReturnType<typeof readBox>['top']> {
   try {
     return readBox(bytes).top(x, z);
   } catch (error) {

@@ -10,7 +10,7 @@ const kDownDeg = 40;
 /** @param target what is in the middle of the picture @param from where the camera stands */
 export function viewLink(target: Spot, from: Spot, projection: WorldProjection): string {
   const at = { position: toVoxel(from, projection), headingDeg: 0, pitchDeg: 0, fovDeg: kFovDeg };
-  return linkOf(lookingAt(at, toVoxel(target, projection)));
+  return makeLink(lookingAt(at, toVoxel(target, projection)));
 }
 
 /** The place of the panel, seen from where the proposed picture is. @param topM undefined: air */
@@ -41,7 +41,7 @@ function toVoxel({ easting, northing, heightM }: Spot, { world }: WorldProjectio
   return [easting / world.unitsPerVoxel, heightM / world.voxelM, -northing / world.unitsPerVoxel];
 }
 
-function linkOf({ position, headingDeg, pitchDeg, fovDeg }: Viewpoint): string {
+function makeLink({ position, headingDeg, pitchDeg, fovDeg }: Viewpoint): string {
   const list = (values: readonly number[]): string => values.map((v) => Number(v.toFixed(2))).join();
   return `view/#at=${list(position)}&look=${list([headingDeg, pitchDeg, fovDeg])}`;
 }

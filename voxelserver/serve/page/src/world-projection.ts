@@ -28,7 +28,7 @@ export class WorldProjection {
     this.extent = [world.min[0] * u, -world.max[2] * u, world.max[0] * u, -world.min[2] * u];
     const { min, max } = world.framed;
     this.framedExtent = [min[0] * u, -max[2] * u, max[0] * u, -min[2] * u];
-    this.#geographic = geographicOf(world, this.centre());
+    this.#geographic = chooseGeographic(world, this.centre());
   }
 
   get hasPlaceOnEarth(): boolean {
@@ -113,14 +113,14 @@ export function horizontalWkt(wkt: string): string {
  * and the one nearest to the server's own latitude and longitude of the centre is used, or the WKT
  * when the server has none.
  */
-function geographicOf(world: World, centre: readonly [number, number]): proj4.Converter | undefined {
+function chooseGeographic(world: World, centre: readonly [number, number]): proj4.Converter | undefined {
   let best: { readonly converter: proj4.Converter; readonly errorDeg: number } | undefined;
   for (const definition of [horizontalWkt(world.crsWkt), world.crsProj4]) {
     if (definition === '') continue;
     try {
       const converter = proj4('EPSG:4326', definition);
       const [lonDeg, latDeg] = converter.inverse([centre[0], centre[1]]);
-      const errorDeg = errorOf(world, latDeg, lonDeg);
+      const errorDeg = measureError(world, latDeg, lonDeg);
       if (errorDeg <= kLargestErrorDeg && (best === undefined || errorDeg < best.errorDeg)) best = { converter, errorDeg };
     } catch {
       // Not supported: the next definition is tried, or the map has no latitude and longitude.
@@ -131,7 +131,7 @@ function geographicOf(world: World, centre: readonly [number, number]): proj4.Co
 
 const kLargestErrorDeg = 0.01;  // about a kilometre: more is another CRS, not another datum
 
-function errorOf(world: World, latDeg: number, lonDeg: number): number {
+function measureError(world: World, latDeg: number, lonDeg: number): number {
   if (!Number.isFinite(latDeg) || !Number.isFinite(lonDeg)) return Infinity;
   if (world.centre === undefined) return 0;
   const east = (lonDeg - world.centre.lonDeg) * Math.cos((latDeg * Math.PI) / 180);

@@ -5,7 +5,7 @@ import type { Api } from './api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
 import { byId, setFacts, setText } from './dom.js';
-import { kindsOf } from './jobs.js';
+import { listKinds } from './jobs.js';
 import { LayersPanel, type LayerName } from './layers-panel.js';
 import { MapView } from './map-view.js';
 import { PlacePanel } from './place-panel.js';
@@ -13,7 +13,7 @@ import type { Stats, World } from './replies.js';
 import { setUpSearch } from './search-form.js';
 import { SquaresLayer } from './squares-layer.js';
 import { SquaresTable } from './squares-table.js';
-import { extentOf, readCachedBoxes, type CachedBoxes, type Square } from './squares.js';
+import { measureExtent, readCachedBoxes, type CachedBoxes, type Square } from './squares.js';
 import { TopViewLayer } from './top-view-layer.js';
 import { viewOfMap } from './view-link.js';
 import { WorldProjection } from './world-projection.js';
@@ -62,7 +62,7 @@ export class WorldView {
     this.#map.add(analyses.layer);
     analyses.layer.on('change:visible', () => (this.#squares.hasHatch = !analyses.layer.getVisible()));
     const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
-    this.#analyses = new AnalysisPanel(api, kindsOf(world.centre !== undefined), places, analyses);
+    this.#analyses = new AnalysisPanel(api, listKinds(world.centre !== undefined), places, analyses);
     this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
       onSwitch: (name, shown) => this.#switch(name, shown),
       onLevel: (level) => {
@@ -153,7 +153,7 @@ export class WorldView {
   }
 
   #goToSquare(square: Square): void {
-    const [west, south, east, north] = extentOf(square);
+    const [west, south, east, north] = measureExtent(square);
     this.#map.fit([west, south, east, north]);
     void this.#pick((west + east) / 2, (south + north) / 2);
   }

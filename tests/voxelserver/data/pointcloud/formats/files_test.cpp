@@ -112,9 +112,9 @@ TEST_CASE("what cannot be opened is refused with the reason", "[voxelserver][poi
 TEST_CASE("the file next to a PLY that names its CRS belongs to it", "[voxelserver][pointcloud]") {
     const TemporaryFolder folder;
     write_file(folder.path() / "a.ply", kCloud);
-    CHECK(side_file_of(folder.path() / "a.ply") == std::nullopt);
+    CHECK(find_side_file(folder.path() / "a.ply") == std::nullopt);
     write_file(folder.path() / "a.prj", "");
-    CHECK(side_file_of(folder.path() / "a.ply") == folder.path() / "a.prj");
+    CHECK(find_side_file(folder.path() / "a.ply") == folder.path() / "a.prj");
     write_file(folder.path() / "a.laz", "LASF");
-    CHECK(side_file_of(folder.path() / "a.laz") == std::nullopt);
+    CHECK(find_side_file(folder.path() / "a.laz") == std::nullopt);
 }

@@ -16,7 +16,7 @@ constexpr std::uint64_t kFew = 10'000;  // points: 0.1 MiB
 constexpr std::uint64_t kMany = 100'000'000;
 
 /// A file of a square kilometre.
-SquareSource file_of(std::uint64_t points) {
+SquareSource make_file(std::uint64_t points) {
     SquareSource out;
     out.info.point_count = points;
     out.bounds = {0, 0, 1000, 1000};
@@ -41,7 +41,7 @@ TEST_CASE("squares and parts share memory by how many files fit", "[voxelserver]
     DYNAMIC_SECTION(c.name) {
         std::vector<SquareSource> files;
         for (const std::uint64_t points : c.points)
-            files.push_back(file_of(points));
+            files.push_back(make_file(points));
         const PointMemory memory = share_memory(240 * kMiB, files);
         CHECK(memory.squares == c.squares_mib * kMiB);
         CHECK(memory.parts == c.parts_mib * kMiB);
@@ -51,7 +51,7 @@ TEST_CASE("squares and parts share memory by how many files fit", "[voxelserver]
 
 TEST_CASE("what one box needs at once is there in however little memory",
           "[voxelserver][voxelize][plan]") {
-    const std::vector<SquareSource> files{file_of(kFew)};
+    const std::vector<SquareSource> files{make_file(kFew)};
     const PointMemory memory = share_memory(1, files);
     CHECK(memory.squares == 0);
     CHECK(memory.parts == 8 * kMiB);
@@ -60,7 +60,7 @@ TEST_CASE("what one box needs at once is there in however little memory",
 
 TEST_CASE("a file that does not fit is planned in blocks that fit a quarter of the parts",
           "[voxelserver][voxelize][plan]") {
-    const std::vector<SquareSource> files{file_of(kFew), file_of(kMany)};
+    const std::vector<SquareSource> files{make_file(kFew), make_file(kMany)};
     for (const std::size_t parts_mib : {std::size_t{8}, std::size_t{100}, std::size_t{1000}}) {
         INFO(parts_mib);
         const auto plan = plan_files(files, {80 * kMiB, parts_mib * kMiB, 0}, nullptr);
@@ -71,18 +71,18 @@ TEST_CASE("a file that does not fit is planned in blocks that fit a quarter of t
         CHECK(plan[0].name.empty());
         CHECK_FALSE(plan[1].kept_whole);
         const double patch_bytes = kMany / 1e6 * sizeof(store::VoxelPoint) * grid::kPatchColumns;
-        const auto patches_of = [](int edge) { return (edge + 2.0) * (edge + 2.0); };
+        const auto list_patches = [](int edge) { return (edge + 2.0) * (edge + 2.0); };
         const int edge = plan[1].block_patches;
         const double quarter = static_cast<double>(parts_mib * kMiB) / 4;
-        CHECK((edge == 1 || patches_of(edge) * patch_bytes <= quarter));
-        CHECK(patches_of(edge + 1) * patch_bytes > 0.99 * quarter);
+        CHECK((edge == 1 || list_patches(edge) * patch_bytes <= quarter));
+        CHECK(list_patches(edge + 1) * patch_bytes > 0.99 * quarter);
     }
 }
 
 TEST_CASE("the name of a square depends on what its points depend on, and on nothing else",
           "[voxelserver][voxelize][plan]") {
     const TemporaryFolder folder;
-    std::vector<SquareSource> files{file_of(kFew)};
+    std::vector<SquareSource> files{make_file(kFew)};
     SquareSource& file = files.front();
     file.info.path = folder.path() / "a.laz";
     file.info.crs = geo::Crs::from_text("EPSG:2154");

@@ -22,7 +22,7 @@ struct Fixture {
     /// Changes a point of the square of the first file on disk.
     void damage() const {
         const fs::path file = files_ending(folder.path(), ".square").at(0);
-        std::string bytes = bytes_of(file);
+        std::string bytes = read_all_bytes(file);
         bytes[bytes.size() - 1000] ^= 1;
         write_bytes(file, bytes);
     }

@@ -47,8 +47,8 @@ public:
                    {m_sources.frame, m_classes, m_settings, m_times}, m_report) {}
 
     [[nodiscard]] SquareReader& reader() { return m_reader; }
-    [[nodiscard]] SquareState state() const { return m_reader.state_of(0).first; }
-    [[nodiscard]] std::string error() const { return m_reader.state_of(0).second; }
+    [[nodiscard]] SquareState state() const { return m_reader.find_state(0).first; }
+    [[nodiscard]] std::string error() const { return m_reader.find_state(0).second; }
     [[nodiscard]] std::uint64_t counted() const { return m_report.counts().kept; }
     [[nodiscard]] std::size_t file_points() const { return m_sources.point_count; }
 

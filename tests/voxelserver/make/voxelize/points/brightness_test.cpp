@@ -36,7 +36,7 @@ TEST_CASE("a gain of each flight line does not change its brightness",
           "[voxelserver][voxelize][brightness]") {
     const auto gains = GENERATE(std::vector<double>{1, 1, 1}, std::vector<double>{1, 0.5, 1.7},
                                 std::vector<double>{2.5, 0.3, 0.9, 1.4});
-    const BrightnessScale scale = scale_of(echoes(gains), 1);
+    const BrightnessScale scale = scale_from(echoes(gains), 1);
     REQUIRE(scale.lines().size() == gains.size());
     for (std::size_t line = 0; line < gains.size(); ++line) {
         const auto number = static_cast<std::uint16_t>(line + 1);
@@ -51,9 +51,9 @@ TEST_CASE("a gain of each flight line does not change its brightness",
 
 TEST_CASE("the order of echoes does not matter", "[voxelserver][voxelize][brightness]") {
     auto list = echoes({1, 0.6, 1.3});
-    const auto reference = scale_of(list, 1).lines();
+    const auto reference = scale_from(list, 1).lines();
     std::shuffle(list.begin(), list.end(), std::mt19937(11));
-    CHECK(scale_of(list, 1).lines() == reference);
+    CHECK(scale_from(list, 1).lines() == reference);
 }
 
 TEST_CASE("little, even or strange intensities say nothing",
@@ -61,22 +61,22 @@ TEST_CASE("little, even or strange intensities say nothing",
     auto list = echoes({1, 1});
     SECTION("few echoes") {
         list.resize(63);
-        CHECK_FALSE(scale_of(list, 1).is_known());
+        CHECK_FALSE(scale_from(list, 1).is_known());
     }
     SECTION("all alike") {
         for (GroundEcho& e : list)
             e.intensity = 1000;
-        CHECK_FALSE(scale_of(list, 1).is_known());
+        CHECK_FALSE(scale_from(list, 1).is_known());
     }
     SECTION("a line for every echo") {
         for (std::size_t i = 0; i < list.size(); ++i)
             list[i].line = static_cast<std::uint16_t>(i);
-        CHECK_FALSE(scale_of(list, 1).is_known());
+        CHECK_FALSE(scale_from(list, 1).is_known());
     }
     SECTION("none") {
-        CHECK_FALSE(scale_of({}, 1).is_known());
+        CHECK_FALSE(scale_from({}, 1).is_known());
     }
-    const BrightnessScale scale = scale_of(echoes({1, 1}), 1);
+    const BrightnessScale scale = scale_from(echoes({1, 1}), 1);
     CHECK(scale.brightness(0, 1) == BrightnessScale::kUnknown);
     CHECK(scale.brightness(5000, 77) == BrightnessScale::kUnknown);
     CHECK(scale.brightness(65535, 1) == 255);
@@ -92,7 +92,7 @@ TEST_CASE("a line apart from the others has a scale of its own",
         e.line = 9;
         list.push_back(e);
     }
-    const BrightnessScale scale = scale_of(list, 1);
+    const BrightnessScale scale = scale_from(list, 1);
     CHECK(std::abs(scale.brightness(5000, 9) - scale.brightness(20'000, 1)) <= 3);
 }
 

@@ -16,7 +16,7 @@ const ClassTable& asprs() {
 }
 
 /// A file of quarter metres around its CRS's origin: coordinates are exact.
-SquareSource source_of(const std::string& crs, double scale = 0.25) {
+SquareSource find_source(const std::string& crs, double scale = 0.25) {
     SquareSource out;
     out.info.scale = {scale, scale, scale};
     out.info.min = {-1e6, -1e6, -1e4};
@@ -93,7 +93,7 @@ TEST_CASE("a return lands in the voxel that its coordinates are floored to",
         {"two metres", 2, -10.25, 10.25, -3.75, {-6, -2, -6}},
     }));
     DYNAMIC_SECTION(c.name) {
-        const SquareSource source = source_of(kMetres);
+        const SquareSource source = find_source(kMetres);
         const grid::Frame frame(geo::Crs::from_text(kMetres), c.voxel_m, 0, 0);
         const Placed placed = place(source, frame, {raw(source, c.e, c.n, c.h)});
         REQUIRE(placed.counts.kept == 1);
@@ -117,7 +117,7 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
         {"metres, heights in feet", kMetres, 0.3048, 999'983.25, -1234.75},
     }));
     DYNAMIC_SECTION(c.name) {
-        SquareSource source = source_of(c.crs);
+        SquareSource source = find_source(c.crs);
         source.vertical_metres = c.vertical_metres;
         const double unit_m = std::string(c.crs) == kMetres ? 1 : kUsFoot;
         const grid::Frame frame(geo::Crs::from_text(c.crs), 1, 0, 0);
@@ -132,7 +132,7 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
 
 TEST_CASE("what is no return of the land is left out and counted",
           "[voxelserver][voxelize][placer]") {
-    SquareSource source = source_of(kMetres);
+    SquareSource source = find_source(kMetres);
     source.info.min = {1000, 2000, 100};
     source.info.max = {1500, 2500, 400};  // rounding of quarter metres is half a metre
     source.lowest = 90;
@@ -187,7 +187,7 @@ TEST_CASE("what is no return of the land is left out and counted",
 }
 
 TEST_CASE("bounds of a single place hold what lies there", "[voxelserver][voxelize][placer]") {
-    SquareSource source = source_of(kMetres);
+    SquareSource source = find_source(kMetres);
     source.info.min = {7, 8, 100};
     source.info.max = {7, 8, 100};
     source.lowest = source.highest = 100;
@@ -199,7 +199,7 @@ TEST_CASE("bounds of a single place hold what lies there", "[voxelserver][voxeli
 
 TEST_CASE("a return between parts of a file that lie far apart is an outlier",
           "[voxelserver][voxelize][placer]") {
-    SquareSource source = source_of(kMetres);
+    SquareSource source = find_source(kMetres);
     source.islands = {{0, 0, 100, 100}, {9000, 0, 9100, 100}};
     const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const Placed placed =
@@ -212,7 +212,7 @@ TEST_CASE("a return between parts of a file that lie far apart is an outlier",
 TEST_CASE("coordinates beyond 32-bit voxels are outliers, whatever the bounds",
           "[voxelserver][voxelize][placer]") {
     const SquareSource source = without_bounds(
-        source_of(kMetres, 1000));  // kilometres: raw coordinates of 32 bits reach 2e12 m
+        find_source(kMetres, 1000));  // kilometres: raw coordinates of 32 bits reach 2e12 m
     const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     struct Case {
         const char* name;
@@ -246,7 +246,7 @@ TEST_CASE("coordinates beyond 32-bit voxels are outliers, whatever the bounds",
 
 TEST_CASE("only points of wanted patches are kept, and others are not counted",
           "[voxelserver][voxelize][placer]") {
-    const SquareSource source = source_of(kMetres);
+    const SquareSource source = find_source(kMetres);
     const grid::Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     std::vector<pointcloud::Point> points;
     for (const double e : {-0.25, 0.0, 63.75, 64.0})
@@ -274,7 +274,7 @@ TEST_CASE("colours of 8 and of 16 bits become bytes", "[voxelserver][voxelize][p
         {"none", false, 0, {255, 255, 255}, {0, 0, 0}},
     }));
     DYNAMIC_SECTION(c.name) {
-        SquareSource source = source_of(kMetres);
+        SquareSource source = find_source(kMetres);
         source.has_colour = c.has;
         source.colour_shift = c.shift;
         auto p = raw(source, 1, 1, 1);
@@ -291,7 +291,7 @@ TEST_CASE("any return of any file lands where long arithmetic says",
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
     SquareSource source =
-        without_bounds(source_of(kMetres, std::array{0.001, 0.01, 0.0625, 1.0 / 3937}[seed % 4]));
+        without_bounds(find_source(kMetres, std::array{0.001, 0.01, 0.0625, 1.0 / 3937}[seed % 4]));
     source.info.offset = {std::floor((unit() - 0.5) * 1e6), std::floor((unit() - 0.5) * 1e7),
                           std::floor((unit() - 0.5) * 100)};
     const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0, 0.3, 10.0}[seed % 6];
@@ -329,7 +329,7 @@ TEST_CASE("any return of any file lands where long arithmetic says",
 TEST_CASE(
     "returns of another system lie where its transformation puts them, in one batch or in many",
     "[voxelserver][voxelize][placer]") {
-    SquareSource source = source_of("EPSG:32631", 0.01);
+    SquareSource source = find_source("EPSG:32631", 0.01);
     source.info.offset = {570'000, 4'830'000, 0};
     source.info.min = {560'000, 4'820'000, 0};
     source.info.max = {580'000, 4'840'000, 100};

@@ -17,7 +17,7 @@ using voxelize::Settings;
 namespace {
 
 /// Every field by its name in the file, as text.
-std::map<std::string, std::string> fields_of(const Settings& s) {
+std::map<std::string, std::string> list_fields(const Settings& s) {
     std::map<std::string, std::string> out;
     const auto flag = [&](const char* name, bool v) { out[name] = v ? "true" : "false"; };
     const auto number = [&](const char* name, double v) { out[name] = std::to_string(v); };
@@ -68,7 +68,7 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
 }
 
 /// Every leaf of a file, read without the reader under test.
-std::map<std::string, std::string> leaves_of(const std::filesystem::path& file) {
+std::map<std::string, std::string> list_leaves(const std::filesystem::path& file) {
     std::map<std::string, std::string> out;
     for (const auto& [section, node] : toml::parse_file(file.string()))
         for (const auto& [name, value] : *node.as_table()) {
@@ -98,18 +98,18 @@ private:
 TEST_CASE("the settings that ship are the defaults, every one of them",
           "[voxelserver][voxelize][settings]") {
     const auto file = util::config_dir() / "voxelize.toml";
-    const auto defaults = fields_of(Settings{});
-    CHECK(leaves_of(file) == defaults);
-    CHECK(fields_of(voxelize::load_settings(file)) == defaults);
-    CHECK(fields_of(voxelize::load_settings({})) == defaults);
+    const auto defaults = list_fields(Settings{});
+    CHECK(list_leaves(file) == defaults);
+    CHECK(list_fields(voxelize::load_settings(file)) == defaults);
+    CHECK(list_fields(voxelize::load_settings({})) == defaults);
 }
 
 TEST_CASE("what a settings file leaves out keeps its value, what it says counts",
           "[voxelserver][voxelize][settings]") {
-    CHECK(fields_of(voxelize::load_settings(File("").path())) == fields_of(Settings{}));
+    CHECK(list_fields(voxelize::load_settings(File("").path())) == list_fields(Settings{}));
     CHECK(voxelize::load_settings(File("[ground]\ndepth_m = 20\n").path()).ground.depth_m == 20);
     // Each field of the shipped file on its own, changed.
-    for (const auto& [name, value] : fields_of(Settings{})) {
+    for (const auto& [name, value] : list_fields(Settings{})) {
         const auto dot = name.find('.');
         const bool flag = value == "true" || value == "false";
         const bool text = name == "specialization.palette" || name == "colour_variation.tints";
@@ -118,10 +118,10 @@ TEST_CASE("what a settings file leaves out keeps its value, what it says counts"
                                          : "1.25";
         const File file("[" + name.substr(0, dot) + "]\n" + name.substr(dot + 1) + " = " + other +
                         "\n");
-        auto wanted = fields_of(Settings{});
+        auto wanted = list_fields(Settings{});
         wanted[name] = flag ? other : text ? "red" : std::to_string(1.25);
         INFO(name << " = " << other);
-        CHECK(fields_of(voxelize::load_settings(file.path())) == wanted);
+        CHECK(list_fields(voxelize::load_settings(file.path())) == wanted);
     }
 }
 

@@ -20,7 +20,7 @@ std::string on(const Settings::Steps& steps) {
     std::string out;
     for (const StepSwitch& step : kStepSwitches)
         if (steps.*step.on)
-            out += (out.empty() ? "" : ",") + key_of(step);
+            out += (out.empty() ? "" : ",") + to_key(step);
     return out;
 }
 
@@ -39,10 +39,10 @@ TEST_CASE("each step is switched on and off by its name and no other",
     for (const StepSwitch& step : kStepSwitches) {
         INFO(step.name);
         Settings::Steps only;
-        switch_steps(key_of(step), only);
-        CHECK(on(only) == key_of(step));
+        switch_steps(to_key(step), only);
+        CHECK(on(only) == to_key(step));
         Settings::Steps others;
-        switch_steps("-" + key_of(step), others);
+        switch_steps("-" + to_key(step), others);
         CHECK_FALSE(others.*step.on);
         others.*step.on = true;
         CHECK(on(others) == kAllOn);
@@ -124,12 +124,12 @@ TEST_CASE("the same steps have one fingerprint, however they are chosen, and oth
     const auto file = folder.path() / "settings.toml";
     std::map<voxel::Fingerprint, std::string> seen;
     for (const StepSwitch& step : kStepSwitches) {
-        write_text(file, "[steps]\n" + key_of(step) + " = false\n");
-        const auto by_file = fingerprint_of(load_settings(file));
-        CHECK(by_file == fingerprint_of(load_settings({}, "-" + key_of(step))));
-        CHECK(seen.emplace(by_file, key_of(step)).second);
+        write_text(file, "[steps]\n" + to_key(step) + " = false\n");
+        const auto by_file = to_fingerprint(load_settings(file));
+        CHECK(by_file == to_fingerprint(load_settings({}, "-" + to_key(step))));
+        CHECK(seen.emplace(by_file, to_key(step)).second);
     }
-    CHECK(seen.emplace(fingerprint_of(load_settings({})), "all").second);
+    CHECK(seen.emplace(to_fingerprint(load_settings({})), "all").second);
 }
 
 TEST_CASE("the old name of a field is read, but not together with the new one",
@@ -150,7 +150,7 @@ TEST_CASE("the old name of a field is read, but not together with the new one",
 TEST_CASE("the help has a line for each step", "[voxelserver][voxelize][settings]") {
     const std::string help = steps_help();
     for (const StepSwitch& step : kStepSwitches) {
-        CHECK(help.find("\n  " + key_of(step) + " ") != std::string::npos);
+        CHECK(help.find("\n  " + to_key(step) + " ") != std::string::npos);
         CHECK(help.find(" " + std::string(step.doc)) != std::string::npos);
     }
 }

@@ -27,8 +27,8 @@ struct Place {
     }
 };
 
-Margined<Roof> roofs_of(const MadeLand::ReturnsAt& returns, double voxel_m = 1,
-                        const Settings::Buildings& settings = {}) {
+Margined<Roof> find_roofs(const MadeLand::ReturnsAt& returns, double voxel_m = 1,
+                          const Settings::Buildings& settings = {}) {
     return fill_buildings(MadeLand(returns).window({0, 0}), settings, voxel_m);
 }
 
@@ -62,7 +62,7 @@ TEST_CASE("gaps between points of a roof are closed, except where pulses reached
         {"a corner", {20, 20, 21, 21}, false, false},
     }));
     DYNAMIC_SECTION(c.name) {
-        const auto roofs = roofs_of([&](int x, int z, Returns& out) {
+        const auto roofs = find_roofs([&](int x, int z, Returns& out) {
             if (c.gap.holds(x, z))
                 put(out, 0, 0, c.ground_seen ? 2 : 0);
             else
@@ -84,7 +84,7 @@ TEST_CASE("gaps between points of a roof are closed, except where pulses reached
 
 TEST_CASE("a closed gap looks like the neighbour whose height it took",
           "[voxelserver][voxelize][buildings]") {
-    const auto roofs = roofs_of([&](int x, int z, Returns& out) {
+    const auto roofs = find_roofs([&](int x, int z, Returns& out) {
         if (x == 25 && z == 25)
             return;
         if (kHouse.holds(x, z))
@@ -124,7 +124,7 @@ TEST_CASE("canopies, carports, balconies and passages are open beneath; houses a
         Settings::Buildings settings;
         settings.storey_m = c.storey_m;
         const double ground = 10.5;
-        const auto roofs = roofs_of(
+        const auto roofs = find_roofs(
             [&](int x, int z, Returns& out) {
                 put(out, c.place.holds(x, z) ? 3 : 0, ground + c.above_m / c.voxel_m,
                     c.place.holds(x, z) ? 2 : 3, ground);
@@ -148,7 +148,7 @@ TEST_CASE("a balcony is open between what was seen beneath it and the wall that 
     // under its outermost column only.
     const Place house{20, 10, 40, 30};
     const Place balcony{26, 30, 34, 33};
-    const auto roofs = roofs_of([&](int x, int z, Returns& out) {
+    const auto roofs = find_roofs([&](int x, int z, Returns& out) {
         if (house.holds(x, z))
             put(out, 3, 20.5, 0);
         else if (balcony.holds(x, z))
@@ -168,7 +168,7 @@ TEST_CASE(
     "[voxelserver][voxelize][buildings]") {
     const bool wall = GENERATE(false, true);
     INFO((wall ? "with a wall" : "without returns from below"));
-    const auto roofs = roofs_of([&](int x, int z, Returns& out) {
+    const auto roofs = find_roofs([&](int x, int z, Returns& out) {
         if (!Place{20, 20, 30, 30}.holds(x, z))
             return put(out, 0, 0, 3);
         put(out, 3, 18.5, x == 25 && z == 25 ? 0 : 2);

@@ -14,7 +14,7 @@ namespace {
 using Bounds = Grid<char, Window::kMargin>;
 using InMask = std::function<bool(int x, int z)>;
 
-Window window_of(const InMask& occupied) {
+Window find_window(const InMask& occupied) {
     return MadeLand([&](std::int32_t x, std::int32_t z, MadeLand::Returns& out) {
                if (occupied(x, z))
                    out.push_back({10, kGroundClass});
@@ -22,7 +22,7 @@ Window window_of(const InMask& occupied) {
         .window({0, 0});
 }
 
-Bounds bounds_of(const InMask& inside) {
+Bounds measure_bounds(const InMask& inside) {
     Bounds out;
     Bounds::each([&](int x, int z) { out.at(x, z) = inside(x, z) ? 1 : 0; });
     return out;
@@ -101,8 +101,8 @@ TEST_CASE("a void is closed up to twice the radius, and open when wider",
         const auto in_void = [&](int x, int z) {
             return x >= c.x0 && x < c.x0 + c.wide && z >= c.z0 && z < c.z0 + c.deep;
         };
-        const Window window = window_of([&](int x, int z) { return !in_void(x, z); });
-        const auto covered = find_coverage(window, bounds_of(kEverywhere), c.radius);
+        const Window window = find_window([&](int x, int z) { return !in_void(x, z); });
+        const auto covered = find_coverage(window, measure_bounds(kEverywhere), c.radius);
         int wrong = 0;
         Margined<char>::each([&](int x, int z) {
             wrong += (covered.at(x, z) != 0) == (c.open && in_void(x, z)) ? 1 : 0;
@@ -140,8 +140,8 @@ TEST_CASE("a void at the survey's edge closes only between returns along the edg
             return x >= c.x0 && x < c.x0 + c.deep && z >= c.z0 && z < c.z0 + c.wide;
         };
         const auto covered =
-            find_coverage(window_of([&](int x, int z) { return inside(x, z) && !in_void(x, z); }),
-                          bounds_of(inside), 8);
+            find_coverage(find_window([&](int x, int z) { return inside(x, z) && !in_void(x, z); }),
+                          measure_bounds(inside), 8);
         // Beside returns a void of this size keeps at most twice the rim.
         const auto deep_in_void = [&](int x, int z) {
             for (int d = 0; d <= 2 * kRim; ++d)
@@ -183,7 +183,7 @@ TEST_CASE("coverage is the closing by a square, at every radius",
                    dice(x, z, seed) < share;
         };
         const auto inside = [&](int x, int z) { return x >= west && z < south; };
-        const auto found = find_coverage(window_of(occupied), bounds_of(inside), radius);
+        const auto found = find_coverage(find_window(occupied), measure_bounds(inside), radius);
         INFO("radius " << radius << ", seed " << seed);
         CHECK((found.values() == closed_naively(occupied, inside, radius).values()));
     }

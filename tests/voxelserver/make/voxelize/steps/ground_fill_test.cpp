@@ -19,7 +19,7 @@ using HeightAt = std::function<double(std::int32_t x, std::int32_t z)>;  ///< Na
 
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
-MadeLand land_of(HeightAt height) {
+MadeLand make_land(HeightAt height) {
     return MadeLand(
         [height = std::move(height)](std::int32_t x, std::int32_t z, MadeLand::Returns& out) {
             if (const double h = height(x, z); !std::isnan(h))
@@ -39,7 +39,8 @@ const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
 
 TEST_CASE("columns with ground keep it, and those that need none get none",
           "[voxelserver][voxelize][ground]") {
-    auto land = land_of([](auto x, auto z) { return dice(x, z, 1) < 0.4 ? kGap : 10 + 0.125 * x; });
+    auto land =
+        make_land([](auto x, auto z) { return dice(x, z, 1) < 0.4 ? kGap : 10 + 0.125 * x; });
     const Window window = land.window({0, 0});
     Wanted wanted;
     Wanted::each([&](int x, int z) { wanted.at(x, z) = x >= 30 ? 1 : 0; });
@@ -93,7 +94,7 @@ TEST_CASE("ground between points and under houses lies on the plane around it",
     }));
     DYNAMIC_SECTION(plane.name << ", " << gap.name) {
         const auto height = [&](double x, double z) { return 300 + plane.a * x + plane.b * z; };
-        auto land = land_of([&](auto x, auto z) { return gap.kept(x, z) * height(x, z); });
+        auto land = make_land([&](auto x, auto z) { return gap.kept(x, z) * height(x, z); });
         const auto filled = fill_ground(land.window({0, 0}), Wanted(1), kNeverAsked);
         const double steepness = std::hypot(plane.a, plane.b);
         double worst = 0;
@@ -109,7 +110,7 @@ TEST_CASE("the ground of a wide gap is requested by absolute columns, and only b
           "[voxelserver][voxelize][ground]") {
     constexpr grid::PatchKey kPatch{-3, 5};
     // No ground to the east of column 10 of the patch.
-    auto land = land_of([&](auto x, auto) { return x < kPatch.x0() + 10 ? 50.0 : kGap; });
+    auto land = make_land([&](auto x, auto) { return x < kPatch.x0() + 10 ? 50.0 : kGap; });
     int calls = 0;
     const auto filled = fill_ground(land.window(kPatch), Wanted(1),
                                     [&](auto x, auto z) { return ++calls, kFromAfar(x, z); });
@@ -126,7 +127,7 @@ TEST_CASE("the ground of a wide gap is requested by absolute columns, and only b
 
 TEST_CASE("where nothing is known afar either, there is no ground",
           "[voxelserver][voxelize][ground]") {
-    auto land = land_of([](auto, auto) { return kGap; });
+    auto land = make_land([](auto, auto) { return kGap; });
     const auto filled =
         fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return kNoHeight; });
     CHECK(std::all_of(filled.values().begin(), filled.values().end(),

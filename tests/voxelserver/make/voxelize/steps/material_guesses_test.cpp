@@ -19,8 +19,8 @@ Return echo(double height, std::uint8_t code, int brightness) {
 }
 
 /// The surface of the middle patch after all steps that choose its materials.
-SurfaceAppearance surface_of(MadeLand& land, const Settings& settings = {},
-                             grid::PatchKey patch = {0, 0}) {
+SurfaceAppearance find_surface(MadeLand& land, const Settings& settings = {},
+                               grid::PatchKey patch = {0, 0}) {
     util::StageTimes times;
     SurfaceStep step(nullptr, nullptr, asprs(), settings, true, 1, std::size_t{64} << 20, times);
     const Window window = land.window(patch);
@@ -61,7 +61,7 @@ TEST_CASE("ground is asphalt, bare or grass by its brightness",
                                           {0, Material::kAir}}));
     MadeLand land(
         [&](int, int, Returns& out) { out.push_back(echo(10.5, kGroundClass, c.brightness)); });
-    const auto surface = surface_of(land);
+    const auto surface = find_surface(land);
     INFO(c.brightness);
     CHECK(surface.material.at(30, 30) == c.wanted);
     CHECK(surface.guessed.at(30, 30) == 1);
@@ -72,7 +72,7 @@ TEST_CASE("a measured colour is stronger than a guess, and is none",
     MadeLand land(
         [](int, int, Returns& out) { out.push_back({10.5, kGroundClass, {0x70, 0x89, 0x4a}}); },
         true);
-    const auto surface = surface_of(land);
+    const auto surface = find_surface(land);
     CHECK(surface.material.at(30, 30) == Material::kGrass);
     CHECK(surface.guessed.at(30, 30) == 0);
 }
@@ -94,7 +94,7 @@ TEST_CASE("roofs are flat, tiled or of slate by shape and brightness",
         {"steep, brightness unknown", 0.7, 0, Material::kAir},
     }));
     MadeLand land = house(c.slope, c.brightness);
-    const auto surface = surface_of(land);
+    const auto surface = find_surface(land);
     for (int z = 20; z < 32; ++z)
         for (int x = 20; x < 40; ++x) {
             INFO(c.name << ": " << x << ", " << z);

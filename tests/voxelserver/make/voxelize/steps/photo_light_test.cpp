@@ -30,7 +30,7 @@ TEST_CASE("the light of a photograph is read as it was written",
     SECTION("without one") {
         light.light.sun.reset();
     }
-    const auto read = voxelize::photo_light_of(to_bytes(light));
+    const auto read = voxelize::parse_photo_light(to_bytes(light));
     REQUIRE(read);
     REQUIRE(read->light.sun.has_value() == light.light.sun.has_value());
     CHECK(read->light.typical == light.light.typical);
@@ -43,11 +43,11 @@ TEST_CASE("what is no light of a photograph is not taken for one",
           "[voxelserver][voxelize][photo-light]") {
     const std::string good = to_bytes(made_light());
     for (std::size_t length = 0; length < good.size(); ++length)
-        CHECK_FALSE(voxelize::photo_light_of(std::string_view(good).substr(0, length)));
-    CHECK_FALSE(voxelize::photo_light_of(good + "x"));
+        CHECK_FALSE(voxelize::parse_photo_light(std::string_view(good).substr(0, length)));
+    CHECK_FALSE(voxelize::parse_photo_light(good + "x"));
     std::string other_version = good;
     ++other_version[0];
-    CHECK_FALSE(voxelize::photo_light_of(other_version));
+    CHECK_FALSE(voxelize::parse_photo_light(other_version));
 
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     std::vector<PhotoLight> wrong(11, made_light());
@@ -64,6 +64,6 @@ TEST_CASE("what is no light of a photograph is not taken for one",
     wrong[10].estimate.margin = -1;
     for (std::size_t i = 0; i < wrong.size(); ++i) {
         INFO("case " << i);
-        CHECK_FALSE(voxelize::photo_light_of(to_bytes(wrong[i])));
+        CHECK_FALSE(voxelize::parse_photo_light(to_bytes(wrong[i])));
     }
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Images = std::vector<imagery::Orthophotos::Input>;
 
-Images images_of(const std::vector<grid::ColumnRect>& rects, std::size_t series = 0) {
+Images list_images(const std::vector<grid::ColumnRect>& rects, std::size_t series = 0) {
     Images out;
     for (const grid::ColumnRect& rect : rects)
         out.push_back({rect, {}, series});
@@ -25,7 +25,7 @@ Images three_by_three(std::size_t series = 0) {
     for (std::int32_t z = 0; z < 3; ++z)
         for (std::int32_t x = 0; x < 3; ++x)
             images.push_back({100 * x - 50, 80 * z, 100 * x + 50, 80 * z + 80});
-    return images_of(images, series);
+    return list_images(images, series);
 }
 
 /// How much an image counts in another one, at a column.
@@ -58,12 +58,12 @@ TEST_CASE("over equal images side by side the weights sum up to one",
 
 TEST_CASE("weights change little from column to column", "[voxelserver][voxelize][photo-mosaic]") {
     // Four between two large ones, which count far beyond their edges: six in the middle.
-    const PhotoMosaic mosaic(images_of({{0, 0, 100, 100},
-                                        {100, 0, 200, 100},
-                                        {0, 100, 100, 200},
-                                        {100, 100, 200, 200},
-                                        {200, -50, 500, 250},
-                                        {-280, -40, 0, 260}}));
+    const PhotoMosaic mosaic(list_images({{0, 0, 100, 100},
+                                          {100, 0, 200, 100},
+                                          {0, 100, 100, 200},
+                                          {100, 100, 200, 200},
+                                          {200, -50, 500, 250},
+                                          {-280, -40, 0, 260}}));
     REQUIRE(mosaic.around(0).size() == 6);
     std::size_t most = 0;
     for (std::int32_t z = -100; z < 300; z += 13)
@@ -84,7 +84,7 @@ TEST_CASE("around an image are all that count in it", "[voxelserver][voxelize][p
 }
 
 TEST_CASE("an image without columns counts nowhere", "[voxelserver][voxelize][photo-mosaic]") {
-    const PhotoMosaic mosaic(images_of({{0, 0, 0, 0}, {0, 0, 100, 100}}));
+    const PhotoMosaic mosaic(list_images({{0, 0, 0, 0}, {0, 0, 100, 100}}));
     CHECK(weight(mosaic, 0, 1, 0, 0) == 0);
     CHECK(mosaic.around(1) == std::vector<std::size_t>{1});
 }
@@ -108,7 +108,7 @@ TEST_CASE("images of all sizes are found around each other",
             images.push_back(image);
     }
     REQUIRE(images.size() > 40);
-    const PhotoMosaic mosaic(images_of(images));
+    const PhotoMosaic mosaic(list_images(images));
     // Where an image counts (its middle, less and plus its length) overlaps the other image; all
     // coordinates are doubled.
     const auto meets = [](std::int32_t min, std::int32_t max, std::int32_t own_min,
@@ -156,7 +156,7 @@ TEST_CASE("few images count where a drone took many", "[voxelserver][voxelize][p
     for (std::int32_t z = 0; z < 10; ++z)
         for (std::int32_t x = 0; x < 10; ++x)
             frames.push_back({20 * x, 28 * z, 20 * x + 100, 28 * z + 70});
-    const PhotoMosaic mosaic(images_of(frames));
+    const PhotoMosaic mosaic(list_images(frames));
     for (std::size_t own = 0; own < frames.size(); ++own) {
         const grid::ColumnRect& rect = frames[own];
         for (std::int32_t z = rect.min_z; z < rect.max_z; z += 9)
@@ -183,7 +183,7 @@ TEST_CASE("images that overlap at their edges are one mosaic, in any order",
         std::swap(rects[4], rects[8]);
     }
     SECTION("in order") {}
-    const PhotoMosaic mosaic(images_of(rects));
+    const PhotoMosaic mosaic(list_images(rects));
     for (std::size_t i = 0; i < rects.size(); ++i)
         CHECK(mosaic.around(i).size() >= 4);
     CHECK(mosaic.around(4).size() + mosaic.around(8).size() == 9 + 4);

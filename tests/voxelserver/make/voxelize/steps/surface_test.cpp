@@ -51,7 +51,7 @@ void write_image(const std::filesystem::path& file, int x0, int z0, int width, i
     });
 }
 
-SurfaceAppearance appearance_of(SurfaceStep& step, const Window& window) {
+SurfaceAppearance find_appearance(SurfaceStep& step, const Window& window) {
     return step.surface(window, step.appearances(window));
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("materials of ground and roofs come from their points' colours",
         MadeLand land([&](int, int, Returns& out) { out.push_back({10, c.code, c.colour}); },
                       c.coloured);
         Step step;
-        const auto appearance = appearance_of(*step, land.window({0, 0}));
+        const auto appearance = find_appearance(*step, land.window({0, 0}));
         Margined<Material>::each([&](int x, int z) {
             INFO("column " << x << ", " << z << ": "
                            << voxel::material_name(appearance.material.at(x, z)));
@@ -95,7 +95,7 @@ TEST_CASE("with specialization off no material changes", "[voxelserver][voxelize
     settings.steps.specialization = false;
     MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kMeadow}); }, true);
     Step step(settings);
-    const auto appearance = appearance_of(*step, land.window({0, 0}));
+    const auto appearance = find_appearance(*step, land.window({0, 0}));
     CHECK(std::all_of(appearance.material.values().begin(), appearance.material.values().end(),
                       [](Material m) { return m == Material::kAir; }));
     CHECK_FALSE(step->finds_water());
@@ -112,7 +112,7 @@ TEST_CASE("a single speck is filtered away, unless the filters are off",
         },
         true);
     Step step(settings);
-    const auto appearance = appearance_of(*step, land.window({0, 0}));
+    const auto appearance = find_appearance(*step, land.window({0, 0}));
     CHECK(appearance.material.at(20, 20) == (filters ? Material::kGrass : Material::kRoad));
     CHECK(appearance.material.at(25, 20) == Material::kGrass);
 }
@@ -145,7 +145,7 @@ TEST_CASE(
                 out.push_back(c.above);
         });
         Step step(settings, &images);
-        const auto appearance = appearance_of(*step, land.window({0, 0}));
+        const auto appearance = find_appearance(*step, land.window({0, 0}));
         for (int z = 20; z < 22; ++z)
             for (int x = 20; x < 22; ++x)
                 CHECK(appearance.material.at(x, z) ==
@@ -169,7 +169,7 @@ TEST_CASE("an image that shows a part colours that part; elsewhere points say wh
         },
         coloured);
     Step step({}, &images);
-    const auto appearance = appearance_of(*step, land.window({0, 0}));
+    const auto appearance = find_appearance(*step, land.window({0, 0}));
     for (int z = 0; z < 64; ++z)
         for (int x = 0; x < 64; ++x) {
             INFO("column " << x << ", " << z);

@@ -16,7 +16,7 @@ using voxelize::Tints;
 
 namespace {
 
-Tints tints_of(const TemporaryFolder& folder, const std::string& text) {
+Tints read_tints(const TemporaryFolder& folder, const std::string& text) {
     const auto file = folder.path() / "mine.toml";
     std::ofstream(file) << text;
     return Tints::load(file.string());
@@ -46,7 +46,7 @@ TEST_CASE("the tints that ship vary roofs, walls and crowns, and nothing that is
 TEST_CASE("without a brightness of its own a tint is exactly one of the list",
           "[voxelserver][voxelize][tints]") {
     const TemporaryFolder folder;
-    const Tints tints = tints_of(folder, "[colours]\nwall = ['#102030', '#AABBCC']\n");
+    const Tints tints = read_tints(folder, "[colours]\nwall = ['#102030', '#AABBCC']\n");
     std::set<std::array<int, 3>> seen;
     for (int i = 0; i < 50; ++i) {
         const auto colour = tints.of(Material::kWall, number_of_place(i, -i, 2));
@@ -75,8 +75,8 @@ TEST_CASE("bad tints are refused, naming what is wrong", "[voxelserver][voxelize
     }));
     const TemporaryFolder folder;
     INFO(c.text);
-    CHECK_THROWS_AS(tints_of(folder, c.text), util::UsageError);
-    CHECK_THROWS_WITH(tints_of(folder, c.text), contains("mine.toml") && contains(c.part));
+    CHECK_THROWS_AS(read_tints(folder, c.text), util::UsageError);
+    CHECK_THROWS_WITH(read_tints(folder, c.text), contains("mine.toml") && contains(c.part));
 }
 
 TEST_CASE("tints that do not exist are refused with those that do",

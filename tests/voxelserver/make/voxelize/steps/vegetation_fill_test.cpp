@@ -14,8 +14,8 @@ namespace {
 using Returns = MadeLand::Returns;
 constexpr double kGround = 10.5;
 
-Margined<Crown> crowns_of(MadeLand& land, grid::PatchKey patch = {0, 0}, double voxel_m = 1,
-                          const Settings& settings = {}) {
+Margined<Crown> find_crowns(MadeLand& land, grid::PatchKey patch = {0, 0}, double voxel_m = 1,
+                            const Settings& settings = {}) {
     return fill_crowns(land.window(patch), asprs(), GroundHeights(static_cast<float>(kGround)),
                        settings, voxel_m);
 }
@@ -33,7 +33,7 @@ void put(Returns& out, double crown) {
         out.push_back({crown, kTree});
 }
 
-std::string text_of(const std::vector<std::pair<int, int>>& columns) {
+std::string to_text(const std::vector<std::pair<int, int>>& columns) {
     std::string out;
     for (const auto& [x, z] : columns)
         out += " (" + std::to_string(x) + ", " + std::to_string(z) + ")";
@@ -41,11 +41,11 @@ std::string text_of(const std::vector<std::pair<int, int>>& columns) {
 }
 
 /// Trunks in the patches around the origin, each counted in its own patch.
-std::vector<std::pair<int, int>> trunks_of(MadeLand& land, double voxel_m = 1) {
+std::vector<std::pair<int, int>> find_trunks(MadeLand& land, double voxel_m = 1) {
     std::vector<std::pair<int, int>> out;
     for (int pz = -1; pz <= 1; ++pz)
         for (int px = -1; px <= 1; ++px) {
-            const auto crowns = crowns_of(land, {px, pz}, voxel_m);
+            const auto crowns = find_crowns(land, {px, pz}, voxel_m);
             for (int z = 0; z < 64; ++z)
                 for (int x = 0; x < 64; ++x)
                     if (crowns.at(x, z).trunk)
@@ -110,7 +110,7 @@ TEST_CASE(
             else if (c.code != kNothing)
                 out.push_back({kGround, static_cast<std::uint8_t>(c.code)});
         });
-        const auto crowns = crowns_of(land);
+        const auto crowns = find_crowns(land);
         CHECK(crowns.at(31, 30).seen() == c.closed);
         if (c.closed)
             CHECK((crowns.at(31, 30).top >= 23 && crowns.at(31, 30).top <= 25 &&
@@ -142,7 +142,7 @@ TEST_CASE("only plants higher than a shrub have crowns", "[voxelserver][voxelize
             else
                 out.push_back({kGround + c.above_m / c.voxel_m, c.code});
         });
-        const auto crowns = crowns_of(land, {0, 0}, c.voxel_m);
+        const auto crowns = find_crowns(land, {0, 0}, c.voxel_m);
         Margined<Crown>::each([&](int x, int z) {
             REQUIRE(crowns.at(x, z).seen() == (c.crown && std::hypot(x - 30, z - 30) <= 3));
         });
@@ -158,7 +158,7 @@ TEST_CASE("a bird is no crown", "[voxelserver][voxelize][vegetation]") {
     for (const bool drop : {true, false}) {
         Settings settings;
         settings.points.drop_isolated = drop;
-        CHECK(crowns_of(land, {0, 0}, 1, settings).at(20, 20).seen() == !drop);
+        CHECK(find_crowns(land, {0, 0}, 1, settings).at(20, 20).seen() == !drop);
     }
 }
 
@@ -169,7 +169,7 @@ TEST_CASE("a crown is one body: foliage reaches down to lower neighbours' tops",
         const double d = std::hypot(x - 30, z - 30);
         put(out, d > 4 ? std::numeric_limits<double>::quiet_NaN() : 30.5 - steepness * d);
     });
-    const auto crowns = crowns_of(land);
+    const auto crowns = find_crowns(land);
     int pairs = 0;
     for (int z = 26; z <= 34; ++z)
         for (int x = 26; x <= 34; ++x)
@@ -194,7 +194,7 @@ TEST_CASE("a much lower plant next to a tree does not pull its crown down to the
                  : std::hypot(x - 37, z - 30) <= 4 ? 15.5
                                                    : std::nan(""));
     });
-    const auto crowns = crowns_of(land);
+    const auto crowns = find_crowns(land);
     REQUIRE(crowns.at(33, 30).top == 40);
     CHECK(crowns.at(33, 30).bottom > 20);
 }
@@ -212,7 +212,7 @@ TEST_CASE("each tree has one trunk, under its top, wherever patches meet",
         MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) {
             put(out, cone(x, z, mx, mz, c.top, c.radius));
         });
-        const auto trunks = trunks_of(land);
+        const auto trunks = find_trunks(land);
         REQUIRE(trunks.size() == 1);
         CHECK(trunks.front() == std::pair(mid_x, mid_z));
     }
@@ -254,8 +254,8 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
                      : skirt      ? 15 + cone(x, z, mx, mz, 36, 18) / 4
                                   : std::nan(""));
         });
-        const auto trunks = trunks_of(land);
-        INFO("trunks at" << text_of(trunks));
+        const auto trunks = find_trunks(land);
+        INFO("trunks at" << to_text(trunks));
         REQUIRE(trunks.size() == 1);
         CHECK(on_top(trunks.front().first, trunks.front().second));
         CHECK(std::hypot(trunks.front().first - mid_x, trunks.front().second - mid_z) <= c.offset);
@@ -269,7 +269,7 @@ TEST_CASE("a flat crown next to a higher top leaves the trunk to it",
                  : std::hypot(x - 30, z - 30) <= 3                 ? 25.5
                                                                    : std::nan(""));
     });
-    CHECK(text_of(trunks_of(land)) == " (30, 30)");
+    CHECK(to_text(find_trunks(land)) == " (30, 30)");
 }
 
 TEST_CASE(
@@ -284,7 +284,7 @@ TEST_CASE(
         else
             out.push_back({kGround, kGroundClass});
     });
-    const auto crowns = crowns_of(land);
+    const auto crowns = find_crowns(land);
     Grid<char, 2> met(0);
     int highest = 0;
     Margined<Crown>::each([&](int first_x, int first_z) {

@@ -19,7 +19,7 @@ const fs::path kShared = TERRAVOX_SHARED_DATA;
 
 /// Columns of boxes to request: all of a small world; of a large one (bounds that lie) its corners
 /// and some at random.
-std::vector<std::pair<std::int32_t, std::int32_t>> columns_of(const voxel::BoxRange& range) {
+std::vector<std::pair<std::int32_t, std::int32_t>> find_columns(const voxel::BoxRange& range) {
     constexpr std::int32_t kSmall = 4096;
     constexpr std::int32_t kCorner = 3;
     constexpr std::int32_t kRandom = 4;
@@ -53,7 +53,7 @@ std::string all_boxes(const fs::path& input, const char* crs) {
     OpenWorld world(options);
     std::uint64_t sum = 0;
     std::uint64_t boxes = 0;
-    const auto columns = columns_of(voxel::boxes_over(world.info().bounds, 0));
+    const auto columns = find_columns(voxel::boxes_over(world.info().bounds, 0));
     for (const auto& [bx, bz] : columns) {
         const auto extent = world.world().column(0, bx, bz);
         for (auto by = extent.by_begin; by < extent.by_end; ++by)

@@ -28,7 +28,7 @@ Cloud made_survey(unsigned seed) {
     return out;
 }
 
-std::vector<pointcloud::Point> points_of(const std::filesystem::path& las) {
+std::vector<pointcloud::Point> list_points(const std::filesystem::path& las) {
     const lidar::LasSource source(las);
     std::vector<pointcloud::Point> out;
     const pointcloud::PointRange all{0, source.info().point_count};
@@ -38,7 +38,7 @@ std::vector<pointcloud::Point> points_of(const std::filesystem::path& las) {
     return out;
 }
 
-Checksums boxes_of(const voxelize::LidarWorldOptions& options) {
+Checksums collect_boxes(const voxelize::LidarWorldOptions& options) {
     OpenWorld open(options);
     return checksums(open.world(), all_keys(open.info(), 0));
 }
@@ -54,19 +54,19 @@ TEST_CASE("the same points as LAZ and as PLY make the same boxes",
     const auto ply = folder.path() / "a.ply";
     made_survey(seed).write(las, kCrs, 7);
     const auto kind = std::array{PlyKind::kText, PlyKind::kLittle, PlyKind::kBig}[seed - 1];
-    write_file(ply, ply_bytes(points_of(las), kind, std::string("crs ") + kCrs));
+    write_file(ply, ply_bytes(list_points(las), kind, std::string("crs ") + kCrs));
 
-    const Checksums wanted = boxes_of(OpenWorld::with(las));
+    const Checksums wanted = collect_boxes(OpenWorld::with(las));
     REQUIRE(wanted.size() > 8);
-    CHECK(boxes_of(OpenWorld::with(ply)) == wanted);
+    CHECK(collect_boxes(OpenWorld::with(ply)) == wanted);
 
     auto in_parts = OpenWorld::with(ply);
     in_parts.memory_bytes = std::size_t{1} << 20;  // the file does not fit: it is read in parts
-    CHECK(boxes_of(in_parts) == wanted);
+    CHECK(collect_boxes(in_parts) == wanted);
 
     auto with_cache = OpenWorld::with(ply);
     with_cache.cache_dir = folder.path() / "cache";
-    CHECK(boxes_of(with_cache) == wanted);
+    CHECK(collect_boxes(with_cache) == wanted);
     CHECK_FALSE(std::filesystem::is_empty(folder.path() / "cache" / "squares"));
-    CHECK(boxes_of(with_cache) == wanted);
+    CHECK(collect_boxes(with_cache) == wanted);
 }

@@ -35,7 +35,7 @@ Cloud land() {
 constexpr Bounds kTrue = {0.4, 0.4, 98, 199.6, 159.6, 104};
 
 /// The land's columns, whatever lies around them.
-Checksums land_of(OpenWorld& world) {
+Checksums make_land(OpenWorld& world) {
     std::vector<voxel::BoxKey> keys;
     for (std::int32_t bx = voxel_x(0) >> 6; bx <= voxel_x(199.9) >> 6; ++bx)
         for (std::int32_t bz = voxel_z(159.9) >> 6; bz <= voxel_z(0) >> 6; ++bz)
@@ -79,7 +79,7 @@ TEST_CASE(
         const Warnings warnings;
         OpenWorld world(file), clean(folder.path() / "clean.las");
         CHECK((world.info().bounds == clean.info().bounds));
-        CHECK((land_of(world) == land_of(clean)));
+        CHECK((make_land(world) == make_land(clean)));
         CHECK(world.world().stats().outliers == 1);
         CHECK(warnings.count(std::string(c.file) + ": its header states the bounds") == 1);
         CHECK(warnings.count("clean.las") == 0);
@@ -108,7 +108,7 @@ TEST_CASE("bounds that hold part of the points are widened to all of them",
         const Warnings warnings;
         OpenWorld world(file), clean(folder.path() / "clean.laz");
         CHECK((world.info().bounds == clean.info().bounds));
-        CHECK((land_of(world) == land_of(clean)));
+        CHECK((make_land(world) == make_land(clean)));
         CHECK(world.world().stats().outliers == 0);
         CHECK(warnings.count("its header states the bounds") == 1);
     }

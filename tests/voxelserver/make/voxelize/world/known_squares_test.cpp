@@ -115,7 +115,7 @@ TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]
     for (const auto& square : world.world().facts().squares) {
         KnownSquare one =
             *read_back(world.world(), usual_way())
-                 .find(voxel::hex_of(voxel::file_identity(square.file, "point cloud")));
+                 .find(voxel::to_hex(voxel::file_identity(square.file, "point cloud")));
         one.max[2] += 1000;
         one.high += 1000;
         known.add(one);
@@ -134,7 +134,7 @@ TEST_CASE("what could break arithmetic is not believed, whatever the checksum sa
     OpenWorld world(patchwork.options());
     const auto file = world.world().facts().squares.front().file;
     const KnownSquare good = *read_back(world.world(), usual_way())
-                                  .find(voxel::hex_of(voxel::file_identity(file, "point cloud")));
+                                  .find(voxel::to_hex(voxel::file_identity(file, "point cloud")));
     const double nan = std::numeric_limits<double>::quiet_NaN();
     struct Case {
         const char* name;

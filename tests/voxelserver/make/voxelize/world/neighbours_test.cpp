@@ -154,17 +154,17 @@ TEST_CASE("neighbouring patches find the same in the columns that both know",
     util::StageTimes times;
     PointSet points(OpenWorld::with(folder.path()), settings, times);
     StepContext context(points, nullptr, settings, std::size_t{64} << 20, times);
-    const auto land_of = [&](grid::PatchKey key) {
+    const auto make_land = [&](grid::PatchKey key) {
         Land out(context, key);
         run_steps(out, part::kRuns, times);
         return out;
     };
     const grid::PatchKey here{voxel_x(80) >> 6, voxel_z(90) >> 6};
-    const Land land = land_of(here);
+    const Land land = make_land(here);
     REQUIRE(land.decks->found);
     std::map<std::string, int> known;
     for (const auto& [dx, dz] : {std::pair{1, 0}, {0, -1}, {1, -1}}) {
-        const Land other = land_of({here.px + dx, here.pz + dz});
+        const Land other = make_land({here.px + dx, here.pz + dz});
         REQUIRE(other.decks->found);
         for (const Named& part : kParts) {
             const auto has = [&](int at) {

@@ -126,10 +126,10 @@ TEST_CASE("two photographs of one flight have the same light where they meet",
     voxelize::PointSet points(options, settings, times);
     const imagery::Orthophotos photos(options.orthophotos, points.sources().frame);
     voxelize::PhotoLights lights(photos, points, times);
-    REQUIRE(lights.light_of(0).light.sun);
-    REQUIRE(lights.light_of(1).light.sun);
+    REQUIRE(lights.make_light(0).light.sun);
+    REQUIRE(lights.make_light(1).light.sun);
     // Each finds a little of its own.
-    CHECK(lights.light_of(0).light.sky != lights.light_of(1).light.sky);
+    CHECK(lights.make_light(0).light.sky != lights.make_light(1).light.sky);
     const grid::ColumnRect west = photos.inputs()[0].rect;
     for (std::int32_t pz = west.min_z >> 6; pz <= (west.max_z - 1) >> 6; ++pz) {
         const grid::PatchKey border{(west.max_x - 2) >> 6, pz};
@@ -214,7 +214,7 @@ TEST_CASE("albedo depends neither on threads nor on order, and its light is kept
     CHECK(folder.find_facts(name) == facts);
 
     // It is what later worlds go by.
-    auto light = voxelize::photo_light_of(*facts);
+    auto light = voxelize::parse_photo_light(*facts);
     REQUIRE(light);
     light->light.gain = {0.5F, 0.5F, 0.5F};
     folder.put_facts(name, to_bytes(*light));

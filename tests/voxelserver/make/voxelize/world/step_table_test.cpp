@@ -40,7 +40,7 @@ public:
     [[nodiscard]] Land fresh() { return Land(*m_context, patch()); }
     [[nodiscard]] static grid::PatchKey patch() { return {voxel_x(32) >> 6, voxel_z(32) >> 6}; }
     /// How often the step of that name has reported its time.
-    [[nodiscard]] std::uint64_t runs_of(std::string_view name) const {
+    [[nodiscard]] std::uint64_t count_runs(std::string_view name) const {
         for (const auto& stage : m_times.stages())
             if (stage.name == name)
                 return stage.count;
@@ -56,7 +56,7 @@ private:
 };
 
 /// The parts that are there.
-Parts parts_of(const Land& land) {
+Parts list_parts(const Land& land) {
     const auto bit = [](bool there, Parts part) { return there ? part : Parts{0}; };
     return bit(land.water.has_value(), part::kWater) | bit(land.decks.has_value(), part::kDecks) |
            bit(land.covered.has_value(), part::kCoverage) |
@@ -69,7 +69,7 @@ Parts parts_of(const Land& land) {
            bit(land.numbers.has_value(), part::kNumbers);
 }
 
-std::vector<std::uint64_t> checksums_of(const Boxes& boxes) {
+std::vector<std::uint64_t> compute_checksums(const Boxes& boxes) {
     std::vector<std::uint64_t> out;
     for (const auto& box : boxes.boxes)
         out.push_back(box ? box->checksum() : 0);
@@ -122,10 +122,10 @@ TEST_CASE("each step makes its parts from those that it names, switched on or of
             INFO(step.about.name << (run == step.run ? "" : ", switched off"));
             Land land = small.fresh();
             run_steps(land, step.reads, small.times());
-            const Parts before = parts_of(land);
+            const Parts before = list_parts(land);
             CHECK((before & step.reads) == step.reads);
             REQUIRE_NOTHROW(run(land));
-            CHECK(parts_of(land) == (before | step.makes));
+            CHECK(list_parts(land) == (before | step.makes));
         }
 }
 
@@ -134,21 +134,21 @@ TEST_CASE("only the steps run that the wanted parts are made from, and each once
     SmallLand small;
     Land land = small.fresh();
     run_steps(land, part::kRoofs, small.times());
-    CHECK(parts_of(land) == part::kRoofs);
+    CHECK(list_parts(land) == part::kRoofs);
     run_steps(land, part::kGround, small.times());
-    CHECK(parts_of(land) ==
+    CHECK(list_parts(land) ==
           (part::kRoofs | part::kWater | part::kDecks | part::kCoverage | part::kGround));
     run_steps(land, part::kBoxes, small.times());
     for (const Step& step : steps()) {
         INFO(step.about.name);
         if (!step.reports_time)
-            CHECK(small.runs_of(step.about.name) == 1);
+            CHECK(small.count_runs(step.about.name) == 1);
     }
-    const auto boxes = checksums_of(*land.boxes);
+    const auto boxes = compute_checksums(*land.boxes);
     CHECK_FALSE(boxes.empty());
     run_steps(land, part::kBoxes, small.times());
-    CHECK(small.runs_of("serialization") == 1);
+    CHECK(small.count_runs("serialization") == 1);
     Land at_once = small.fresh();
     run_steps(at_once, part::kBoxes, small.times());
-    CHECK(checksums_of(*at_once.boxes) == boxes);
+    CHECK(compute_checksums(*at_once.boxes) == boxes);
 }

@@ -112,7 +112,7 @@ TEST_CASE("bytes with a right checksum that lie about their lengths are refused"
         std::string body = good.substr(kHead);
         for (unsigned n = 1 + random() % 3; n > 0; --n)
             body[random() % body.size()] = static_cast<char>(random() % 256);
-        const voxel::Fingerprint print = voxel::fingerprint_of(body);
+        const voxel::Fingerprint print = voxel::to_fingerprint(body);
         std::string bad = good.substr(0, 8);
         bad.append(reinterpret_cast<const char*>(print.data()), sizeof print);
         bad += good.substr(24, 4) + body;

@@ -15,10 +15,10 @@
 using namespace terravox;
 using terravox::test::archive_bytes;
 using terravox::test::BadServer;
-using terravox::test::box_of;
 using terravox::test::contains;
 using terravox::test::Deed;
 using terravox::test::part_of_archive;
+using terravox::test::to_box;
 
 namespace {
 
@@ -69,7 +69,7 @@ private:
 };
 
 bool same(const std::shared_ptr<const voxel::Box>& box, const voxel::BoxKey& key) {
-    return box && box->checksum() == box_of(key)->checksum();
+    return box && box->checksum() == to_box(key)->checksum();
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ TEST_CASE("an archive on a web server gives its boxes by ranges of bytes",
     CHECK(world->info().title == "far");
     CHECK(world->useful_concurrency(2) >= 8);
     for (const int i : {0, 1, 150, kBoxes - 1})
-        CHECK((world->box({0, i, 0, 0})->checksum() == box_of({0, i, 0, 0})->checksum()));
+        CHECK((world->box({0, i, 0, 0})->checksum() == to_box({0, i, 0, 0})->checksum()));
     CHECK(world->box({0, 5, 1, 0}) == nullptr);
     CHECK(sent < archive_bytes().size() / 2);
     CHECK(server.requests("/a.tvx") <= 8);  // head, root, a leaf, boxes that the head did not hold
@@ -116,7 +116,7 @@ TEST_CASE("a late, busy, broken or damaged reply is requested again",
             return n % 2 == 0 ? c.spoil(good) : good;
         });
         const auto world = open(server);
-        CHECK((world->box({0, 77, 0, 0})->checksum() == box_of({0, 77, 0, 0})->checksum()));
+        CHECK((world->box({0, 77, 0, 0})->checksum() == to_box({0, 77, 0, 0})->checksum()));
     }
 }
 

@@ -17,12 +17,12 @@ namespace fs = std::filesystem;
 using test::contains;
 using test::TemporaryFolder;
 using test::luanti::Bytes;
+using test::luanti::find_voxel;
 using test::luanti::MadeBlock;
 using test::luanti::MadeMap;
 using test::luanti::map_block_blob;
 using test::luanti::open_made;
 using test::luanti::Schema;
-using test::luanti::voxel_of;
 using voxel::Material;
 
 MadeBlock stone() {
@@ -32,7 +32,7 @@ MadeBlock stone() {
     return out;
 }
 
-std::string hex_of(const Bytes& bytes) {
+std::string to_hex(const Bytes& bytes) {
     std::string out;
     for (const std::uint8_t byte : bytes) {
         char digits[3];
@@ -75,9 +75,9 @@ TEST_CASE("a damaged map block is air, named with its place and reason, and the 
             map.put(0, 0, 2, map_block_blob(stone(), 28));
         }
         const auto world = open_made(folder.path() / "map.sqlite");
-        CHECK(voxel_of(*world, 0, 0, -1) == Material::kRock);
-        CHECK(voxel_of(*world, 0, 0, -17) == Material::kAir);
-        CHECK(voxel_of(*world, 0, 0, -33) == Material::kRock);
+        CHECK(find_voxel(*world, 0, 0, -1) == Material::kRock);
+        CHECK(find_voxel(*world, 0, 0, -17) == Material::kAir);
+        CHECK(find_voxel(*world, 0, 0, -33) == Material::kRock);
         REQUIRE(world->damage().size() == 1);
         CHECK_THAT(world->damage().front(), contains(c.line));
     }
@@ -100,7 +100,7 @@ TEST_CASE("keys that stand for no place are counted, and the rest is there", "[l
         }
     }
     const auto world = open_made(folder.path() / "map.sqlite");
-    CHECK(voxel_of(*world, 0, 0, -1) == Material::kRock);
+    CHECK(find_voxel(*world, 0, 0, -1) == Material::kRock);
     REQUIRE(world->damage().size() == 1);
     CHECK_THAT(world->damage().front(), contains("3 blocks have keys that stand for no place"));
 }
@@ -162,12 +162,12 @@ TEST_CASE("a map that a server writes to is read as it is, and the server goes o
         return sqlite3_exec(server, sql.c_str(), nullptr, nullptr, nullptr);
     };
     REQUIRE(run(std::string("PRAGMA journal_mode = ") + mode) == SQLITE_OK);
-    const std::string hex = hex_of(map_block_blob(stone(), 29));
+    const std::string hex = to_hex(map_block_blob(stone(), 29));
     REQUIRE(run("INSERT INTO blocks VALUES (0, 0, 0, x'" + hex + "')") == SQLITE_OK);
     const auto world = open_made(file);
-    CHECK(voxel_of(*world, 0, 0, -1) == Material::kRock);
+    CHECK(find_voxel(*world, 0, 0, -1) == Material::kRock);
     CHECK(run("INSERT INTO blocks VALUES (1, 0, 0, x'" + hex + "')") == SQLITE_OK);
-    CHECK(voxel_of(*world, 0, 1, -1) == Material::kRock);
+    CHECK(find_voxel(*world, 0, 1, -1) == Material::kRock);
     CHECK(world->damage().empty());
     sqlite3_close(server);
 }
@@ -187,7 +187,7 @@ TEST_CASE("a map that is closed in WAL mode is read without a file next to it", 
         };
         run("PRAGMA journal_mode = WAL");
         during([&](int x) {
-            run("INSERT INTO blocks VALUES (" + std::to_string(x) + ", 0, 0, x'" + hex_of(block) +
+            run("INSERT INTO blocks VALUES (" + std::to_string(x) + ", 0, 0, x'" + to_hex(block) +
                 "')");
         });
         sqlite3_close(server);
@@ -252,7 +252,7 @@ TEST_CASE("no changed byte of a map.sqlite does more than damage", "[luanti]") {
         std::ofstream(file, std::ios::binary) << bytes;
         try {
             const auto world = open_made(file);
-            (void)voxel_of(*world, 0, 0, -1);
+            (void)find_voxel(*world, 0, 0, -1);
         } catch (const util::Error&) {  // the right answer to a file that cannot be read
         }
     }

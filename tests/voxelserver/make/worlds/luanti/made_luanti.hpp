@@ -76,7 +76,7 @@ inline const minecraft::BlockTable& shipped_nodes() {
     return table;
 }
 
-inline voxel::Material material_of(const std::string& node) {
+inline voxel::Material to_material(const std::string& node) {
     return shipped_nodes().of_full_name(node).material;
 }
 
@@ -140,7 +140,7 @@ inline std::unique_ptr<voxel::World> open_made(const std::filesystem::path& path
 }
 
 /// The material of a voxel of the finest level.
-inline voxel::Material voxel_of(voxel::World& world, int x, int y, int z) {
+inline voxel::Material find_voxel(voxel::World& world, int x, int y, int z) {
     return Voxels(world).material(x, y, z);
 }
 
@@ -149,7 +149,7 @@ inline int differing_voxels(voxel::World& world, const MadeWorld& made) {
     std::map<std::string, voxel::Material> materials;
     return test::differing_voxels(world, [&](int x, int y, int z) {
         const std::string node = made.at(x, y, -1 - z);
-        return materials.try_emplace(node, material_of(node)).first->second;
+        return materials.try_emplace(node, to_material(node)).first->second;
     });
 }
 

@@ -7,8 +7,8 @@
 namespace terravox::luanti {
 namespace {
 
-using test::luanti::material_of;
 using test::luanti::shipped_nodes;
+using test::luanti::to_material;
 using voxel::Material;
 
 TEST_CASE("nodes of the common games, and by their names those of other mods, have their materials",
@@ -57,7 +57,7 @@ TEST_CASE("nodes of the common games, and by their names those of other mods, ha
         std::istringstream nodes(c.nodes);
         for (std::string node; nodes >> node;) {
             INFO(node);
-            CHECK(voxel::material_name(material_of(node)) == voxel::material_name(c.material));
+            CHECK(voxel::material_name(to_material(node)) == voxel::material_name(c.material));
         }
     }
 }
@@ -73,7 +73,7 @@ TEST_CASE("a node that no entry fits is shown as unknown, and counted once", "[l
 }
 
 TEST_CASE("the mod is a part of a node's name", "[luanti]") {
-    CHECK(material_of("wool:white") == Material::kPlain);
+    CHECK(to_material("wool:white") == Material::kPlain);
     CHECK_FALSE(shipped_nodes().of_full_name("xyz:white").known);
 }
 

@@ -10,15 +10,15 @@ namespace {
 
 using test::TemporaryFolder;
 using test::luanti::differing_voxels;
+using test::luanti::find_voxel;
 using test::luanti::MadeBlock;
 using test::luanti::MadeWorld;
 using test::luanti::open_made;
 using test::luanti::random_world;
 using test::luanti::Schema;
-using test::luanti::voxel_of;
 using voxel::Material;
 
-MadeBlock full_of(const std::string& node) {
+MadeBlock make_full(const std::string& node) {
     MadeBlock out;
     out.names.push_back(node);
     out.ids.fill(1);
@@ -46,7 +46,7 @@ TEST_CASE("the game's north is the voxels' north", "[luanti]") {
     block.set(2, 3, 5, 1);
     made.write(folder.path(), 29, Schema::kXyz);
     const auto world = open_made(folder.path());
-    CHECK(voxel_of(*world, 2, 3, -6) == Material::kRock);
+    CHECK(find_voxel(*world, 2, 3, -6) == Material::kRock);
     const voxel::VoxelBounds b = world->info().bounds;
     CHECK(b == voxel::VoxelBounds{{0, 3, -16}, {16, 4, 0}});
 }
@@ -55,15 +55,15 @@ TEST_CASE("the farthest blocks that a key has room for are read", "[luanti]") {
     const Schema schema = GENERATE(Schema::kEncoded, Schema::kXyz);
     const TemporaryFolder folder;
     MadeWorld made;
-    made.blocks[{-2048, -2048, -2048}] = full_of("default:stone");
-    made.blocks[{2047, 2047, 2047}] = full_of("default:glass");
+    made.blocks[{-2048, -2048, -2048}] = make_full("default:stone");
+    made.blocks[{2047, 2047, 2047}] = make_full("default:glass");
     made.write(folder.path(), 29, schema);
     const auto world = open_made(folder.path());
     CHECK(world->info().bounds ==
           voxel::VoxelBounds{{-32768, -32768, -32768}, {32768, 32768, 32768}});
-    CHECK(voxel_of(*world, -32768, -32768, 32767) == Material::kRock);
-    CHECK(voxel_of(*world, 32767, 32767, -32768) == Material::kGlass);
-    CHECK(voxel_of(*world, 0, 0, 0) == Material::kAir);
+    CHECK(find_voxel(*world, -32768, -32768, 32767) == Material::kRock);
+    CHECK(find_voxel(*world, 32767, 32767, -32768) == Material::kGlass);
+    CHECK(find_voxel(*world, 0, 0, 0) == Material::kAir);
     const int top = world->info().levels - 1;
     const voxel::BoxRange all = voxel::boxes_over(world->info().bounds, top);
     CHECK(world->may_hold(all));
@@ -74,8 +74,8 @@ TEST_CASE("the farthest blocks that a key has room for are read", "[luanti]") {
 TEST_CASE("blocks of air do not widen a world", "[luanti]") {
     const TemporaryFolder folder;
     MadeWorld made;
-    made.blocks[{0, 0, 0}] = full_of("default:stone");
-    made.blocks[{40, 9, 40}] = full_of("ignore");
+    made.blocks[{0, 0, 0}] = make_full("default:stone");
+    made.blocks[{40, 9, 40}] = make_full("ignore");
     made.blocks[{-40, 9, 0}] = MadeBlock{};
     made.write(folder.path(), 28, Schema::kEncoded);
     const auto world = open_made(folder.path());
@@ -87,7 +87,7 @@ TEST_CASE("a wide world is framed by a part of its blocks, and whole all the sam
     const TemporaryFolder folder;
     MadeWorld made;
     for (int x = 0; x < 40; ++x)
-        made.blocks[{x, 0, 0}] = full_of("default:stone");
+        made.blocks[{x, 0, 0}] = make_full("default:stone");
     made.blocks[{39, 5, 0}] = MadeBlock{};
     made.write(folder.path(), 29, Schema::kXyz);
     LuantiWorldOptions options;
@@ -98,7 +98,7 @@ TEST_CASE("a wide world is framed by a part of its blocks, and whole all the sam
     CHECK_FALSE(world->info().framed.empty());
     CHECK(world->info().framed.max[1] == 16);
     for (int x = 0; x < 40; ++x)
-        CHECK(voxel_of(*world, 16 * x, 15, -1) == Material::kRock);
+        CHECK(find_voxel(*world, 16 * x, 15, -1) == Material::kRock);
 }
 
 TEST_CASE("boxes are the same for any number of threads that read them", "[luanti]") {

@@ -37,14 +37,14 @@ struct MadeChunk {
     /// Of a column (x, z) of the chunk's own, at a height of the world. Air where there is no
     /// section.
     [[nodiscard]] std::uint16_t at(int column_x, int y, int column_z) const {
-        const auto found = sections.find(section_of(y));
+        const auto found = sections.find(find_section(y));
         return found == sections.end() ? 0 : found->second[cell(column_x, y, column_z)];
     }
     void set(int column_x, int y, int column_z, std::uint16_t block) {
-        sections.try_emplace(section_of(y), MadeSection{})
+        sections.try_emplace(find_section(y), MadeSection{})
             .first->second[cell(column_x, y, column_z)] = block;
     }
-    static int section_of(int y) { return y >= 0 ? y / 16 : -((15 - y) / 16); }
+    static int find_section(int y) { return y >= 0 ? y / 16 : -((15 - y) / 16); }
     static std::size_t cell(int column_x, int y, int column_z) {
         return static_cast<std::size_t>(column_x + 16 * column_z + 256 * (y & 15));
     }
@@ -53,7 +53,7 @@ struct MadeChunk {
 /// Which generation of the format a chunk is written in.
 enum class Made { kColumns, kNumeric, kStraddling, kPadded, kFlat };
 
-inline std::int64_t data_version_of(Made made) {
+inline std::int64_t to_data_version(Made made) {
     return made == Made::kStraddling ? 1631
            : made == Made::kPadded   ? 2586
            : made == Made::kFlat     ? 2975
@@ -131,7 +131,7 @@ inline Bytes chunk_nbt(const MadeChunk& chunk, Made made) {
     out.compound("");
     const bool level = made != Made::kFlat;
     if (made != Made::kColumns)
-        out.number32("DataVersion", data_version_of(made));
+        out.number32("DataVersion", to_data_version(made));
     if (level)
         out.compound("Level");
     out.number32("xPos", chunk.x).number32("zPos", chunk.z);

@@ -91,7 +91,7 @@ inline MadeWorld random_world(std::uint64_t seed, int low_y, int high_y) {
     return world;
 }
 
-inline voxel::Material material_of(std::uint16_t block) {
+inline voxel::Material to_material(std::uint16_t block) {
     static const auto materials = [] {
         std::array<voxel::Material, kMadeBlocks.size()> out;
         for (std::size_t i = 0; i < out.size(); ++i)
@@ -106,7 +106,7 @@ inline voxel::Material material_of(std::uint16_t block) {
 inline int differing_voxels(voxel::World& world, const MadeWorld& made,
                             const std::array<std::int32_t, 3>& offset = {}) {
     return differing_voxels(world, [&](int x, int y, int z) {
-        return material_of(made.at(x - offset[0], y - offset[1], z - offset[2]));
+        return to_material(made.at(x - offset[0], y - offset[1], z - offset[2]));
     });
 }
 

@@ -153,12 +153,12 @@ TEST_CASE("NBT that is cut short anywhere is an error, never read past", "[raytr
 
 TEST_CASE("modified UTF-8 becomes UTF-8, and what is no text a question mark",
           "[raytracer][minecraft]") {
-    CHECK(utf8_of("Gr\xC3\xBC\xC3\x9F") == "Gr\xC3\xBC\xC3\x9F");
-    CHECK(utf8_of("\xED\xA0\xBD\xED\xB8\x80") == "\xF0\x9F\x98\x80");  // a pair of surrogates
-    CHECK(utf8_of(std::string_view("a\xC0\x80z", 4)) == "a?z");
-    CHECK(utf8_of("a\nb\x7F") == "a?b?");
-    CHECK(utf8_of("\xFF\xC3") == "??");
-    CHECK(utf8_of("\xED\xA0\xBD.") == "?.");
+    CHECK(to_utf8("Gr\xC3\xBC\xC3\x9F") == "Gr\xC3\xBC\xC3\x9F");
+    CHECK(to_utf8("\xED\xA0\xBD\xED\xB8\x80") == "\xF0\x9F\x98\x80");  // a pair of surrogates
+    CHECK(to_utf8(std::string_view("a\xC0\x80z", 4)) == "a?z");
+    CHECK(to_utf8("a\nb\x7F") == "a?b?");
+    CHECK(to_utf8("\xFF\xC3") == "??");
+    CHECK(to_utf8("\xED\xA0\xBD.") == "?.");
 }
 
 TEST_CASE("level.dat holds name, version, spawn and seed", "[raytracer][minecraft]") {

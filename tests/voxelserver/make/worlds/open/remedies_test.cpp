@@ -138,7 +138,7 @@ TEST_CASE("a path that does not exist says what may be meant", "[voxelserver][wo
     CHECK(worlds::find_remedy(at + "*.laz") == "no name fits the pattern");
     CHECK(worlds::find_remedy(at + "elsewhere").empty());
     CHECK_THAT(worlds::find_remedy("s3://bucket/a.laz"), contains("download other data first"));
-    CHECK_THROWS_WITH(worlds::kind_of(at + "my_sqaures"),
+    CHECK_THROWS_WITH(worlds::find_kind(at + "my_sqaures"),
                       contains("my_squares? allowed: " + worlds::allowed_inputs()));
 }
 
@@ -148,8 +148,8 @@ TEST_CASE("the address of a file of points is no voxel server", "[voxelserver][w
           "https://host/a.zip", "https://host/dtm.tif#1"}) {
         INFO(address);
         CHECK_THAT(worlds::find_address_remedy(address), contains("download it first"));
-        CHECK_THROWS_AS(worlds::kind_of(address), util::UsageError);
-        CHECK_THROWS_WITH(worlds::kind_of(address), contains(address));
+        CHECK_THROWS_AS(worlds::find_kind(address), util::UsageError);
+        CHECK_THROWS_WITH(worlds::find_kind(address), contains(address));
     }
     for (const char* address : {"http://host:8080", "https://host/a.tvx", "https://laz/"})
         CHECK(worlds::find_address_remedy(address).empty());
@@ -160,7 +160,7 @@ TEST_CASE("what the system refuses to show is told as the system tells it",
     const TemporaryFolder folder;
     const fs::path loop = folder.path() / "loop";
     fs::create_symlink(loop, loop);
-    CHECK_THROWS_AS(worlds::kind_of(loop.string()), util::Error);
-    CHECK_THROWS_WITH(worlds::kind_of(loop.string()),
+    CHECK_THROWS_AS(worlds::find_kind(loop.string()), util::Error);
+    CHECK_THROWS_WITH(worlds::find_kind(loop.string()),
                       contains(loop.string()) && contains("symbolic links"));
 }

@@ -69,7 +69,7 @@ TEST_CASE("each input has one kind", "[voxelserver][worlds]") {
         {"a game's folder with a Luanti setting", "HERE/both", &worlds::kMinecraftKind},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(&kind_of(placed(c.input, at)) == c.kind);
+        CHECK(&find_kind(placed(c.input, at)) == c.kind);
     }
 }
 
@@ -79,7 +79,7 @@ TEST_CASE("a file comes before a world of its name", "[voxelserver][worlds]") {
     fs::current_path(folder.path());
     write(folder.path() / "generated", "LASF");
     const std::string input = "generated";
-    const WorldKind& kind = kind_of(input);
+    const WorldKind& kind = find_kind(input);
     fs::current_path(before);
     CHECK(&kind == &kLidarKind);
 }
@@ -100,8 +100,8 @@ TEST_CASE("what is no world is refused with all that is allowed", "[voxelserver]
     }));
     DYNAMIC_SECTION(c.name) {
         const std::string input = placed(c.input, folder.path());
-        CHECK_THROWS_WITH(kind_of(input), contains(input) && contains(c.said) &&
-                                              contains("; allowed: " + allowed_inputs()));
+        CHECK_THROWS_WITH(find_kind(input), contains(input) && contains(c.said) &&
+                                                contains("; allowed: " + allowed_inputs()));
     }
 }
 

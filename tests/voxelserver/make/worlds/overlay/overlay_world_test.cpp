@@ -151,7 +151,7 @@ TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]")
 }
 
 TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
-    const auto world_of = [](const std::string& points, int level = 0) {
+    const auto make_world = [](const std::string& points, int level = 0) {
         return with_file(R"("type":"FeatureCollection","features":[)" + points + "]", level);
     };
     const auto feature = [](const char* properties, const char* geometry) {
@@ -159,10 +159,10 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
                geometry + "}";
     };
     const auto world =
-        world_of(feature("{}", R"({"type":"Point","coordinates":[10.3,-30.6]})") + "," +
-                 feature(R"({"height":7.4})",
-                         R"({"type":"MultiPoint","coordinates":[[-5,20],[45.5,-45.5]]})") +
-                 "," + feature(R"({"top":9})", R"({"type":"Point","coordinates":[-5,-5]})"));
+        make_world(feature("{}", R"({"type":"Point","coordinates":[10.3,-30.6]})") + "," +
+                   feature(R"({"height":7.4})",
+                           R"({"type":"MultiPoint","coordinates":[[-5,20],[45.5,-45.5]]})") +
+                   "," + feature(R"({"top":9})", R"({"type":"Point","coordinates":[-5,-5]})"));
     Voxels voxels(*world);
     struct Case {
         int x, z, ground, top;
@@ -184,7 +184,7 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
         R"({"type":"Polygon","coordinates":[[[9,-31],[12,-31],[12,-29],[9,-29],[9,-31]]]})";
     const std::string lamp = feature("{}", R"({"type":"Point","coordinates":[10.3,-30.6]})");
     const auto highest = [&](const char* properties) {
-        const auto both = world_of(lamp + "," + feature(properties, square));
+        const auto both = make_world(lamp + "," + feature(properties, square));
         return Voxels(*both).at(10, 4, 30)->material;
     };
     CHECK(highest(R"({"top":3})") == Material::kLamp);
@@ -192,42 +192,42 @@ TEST_CASE("points of a file are street lamps", "[voxelserver][overlay]") {
     CHECK(highest(R"({"top":6})") == Material::kPlain);
     // A town has more lamps than the data, and OpenStreetMap writes numbers as texts.
     const auto town =
-        world_of(feature("{}", R"({"type":"Point","coordinates":[400,0]})") + "," +
-                 feature(R"({"height":"8 m"})", R"({"type":"Point","coordinates":[-5,20]})") + "," +
-                 feature(R"({"height":"6"})", R"({"type":"Point","coordinates":[-5,-5]})"));
+        make_world(feature("{}", R"({"type":"Point","coordinates":[400,0]})") + "," +
+                   feature(R"({"height":"8 m"})", R"({"type":"Point","coordinates":[-5,20]})") +
+                   "," + feature(R"({"height":"6"})", R"({"type":"Point","coordinates":[-5,-5]})"));
     Voxels of_town(*town);
     CHECK(of_town.at(-5, 7, -20)->material == Material::kLamp);
     CHECK(of_town.at(-5, 5, 5)->material == Material::kLamp);
-    CHECK_THROWS_WITH(world_of(feature("{}", R"({"type":"Point","coordinates":[400,0]})")),
+    CHECK_THROWS_WITH(make_world(feature("{}", R"({"type":"Point","coordinates":[400,0]})")),
                       contains("it lies outside of the data; allowed: within -100,"));
     const std::string above_nothing =
         feature("{}", R"({"type":"Point","coordinates":[-50.5,50.5]})");
-    const auto with_gap = world_of(above_nothing + "," + lamp);
+    const auto with_gap = make_world(above_nothing + "," + lamp);
     CHECK_FALSE(Voxels(*with_gap).at(-51, 4, -51));
     CHECK(Voxels(*with_gap).at(10, 4, 30)->material == Material::kLamp);
     // Where voxels are large, a lamp would be a glowing block.
     for (const int level : {2, 3}) {
-        const auto coarse = world_of(
+        const auto coarse = make_world(
             feature(R"({"top":100})", R"({"type":"Point","coordinates":[10.3,-30.6]})"), level);
         CHECK(Voxels(*coarse, level).at(10 >> level, 90 >> level, 30 >> level).has_value() ==
               (level == 2));
     }
     CHECK_THROWS_WITH(
-        world_of(feature("{}", R"({"type":"LineString","coordinates":[[0,0],[1,1]]})")),
+        make_world(feature("{}", R"({"type":"LineString","coordinates":[[0,0],[1,1]]})")),
         contains("feature 0 is neither a polygon nor a point"));
-    CHECK_THROWS_WITH(world_of(""), contains("neither a polygon nor a point"));
+    CHECK_THROWS_WITH(make_world(""), contains("neither a polygon nor a point"));
 }
 
 TEST_CASE("plans that differ in a corner are different worlds", "[voxelserver][overlay]") {
-    const auto edition_of = [](const std::string& ring) {
+    const auto make_edition = [](const std::string& ring) {
         return with_file(R"("type":"Feature","properties":{"top":20},"geometry":)"
                          R"({"type":"Polygon","coordinates":[)" +
                          ring + "]}")
             ->edition();
     };
-    const std::string square = edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]");
-    CHECK(square == edition_of("[[0,0],[10,0],[10,10],[0,10],[0,0]]"));
-    CHECK(square != edition_of("[[0,0],[10,0],[10,7],[7,10],[0,10],[0,0]]"));
+    const std::string square = make_edition("[[0,0],[10,0],[10,10],[0,10],[0,0]]");
+    CHECK(square == make_edition("[[0,0],[10,0],[10,10],[0,10],[0,0]]"));
+    CHECK(square != make_edition("[[0,0],[10,0],[10,7],[7,10],[0,10],[0,0]]"));
 }
 
 TEST_CASE("what cannot be added is refused in words", "[voxelserver][overlay]") {

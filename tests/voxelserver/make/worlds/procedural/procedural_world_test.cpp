@@ -10,7 +10,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/coarse_rule.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/make/worlds/procedural/levels_of.hpp"
+#include "tests/voxelserver/make/worlds/procedural/world_levels.hpp"
 #include "voxelserver/make/worlds/procedural/columns.hpp"
 #include "voxelserver/make/worlds/procedural/noise.hpp"
 
@@ -283,7 +283,7 @@ TEST_CASE("plants of a generated world stand on ground, are of many kinds, and c
             if (!box)
                 continue;
             CHECK(std::none_of(box->attrs().begin(), box->attrs().end(), [](const VoxelAttr& a) {
-                return grain_of(a.material) == Grain::kSparse;
+                return to_grain(a.material) == Grain::kSparse;
             }));
         }
 }
@@ -294,7 +294,7 @@ TEST_CASE("a generated world has boxes for any settings, to its very edges",
         const std::uint64_t h = mix(static_cast<std::uint64_t>(i) + 77);
         const auto pick = [&](int part, double low, double high) {
             return i < 8 ? (i >> (part % 3) & 1 ? high : low)
-                         : low + (high - low) * unit_of(h, part);
+                         : low + (high - low) * to_unit(h, part);
         };
         Settings s;
         s.seed = h;

@@ -25,7 +25,8 @@ struct Taken {
 
 /// @param cut says where the next part ends, at most at `left`
 template <class Cut>
-std::vector<Taken> taken_of(remote::BatchStream& stream, std::string_view bytes, const Cut& cut) {
+std::vector<Taken> collect_taken(remote::BatchStream& stream, std::string_view bytes,
+                                 const Cut& cut) {
     std::vector<Taken> out;
     while (!bytes.empty()) {
         const std::size_t size = cut(bytes.size());
@@ -41,8 +42,8 @@ std::vector<Taken> taken_of(remote::BatchStream& stream, std::string_view bytes,
     return out;
 }
 
-std::vector<Taken> taken_of(remote::BatchStream& stream, const std::string& bytes) {
-    return taken_of(stream, bytes, [](std::size_t left) { return left; });
+std::vector<Taken> collect_taken(remote::BatchStream& stream, const std::string& bytes) {
+    return collect_taken(stream, bytes, [](std::size_t left) { return left; });
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ TEST_CASE("records are the same in parts of any size", "[raytracer][batch]") {
         INFO("seed " << seed);
         std::minstd_rand random(seed);
         remote::BatchStream stream(wanted.size(), kMax_bytes);
-        const auto taken = taken_of(stream, bytes, [&](std::size_t left) {
+        const auto taken = collect_taken(stream, bytes, [&](std::size_t left) {
             return std::min<std::size_t>(left, 1 + random() % (seed * 40));
         });
         CHECK(taken == wanted);
@@ -85,10 +86,10 @@ TEST_CASE("a stream that is cut anywhere gives what came, and is not whole", "[r
     for (std::size_t size = 0; size < all.size(); ++size) {
         INFO(size << " of " << all.size() << " bytes");
         remote::BatchStream stream(2, kMax_bytes);
-        CHECK(taken_of(stream, all.substr(0, size)).size() == (size >= first.size() + second.size()
-                                                                   ? 2u
-                                                               : size >= first.size() ? 1u
-                                                                                      : 0u));
+        CHECK(collect_taken(stream, all.substr(0, size)).size() ==
+              (size >= first.size() + second.size() ? 2u
+               : size >= first.size()               ? 1u
+                                                    : 0u));
         CHECK_FALSE(stream.whole());
     }
 }
@@ -120,8 +121,8 @@ TEST_CASE("bytes that are no batch are refused, however they come", "[raytracer]
         for (const std::size_t step : {std::size_t{1}, std::size_t{7}, std::size_t{100'000}}) {
             remote::BatchStream stream(2, kMax_bytes);
             const auto feed = [&] {
-                (void)taken_of(stream, c.bytes,
-                               [&](std::size_t left) { return std::min(left, step); });
+                (void)collect_taken(stream, c.bytes,
+                                    [&](std::size_t left) { return std::min(left, step); });
             };
             CHECK_THROWS_WITH(feed(), contains("read a batch of boxes: ") && contains(c.said));
         }

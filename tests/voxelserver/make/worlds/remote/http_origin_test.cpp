@@ -145,12 +145,12 @@ TEST_CASE("an address belongs to the range that its number lies in", "[raytracer
         std::istringstream numbers(c.numbers);
         for (std::string number; numbers >> number;) {
             INFO(number);
-            CHECK(remote::range_of(Number(number).get()) == c.range);
+            CHECK(remote::make_range(Number(number).get()) == c.range);
         }
     }
-    CHECK(remote::text_of(Number("127.0.0.1").get()) == "127.0.0.1");
-    CHECK(remote::text_of(Number("fe80::1").get()) == "fe80::1");
+    CHECK(remote::to_text(Number("127.0.0.1").get()) == "127.0.0.1");
+    CHECK(remote::to_text(Number("fe80::1").get()) == "fe80::1");
     sockaddr local{};
     local.sa_family = AF_UNIX;
-    CHECK(remote::range_of(local) == remote::AddressRange::kNoMachine);
+    CHECK(remote::make_range(local) == remote::AddressRange::kNoMachine);
 }

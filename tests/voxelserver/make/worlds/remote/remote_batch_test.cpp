@@ -19,14 +19,14 @@
 using namespace terravox;
 using namespace std::chrono_literals;
 using terravox::test::BadServer;
-using terravox::test::box_of;
-using terravox::test::bytes_of;
 using terravox::test::contains;
 using terravox::test::Deed;
 using terravox::test::last_record;
 using terravox::test::problem;
 using terravox::test::record;
 using terravox::test::SkippedWaits;
+using terravox::test::to_box;
+using terravox::test::to_bytes;
 
 namespace {
 
@@ -36,7 +36,7 @@ const std::string kBatch = "/v2/boxes";
 const voxel::BoxKey kAir{0, 4, 1, 4};
 const Keys kKeys = {{0, 3, -1, 7}, kAir, {0, 3, 0, 7}, {0, 5, -1, 7}};
 
-std::string path_of(const voxel::BoxKey& key) {
+std::string find_path(const voxel::BoxKey& key) {
     return kBatch + "/" + voxel::to_string(key);
 }
 
@@ -50,7 +50,7 @@ Keys keys_in(const std::string& body) {
 
 std::string good_record(const voxel::BoxKey& key) {
     return key == kAir ? record(key, 204, "")
-                       : record(key, 200, bytes_of(voxel::compress(*box_of(key))));
+                       : record(key, 200, to_bytes(voxel::compress(*to_box(key))));
 }
 
 Deed batch(const std::string& body) {
@@ -66,11 +66,11 @@ Deed good_batch(const Keys& keys) {
 
 Deed single(const std::string& path) {
     for (const voxel::BoxKey& key : kKeys)
-        if (path == path_of(key)) {
+        if (path == find_path(key)) {
             if (key == kAir)
                 return {.status = 204};
             return {.type = voxel::kBoxMediaType,
-                    .body = bytes_of(voxel::compress(*box_of(key))),
+                    .body = to_bytes(voxel::compress(*to_box(key))),
                     .headers = "Content-Encoding: zstd\r\n"};
         }
     return problem(404);
@@ -100,7 +100,7 @@ struct Served {
     [[nodiscard]] int singles() const {
         int sum = 0;
         for (const voxel::BoxKey& key : kKeys)
-            sum += server.requests(path_of(key));
+            sum += server.requests(find_path(key));
         return sum;
     }
 };
@@ -124,11 +124,11 @@ struct Outcomes {
         const auto& box = found->second.box;
         return key == kAir
                    ? box == nullptr
-                   : box != nullptr && bytes_of(box->blob()) == bytes_of(box_of(key)->blob());
+                   : box != nullptr && to_bytes(box->blob()) == to_bytes(to_box(key)->blob());
     }
 };
 
-Outcomes boxes_of(voxel::World& world, const Keys& keys = kKeys) {
+Outcomes collect_boxes(voxel::World& world, const Keys& keys = kKeys) {
     Outcomes out;
     world.boxes(keys, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         out.of[key] = std::move(outcome);
@@ -149,15 +149,15 @@ Deed with_record(const Keys& keys, std::size_t at, const std::string& bytes) {
 TEST_CASE("many boxes come with one request", "[raytracer][remote][batch]") {
     Served served([](const Keys& keys, int) { return good_batch(keys); });
     CHECK(served.world->preferred_batch() > 1);
-    const Outcomes got = boxes_of(*served.world);
+    const Outcomes got = collect_boxes(*served.world);
     CHECK(got.count == 4);
     for (const auto& key : kKeys)
         CHECK(got.good(key));
     CHECK(served.server.requests(kBatch) == 1);
     CHECK(served.singles() == 0);
-    CHECK(boxes_of(*served.world, {kKeys[2]}).good(kKeys[2]));
+    CHECK(collect_boxes(*served.world, {kKeys[2]}).good(kKeys[2]));
     CHECK(served.server.requests(kBatch) == 1);  // one alone is requested without a batch
-    CHECK(boxes_of(*served.world, {}).count == 0);
+    CHECK(collect_boxes(*served.world, {}).count == 0);
 }
 
 TEST_CASE("a box of a batch is there before the next one has been sent",
@@ -233,7 +233,7 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
     }));
     DYNAMIC_SECTION(c.name) {
         Served served(c.script);
-        const Outcomes got = boxes_of(*served.world);
+        const Outcomes got = collect_boxes(*served.world);
         CHECK(got.count == 4);
         for (const auto& key : kKeys)
             CHECK(got.good(key));
@@ -249,7 +249,7 @@ TEST_CASE("a stream that brings a little each time is followed to its end",
         deed.lost = deed.body.size() - good_record(keys[0]).size();
         return deed;
     });
-    const Outcomes got = boxes_of(*served.world);
+    const Outcomes got = collect_boxes(*served.world);
     CHECK(got.count == 4);
     for (const auto& key : kKeys)
         CHECK(got.good(key));
@@ -263,9 +263,9 @@ TEST_CASE("one box that cannot be loaded is an error with its reason; the others
         [](const Keys& keys, int) { return with_record(keys, 0, record(keys[0], 500, "gone")); },
         60s,
         [](const std::string& path, int) {
-            return path == path_of(kKeys[0]) ? problem(500) : single(path);
+            return path == find_path(kKeys[0]) ? problem(500) : single(path);
         });
-    const Outcomes got = boxes_of(*served.world);
+    const Outcomes got = collect_boxes(*served.world);
     CHECK(got.count == 4);
     CHECK_THAT(got.failure(kKeys[0]),
                contains("HTTP status 500, not today; given up after 3 tries"));
@@ -281,7 +281,7 @@ TEST_CASE(
     INFO(status);
     Served served([&](const Keys&, int) { return problem(status); });
     for (int round = 0; round < 3; ++round)
-        CHECK(boxes_of(*served.world).count == 4);
+        CHECK(collect_boxes(*served.world).count == 4);
     CHECK(served.server.requests(kBatch) == 1);
     CHECK(served.singles() == 12);
 }
@@ -298,7 +298,7 @@ TEST_CASE("no server holds a batch for ever, and its boxes come alone",
         GENERATE_COPY(values<Case>({{"silent", {.silent = true}}, {"a byte a second", drip}}));
     DYNAMIC_SECTION(c.name) {
         Served served([&](const Keys&, int) { return c.bad; }, 2s);
-        const Outcomes got = boxes_of(*served.world);
+        const Outcomes got = collect_boxes(*served.world);
         for (const auto& key : kKeys)
             CHECK(got.good(key));
         CHECK(served.server.requests(kBatch) >= 1);
@@ -322,7 +322,7 @@ TEST_CASE("stop ends a batch at once, and all its boxes report it", "[raytracer]
         Served served([&](const Keys&, int) { return c.bad; }, 1h,
                       [](const std::string&, int) { return Deed{.silent = true}; },
                       &remote::RetryClock::steady());
-        auto waiting = std::async(std::launch::async, [&] { return boxes_of(*served.world); });
+        auto waiting = std::async(std::launch::async, [&] { return collect_boxes(*served.world); });
         // In the middle: the request is out, and what is to come of it has begun to.
         REQUIRE(test::eventually([&] {
             return c.bad.silent ? served.server.requests(kBatch) > 0
@@ -335,7 +335,7 @@ TEST_CASE("stop ends a batch at once, and all its boxes report it", "[raytracer]
         for (const auto& key : kKeys)
             CHECK_THAT(got.failure(key), contains("stopped"));
         const int requests = served.server.requests(kBatch);
-        CHECK_THAT(boxes_of(*served.world).failure(kKeys[3]), contains("stopped"));
+        CHECK_THAT(collect_boxes(*served.world).failure(kKeys[3]), contains("stopped"));
         CHECK(served.server.requests(kBatch) == requests);
     }
 }
@@ -354,16 +354,16 @@ TEST_CASE("a server that has sent nothing for long gets no batch requests until 
     std::vector<std::future<Outcomes>> requests_running;
     for (int i = 0; i < 4; ++i)
         requests_running.push_back(
-            std::async(std::launch::async, [&] { return boxes_of(*served.world); }));
+            std::async(std::launch::async, [&] { return collect_boxes(*served.world); }));
     for (auto& one : requests_running)
         CHECK(one.get().count == 4);
     const int requests = served.server.requests(kBatch);
-    CHECK(boxes_of(*served.world).count == 4);
+    CHECK(collect_boxes(*served.world).count == 4);
     CHECK(served.server.requests(kBatch) == requests);
     back = true;
-    CHECK(boxes_of(*served.world).good(kKeys[0]));
+    CHECK(collect_boxes(*served.world).good(kKeys[0]));
     CHECK(served.server.requests(kBatch) == requests);
-    CHECK(boxes_of(*served.world).good(kKeys[0]));
+    CHECK(collect_boxes(*served.world).good(kKeys[0]));
     CHECK(served.server.requests(kBatch) == requests + 1);
 }
 
@@ -377,7 +377,7 @@ TEST_CASE("batches of many threads give each its own boxes", "[raytracer][remote
     std::vector<std::future<Outcomes>> requests_running;
     for (int i = 0; i < 12; ++i)
         requests_running.push_back(
-            std::async(std::launch::async, [&] { return boxes_of(*served.world); }));
+            std::async(std::launch::async, [&] { return collect_boxes(*served.world); }));
     for (auto& one : requests_running) {
         const Outcomes got = one.get();
         CHECK(got.count == 4);

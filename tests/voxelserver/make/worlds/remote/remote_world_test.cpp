@@ -14,12 +14,12 @@
 using namespace terravox;
 using namespace std::chrono_literals;
 using terravox::test::BadServer;
-using terravox::test::box_of;
-using terravox::test::bytes_of;
 using terravox::test::contains;
 using terravox::test::Deed;
 using terravox::test::problem;
 using terravox::test::SkippedWaits;
+using terravox::test::to_box;
+using terravox::test::to_bytes;
 using terravox::test::world_with;
 
 namespace {
@@ -29,7 +29,7 @@ const std::string kPath = "/v2/boxes/0/3/-1/7";
 
 Deed good_box(const voxel::BoxKey& key = kKey) {
     return {.type = voxel::kBoxMediaType,
-            .body = bytes_of(voxel::compress(*box_of(key))),
+            .body = to_bytes(voxel::compress(*to_box(key))),
             .headers = "Content-Encoding: zstd\r\n"};
 }
 Deed damaged_box() {
@@ -113,7 +113,7 @@ TEST_CASE("a box that comes at last is the box, whatever came before it", "[rayt
         Mended mended(c.bad, c.times);
         const auto box = mended.world->box(kKey);
         REQUIRE(box);
-        CHECK((bytes_of(box->blob()) == bytes_of(box_of(kKey)->blob())));
+        CHECK((to_bytes(box->blob()) == to_bytes(to_box(kKey)->blob())));
         // A late box is a good one: it is not requested again.
         CHECK(mended.server.requests(kPath) == (c.bad.late > 0ms ? 1 : c.times + 1));
         CHECK((mended.waits.skipped() > 0ms) == (c.times > 0 && c.bad.late == 0ms));

@@ -27,7 +27,7 @@ inline const std::string& archive_bytes() {
         voxel::ArchiveWriter writer(folder.path() / "a.tvx", info, 0);
         for (int i = 0; i < kArchiveBoxes; ++i)
             writer.add({0, i, 0, 0}, voxel::archive::Kind::kBox,
-                       voxel::compress(*box_of({0, i, 0, 0})));
+                       voxel::compress(*to_box({0, i, 0, 0})));
         writer.finish();
         std::ifstream in(folder.path() / "a.tvx", std::ios::binary);
         return std::string(std::istreambuf_iterator<char>(in), {});

@@ -11,7 +11,7 @@
 namespace terravox::test {
 
 /// A box that is another one for each key.
-inline std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key) {
+inline std::shared_ptr<const voxel::Box> to_box(const voxel::BoxKey& key) {
     voxel::BoxBuilder builder;
     for (int x = 0; x < voxel::kBoxSizeX; ++x)
         for (int z = 0; z < voxel::kBoxSizeZ; ++z)
@@ -23,7 +23,7 @@ inline std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key) {
     });
 }
 
-inline std::string bytes_of(std::span<const std::byte> bytes) {
+inline std::string to_bytes(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

@@ -25,7 +25,7 @@ struct Described {
     std::string licence;
 };
 
-nlohmann::json item_of(const Described& what) {
+nlohmann::json to_item(const Described& what) {
     const test::TemporaryFolder folder;
     const geo::Crs crs = geo::Crs::from_text(what.crs);
     voxel::WorldInfo info;
@@ -45,23 +45,23 @@ nlohmann::json item_of(const Described& what) {
 }  // namespace
 
 TEST_CASE("stac: a CRS has a number of EPSG, or its text alone", "[archive][stac]") {
-    CHECK(item_of({})["properties"]["proj:epsg"] == 3794);
+    CHECK(to_item({})["properties"]["proj:epsg"] == 3794);
     for (const char* const crs :
          {"EPSG:3794+8690",
           "+proj=tmerc +lat_0=0 +lon_0=15 +k=0.9999 +x_0=500000 +y_0=-5000000 +ellps=GRS80"}) {
         INFO(crs);
         Described other;
         other.crs = crs;
-        const auto item = item_of(other);
+        const auto item = to_item(other);
         CHECK(item["properties"]["proj:epsg"].is_null());
         CHECK(item["properties"]["proj:wkt2"] == geo::Crs::from_text(crs).wkt());
-        CHECK(item["bbox"][0] == Approx(item_of({})["bbox"][0].get<double>()).margin(1e-4));
+        CHECK(item["bbox"][0] == Approx(to_item({})["bbox"][0].get<double>()).margin(1e-4));
     }
 }
 
 TEST_CASE("stac: boxes of a map are in its units", "[archive][stac]") {
     // Los Angeles, in feet.
-    const auto item = item_of(
+    const auto item = to_item(
         {"EPSG:2229", {{1'970'000, 0, -562'000}, {1'970'500, 100, -561'000}}, 3.28083333333333});
     const auto box = item["properties"]["proj:bbox"].get<std::array<double, 4>>();
     CHECK(box[2] - box[0] == Approx(500 * 3.28083333333333));
@@ -82,7 +82,7 @@ TEST_CASE("stac: licences are those of SPDX where they are known", "[archive][st
         INFO(one.licence);
         Described what;
         what.licence = one.licence;
-        CHECK(item_of(what)["properties"]["license"] == one.wanted);
+        CHECK(to_item(what)["properties"]["license"] == one.wanted);
     }
 }
 
@@ -96,8 +96,8 @@ TEST_CASE("stac: a place whose border is none on a map of degrees is refused", "
         {"a pole", {"EPSG:3413", {{-5'000, 0, -6'000}, {7'000, 9, 8'000}}, 1, ""}},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_WITH(item_of(c.what), contains("crosses the antimeridian or holds a pole"));
+        CHECK_THROWS_WITH(to_item(c.what), contains("crosses the antimeridian or holds a pole"));
     }
-    CHECK(item_of({"EPSG:32601", {{170'000, 0, -10'000}, {180'000, 9, -1'000}}, 1, ""})["bbox"][0] <
+    CHECK(to_item({"EPSG:32601", {{170'000, 0, -10'000}, {180'000, 9, -1'000}}, 1, ""})["bbox"][0] <
           -179);
 }

@@ -48,7 +48,7 @@ TEST_CASE(
         {"all there is, elsewhere", 16, 4080, 2048, -2032, 4064},
     }));
     DYNAMIC_SECTION(c.name) {
-        const anvil::Place place = anvil::place_of({0, {{-10, c.low, -10}, {10, c.end, 10}}});
+        const anvil::Place place = anvil::find_place({0, {{-10, c.low, -10}, {10, c.end, 10}}});
         CHECK(place.offset == std::array<int, 3>{0, c.offset_y, 0});
         CHECK(place.min_y == c.min_y);
         CHECK(place.height == c.height);
@@ -77,7 +77,7 @@ TEST_CASE("parts that no world of Minecraft holds are refused, and a level that 
          "80000000 voxels wide; allowed: up to 59996976 blocks, that is --level 1 "},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK_THROWS_WITH(anvil::place_of(c.part), test::contains(c.says));
+        CHECK_THROWS_WITH(anvil::find_place(c.part), test::contains(c.says));
     }
 }
 
@@ -148,15 +148,15 @@ TEST_CASE("a material that the table of blocks to export leaves out becomes its 
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "export.toml") << "[rock]\nblock = \"granite\"\n";
     const auto blocks = anvil::ExportBlocks::load(folder.path(), table);
-    const auto name_of = [&](Material m) { return blocks.all()[blocks.plain(m)].name; };
-    CHECK(name_of(Material::kRock) == "minecraft:granite");
-    CHECK(name_of(Material::kTower) == "minecraft:iron_block");
-    CHECK(name_of(Material::kWater) == "minecraft:water");
+    const auto to_name = [&](Material m) { return blocks.all()[blocks.plain(m)].name; };
+    CHECK(to_name(Material::kRock) == "minecraft:granite");
+    CHECK(to_name(Material::kTower) == "minecraft:iron_block");
+    CHECK(to_name(Material::kWater) == "minecraft:water");
 }
 
 TEST_CASE("bad tables of blocks to export are refused", "[convert][anvil]") {
     const auto table = minecraft::BlockTable::load(kBlocks);
-    const std::string shipped = test::content_of(kBlocks / "export.toml");
+    const std::string shipped = test::read_content(kBlocks / "export.toml");
     struct Case {
         const char* name;
         std::string from;

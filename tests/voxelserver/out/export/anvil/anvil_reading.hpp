@@ -129,7 +129,7 @@ inline std::string inflate(const std::string& packed, bool gzip) {
 
 /// The chunks of a region file by place in its table, still packed.
 inline std::map<int, std::string> packed_chunks(const fs::path& file) {
-    const std::string bytes = content_of(file);
+    const std::string bytes = read_content(file);
     const auto u32 = [&](std::size_t at) {
         std::uint32_t v = 0;
         for (std::size_t i = 0; i < 4; ++i)
@@ -162,9 +162,9 @@ inline std::map<int, std::string> packed_chunks(const fs::path& file) {
         if (kind == 2)
             out[slot] = bytes.substr(sector * 4096 + 5, length - 1);
         else if (kind == 130)
-            out[slot] =
-                content_of(file.parent_path() / ("c." + std::to_string(rx * 32 + slot % 32) + "." +
-                                                 std::to_string(rz * 32 + slot / 32) + ".mcc"));
+            out[slot] = read_content(file.parent_path() /
+                                     ("c." + std::to_string(rx * 32 + slot % 32) + "." +
+                                      std::to_string(rz * 32 + slot / 32) + ".mcc"));
         else
             throw std::runtime_error("kind " + std::to_string(kind));
     }

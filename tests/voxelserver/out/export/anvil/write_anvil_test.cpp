@@ -23,7 +23,7 @@ using test::TemporaryFolder;
 constexpr std::uint32_t kColours = 1000;
 
 /// A number for a place, without pattern. Ref: Steele, Lea & Flood, SplitMix.
-std::uint64_t hash_of(unsigned seed, int x, int y, int z) {
+std::uint64_t compute_hash(unsigned seed, int x, int y, int z) {
     std::uint64_t h = seed * 0x9e3779b97f4a7c15ull +
                       static_cast<std::uint32_t>(x) * 0xbf58476d1ce4e5b9ull +
                       static_cast<std::uint32_t>(y) * 0x94d049bb133111ebull +
@@ -36,12 +36,12 @@ std::uint64_t hash_of(unsigned seed, int x, int y, int z) {
 /// Clumps of all materials, thin air, solid rock, and stretches without anything.
 void fill(PaintedWorld& world, unsigned seed) {
     world.fill_with([&](int x, int y, int z) {
-        const auto kind = hash_of(seed, x >> 4, y >> 4, z >> 4) % 5;
+        const auto kind = compute_hash(seed, x >> 4, y >> 4, z >> 4) % 5;
         if (kind == 0)
             return Material::kAir;
         if (kind == 1)
             return Material::kRock;
-        const auto pick = hash_of(seed + 1, x >> 1, y >> 1, z >> 1);
+        const auto pick = compute_hash(seed + 1, x >> 1, y >> 1, z >> 1);
         return kind == 2 || pick % 3 == 0 ? static_cast<Material>(pick / 7 % voxel::kMaterialCount)
                                           : Material::kAir;
     });
@@ -61,17 +61,17 @@ struct Converting {
     void run() { exports::anvil::write_anvil(job, {kBlocks, ""}); }
 };
 
-test::Nbt level_of(const fs::path& folder) {
-    return test::NbtParser(test::inflate(test::content_of(folder / "level.dat"), true))
+test::Nbt find_level(const fs::path& folder) {
+    return test::NbtParser(test::inflate(test::read_content(folder / "level.dat"), true))
         .root()
         .at("Data");
 }
 
-std::map<std::string, std::string> files_of(const fs::path& folder) {
+std::map<std::string, std::string> list_files(const fs::path& folder) {
     std::map<std::string, std::string> out;
     for (const auto& file : fs::recursive_directory_iterator(folder))
         if (file.is_regular_file())
-            out[fs::relative(file.path(), folder)] = test::content_of(file.path());
+            out[fs::relative(file.path(), folder)] = test::read_content(file.path());
     return out;
 }
 
@@ -98,7 +98,7 @@ TEST_CASE(
 
     const auto read = test::read_world(folder.path());
     const auto car =
-        voxel::side_car_from_json(test::content_of(folder.path() / "terravox.json"), "car");
+        voxel::side_car_from_json(test::read_content(folder.path() / "terravox.json"), "car");
     CHECK(car.offset[0] % 512 == 0);
     CHECK(car.offset[1] % 16 == 0);
     CHECK(car.offset[2] % 512 == 0);
@@ -174,7 +174,7 @@ TEST_CASE("chunks contain what the game needs, and no more", "[convert][anvil]")
     CHECK(read.biomes.at({9, 3, 1}) == "minecraft:desert");
     CHECK(read.biomes.at({10, 3, 1}) == "minecraft:the_void");
 
-    const auto data = level_of(folder.path());
+    const auto data = find_level(folder.path());
     CHECK(data.at("LevelName").text() == "an array");
     CHECK(data.at("DataVersion").number() == 3955);
     CHECK(data.at("Version").at("Name").text() == "1.21.1");
@@ -189,7 +189,7 @@ TEST_CASE("chunks contain what the game needs, and no more", "[convert][anvil]")
     CHECK(settings.at("layers").list().empty());
     CHECK(data.at("DataPacks").at("Enabled").list().size() == 1);
     CHECK_FALSE(fs::exists(folder.path() / "datapacks"));
-    CHECK(files_of(folder.path()).size() == 3);
+    CHECK(list_files(folder.path()).size() == 3);
     CHECK(converting.job.files().size() == 3);
 }
 
@@ -203,9 +203,9 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
     const TemporaryFolder cut;
     Converting(world, part, one.path(), 1).run();
     Converting(world, part, four.path(), 4).run();
-    const auto expected = files_of(one.path());
+    const auto expected = list_files(one.path());
     CHECK(expected.size() > 5);
-    CHECK(files_of(four.path()) == expected);
+    CHECK(list_files(four.path()) == expected);
 
     // One thread, so that regions are made in order; what cuts it off is no Error, which would be a
     // hole.
@@ -213,7 +213,7 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
     world.make_hole(late, [] { throw std::runtime_error("cut off"); });
     CHECK_THROWS_WITH(Converting(world, part, cut.path(), 1).run(), test::contains("cut off"));
     CHECK_FALSE(fs::exists(cut.path() / "level.dat"));
-    const auto done = files_of(cut.path()).size();
+    const auto done = list_files(cut.path()).size();
     CHECK(done > 1);
     CHECK(done < expected.size());
     world.mend_hole(late);
@@ -225,7 +225,7 @@ TEST_CASE("bytes are the same for any number of threads, and after being cut off
     Converting first(world, part, whole.path(), 2);
     first.run();
     CHECK(boxes_again < world.requests() - before - boxes_again);
-    CHECK(files_of(cut.path()) == expected);
+    CHECK(list_files(cut.path()) == expected);
     CHECK(again.job.voxels() == first.job.voxels());
     CHECK(again.job.files().size() == first.job.files().size());
     // Another part in the same folder would mix two worlds.
@@ -245,10 +245,10 @@ TEST_CASE("a folder with other files is left alone", "[convert][anvil]") {
     for (const char* name : {"notes.txt", ".hidden", "terravox.json", "datapacks"}) {
         const TemporaryFolder folder;
         std::ofstream(folder.path() / name) << "mine";
-        const auto before = files_of(folder.path());
+        const auto before = list_files(folder.path());
         CHECK_THROWS_WITH(Converting(world, part, folder.path()).run(),
                           test::contains(std::string("holds ") + name));
-        CHECK(files_of(folder.path()) == before);
+        CHECK(list_files(folder.path()) == before);
     }
     // Cut off before the first region, by a conversion of other data.
     const TemporaryFolder folder;
@@ -275,7 +275,7 @@ TEST_CASE("a world has the title that was given, its own, or the name of its fol
     const TemporaryFolder folder;
     Converting converting(world, {{0, 0, 0}, {64, 20, 64}}, folder.path() / "my valley");
     exports::anvil::write_anvil(converting.job, {kBlocks, c.given});
-    CHECK(level_of(folder.path() / "my valley").at("LevelName").text() == c.expected);
+    CHECK(find_level(folder.path() / "my valley").at("LevelName").text() == c.expected);
 }
 
 TEST_CASE("a world whose bounds are higher than what stands there needs no data pack",
@@ -294,15 +294,15 @@ TEST_CASE("a high world has a data pack that is switched on", "[convert][anvil]"
     world.fill({0, 100, 0}, {20, 900, 20}, Material::kRock);
     const TemporaryFolder folder;
     Converting(world, {{0, 100, 0}, {20, 900, 20}}, folder.path()).run();
-    const auto data = level_of(folder.path());
+    const auto data = find_level(folder.path());
     CHECK(data.at("DataPacks").at("Enabled").list().at(1).text() == "file/terravox-height");
     CHECK(data.at("SpawnY").number() == 900);
     const fs::path pack = folder.path() / "datapacks/terravox-height";
     const auto type = nlohmann::json::parse(
-        test::content_of(pack / "data/minecraft/dimension_type/overworld.json"));
+        test::read_content(pack / "data/minecraft/dimension_type/overworld.json"));
     CHECK(type["min_y"] == 96);
     CHECK(type["height"] == 880);
-    CHECK(nlohmann::json::parse(test::content_of(pack / "pack.mcmeta"))["pack"]["pack_format"] ==
+    CHECK(nlohmann::json::parse(test::read_content(pack / "pack.mcmeta"))["pack"]["pack_format"] ==
           48);
     const auto read = test::read_world(folder.path());
     CHECK(read.blocks.size() == 20u * 20 * 800);

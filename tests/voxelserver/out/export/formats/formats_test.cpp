@@ -23,12 +23,12 @@ void write_file(const fs::path& path) {
 }  // namespace
 
 TEST_CASE("a format is chosen by name or ending", "[voxelserver][export][format]") {
-    CHECK(format_of("", "a.tvx").name == "archive");
-    CHECK(format_of("", "A.VOX").name == "vox");
-    CHECK(format_of("", "my world").name == "anvil");
-    CHECK(format_of("ply", "a.tvx").name == "ply");
-    CHECK_THROWS_WITH(format_of("", "a.obj"), contains(".obj") && contains("archive (.tvx)"));
-    CHECK_THROWS_WITH(format_of("fbx", "a.tvx"), contains("--to fbx"));
+    CHECK(find_format_by("", "a.tvx").name == "archive");
+    CHECK(find_format_by("", "A.VOX").name == "vox");
+    CHECK(find_format_by("", "my world").name == "anvil");
+    CHECK(find_format_by("ply", "a.tvx").name == "ply");
+    CHECK_THROWS_WITH(find_format_by("", "a.obj"), contains(".obj") && contains("archive (.tvx)"));
+    CHECK_THROWS_WITH(find_format_by("fbx", "a.tvx"), contains("--to fbx"));
 }
 
 TEST_CASE("each format is found by its own name and its own ending",
@@ -40,8 +40,8 @@ TEST_CASE("each format is found by its own name and its own ending",
         INFO(name);
         CHECK(names.insert(name).second);
         CHECK(extensions.insert(std::string(format->extension)).second);
-        CHECK(&format_of(name, "anything") == format);
-        CHECK(&format_of("", "place" + std::string(format->extension)) == format);
+        CHECK(&find_format_by(name, "anything") == format);
+        CHECK(&find_format_by("", "place" + std::string(format->extension)) == format);
         CHECK_THAT(allowed_formats(), contains(name));
     }
 }
@@ -70,7 +70,7 @@ TEST_CASE("a file that is there is replaced only with --overwrite, a folder neve
 
 TEST_CASE("parts of a divided volume count as that volume", "[voxelserver][export][format]") {
     const TemporaryFolder folder;
-    const Format& vdb = format_of("vdb", folder.path());
+    const Format& vdb = find_format_by("vdb", folder.path());
     const fs::path out = folder.path() / "place.vdb";
     write_file(folder.path() / "other_0_0.vdb");
     CHECK_NOTHROW(vdb.check_target(out, {}));

@@ -23,7 +23,7 @@ using Face = std::tuple<int, int, int, int, FaceAttributes>;
 constexpr int kSteps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
 // The rule once more, voxel by voxel.
-std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Job& job) {
+std::vector<Face> list_faces(const PaintedWorld& world, const Part& part, const Job& job) {
     std::vector<Face> out;
     const auto material = [&](int x, int y, int z) {
         return part.holds(x, y, z) ? world.at(x, y, z) : Material::kAir;
@@ -40,7 +40,7 @@ std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Jo
                     if (!voxel::see_through(neighbour) ||
                         (neighbour == material(x, y, z) && neighbour != Material::kAir))
                         continue;
-                    out.emplace_back(x, y, z, d, attributes_of(attr.material, job.colour_of(attr)));
+                    out.emplace_back(x, y, z, d, to_attributes(attr.material, job.to_colour(attr)));
                 }
             }
     std::sort(out.begin(), out.end());
@@ -74,7 +74,7 @@ void split(const std::array<std::array<int, 3>, 4>& c, FaceAttributes attributes
                 out.emplace_back(x - (d == 1), y - (d == 3), z - (d == 5), d, attributes);
 }
 
-std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t, 3>& origin) {
+std::vector<Face> list_faces(const ColumnMesh& mesh, const std::array<std::int32_t, 3>& origin) {
     std::vector<Face> out;
     for (const auto& [material, part] : mesh.parts)
         for (const auto& q : part.quads) {
@@ -84,7 +84,7 @@ std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t
                     corners[i][a] = part.vertices[q[i]].at[a] + origin[a];
             for (const auto i : q)
                 REQUIRE(part.vertices[i].attributes == part.vertices[q[0]].attributes);
-            REQUIRE(material_of(part.vertices[q[0]].attributes) == material);
+            REQUIRE(to_material(part.vertices[q[0]].attributes) == material);
             split(corners, part.vertices[q[0]].attributes, out);
         }
     return out;
@@ -121,11 +121,11 @@ TEST_CASE("every exposed face is covered once and nothing else is", "[convert][m
                 const ColumnMesh mesh = mesher.make(bx, bz);
                 for (const auto& [material, part] : mesh.parts)
                     quads += part.quads.size();
-                const auto faces = faces_of(mesh, origin_of(e.job.part));
+                const auto faces = list_faces(mesh, make_origin(e.job.part));
                 found.insert(found.end(), faces.begin(), faces.end());
             }
         std::sort(found.begin(), found.end());
-        const auto wanted = faces_of(*world, e.job.part, e.job);
+        const auto wanted = list_faces(*world, e.job.part, e.job);
         REQUIRE(wanted.size() > 1000);
         CHECK(found.size() == wanted.size());
         CHECK(std::adjacent_find(found.begin(), found.end()) == found.end());
@@ -159,9 +159,9 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
     const auto world = test::lumps(11, 4, false);
     test::ExportJob e(*world, glb ? "a.glb" : "a.ply");
     write_mesh(e.job, format);
-    const std::string bytes = test::content_of(e.job.out);
+    const std::string bytes = test::read_content(e.job.out);
     const auto mesh = glb ? test::read_glb(bytes) : test::read_ply(bytes);
-    const auto wanted = faces_of(*world, e.job.part, e.job);
+    const auto wanted = list_faces(*world, e.job.part, e.job);
     std::size_t solid = 0;
     std::size_t seen = 0;
     const auto& b = e.job.part.bounds;
@@ -181,7 +181,7 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
     CHECK(mesh.vertices < mesh.faces.size() * 4);
 
     // Each face looks like the voxel behind it.
-    const auto o = origin_of(e.job.part);
+    const auto o = make_origin(e.job.part);
     std::size_t wrong = 0;
     for (const auto& face : mesh.faces) {
         const auto n = test::ReadMesh::normal(face);
@@ -196,7 +196,7 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
         const auto attr = world->attr_at(static_cast<int>(std::floor(q[0])) + o[0],
                                          static_cast<int>(std::floor(q[1])) + o[1],
                                          static_cast<int>(std::floor(q[2])) + o[2]);
-        const voxel::Rgb8 c = e.job.colour_of(attr);
+        const voxel::Rgb8 c = e.job.to_colour(attr);
         const std::array<double, 3> colour =
             glb ? std::array<double, 3>{voxel::srgb_to_linear(c.r), voxel::srgb_to_linear(c.g),
                                         voxel::srgb_to_linear(c.b)}
@@ -215,7 +215,7 @@ TEST_CASE("a part of a coarser level has larger voxels", "[convert][mesh]") {
     world.fill({-3, 5, -70}, {4, 9, -60}, Material::kMasonry);
     test::ExportJob e(world, world.level_bounds(), "a.ply", 2);
     write_mesh(e.job, MeshFormat::kPly);
-    const auto mesh = test::read_ply(test::content_of(e.job.out));
+    const auto mesh = test::read_ply(test::read_content(e.job.out));
     CHECK(mesh.volume() == Approx(7 * 4 * 10 * 64.0));
     CHECK(mesh.area() == Approx(2 * (7 * 4 + 7 * 10 + 4 * 10) * 16.0));
     std::array<double, 3> low{1e9, 1e9, 1e9};
@@ -231,7 +231,7 @@ TEST_CASE("water, glass and lamps have materials that show it", "[convert][mesh]
     const auto world = test::lumps(12, 0);
     test::ExportJob e(*world, "a.glb");
     write_mesh(e.job, MeshFormat::kGlb);
-    const auto head = test::read_glb(test::content_of(e.job.out)).head;
+    const auto head = test::read_glb(test::read_content(e.job.out)).head;
     std::map<std::string, nlohmann::json> of;
     for (const auto& m : head["materials"])
         of[m["name"]] = m;
@@ -240,7 +240,7 @@ TEST_CASE("water, glass and lamps have materials that show it", "[convert][mesh]
     CHECK(of.at("lamp")["emissiveFactor"][0] > 0.5);
     CHECK(!of.at("rock").contains("alphaMode"));
     CHECK(head["nodes"][0]["extras"]["crs"] == "EPSG:3794");
-    CHECK(head["nodes"][0]["extras"]["offset"] == nlohmann::json(origin_of(e.job.part)));
+    CHECK(head["nodes"][0]["extras"]["offset"] == nlohmann::json(make_origin(e.job.part)));
     CHECK(head["asset"]["copyright"] == "nobody");
 }
 
@@ -251,7 +251,7 @@ TEST_CASE("fewer steps of colours make fewer faces", "[convert][mesh]") {
         MeshOptions options;
         options.colour_steps = steps;
         write_mesh(e.job, MeshFormat::kPly, options);
-        const auto mesh = test::read_ply(test::content_of(e.job.out));
+        const auto mesh = test::read_ply(test::read_content(e.job.out));
         std::set<double> values;
         for (const auto& face : mesh.faces)
             values.insert(face.colour.begin(), face.colour.end());

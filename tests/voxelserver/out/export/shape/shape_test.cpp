@@ -131,7 +131,7 @@ TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]"
         to.put("head");
         spool.copy_to(to);
         to.close();
-        CHECK(test::content_of(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
+        CHECK(test::read_content(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
     }
     CHECK(test::files_in(folder.path()) == std::set<std::string>{"b"});
     std::string beyond(10, ' ');
@@ -146,11 +146,11 @@ TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
     util::AtomicFile file(e.job.out);
     util::write_file_atomically(file.temporary_path(), "a mesh");
     finish_file(e.job, file);
-    CHECK(test::content_of(e.job.out) == "a mesh");
+    CHECK(test::read_content(e.job.out) == "a mesh");
     const auto car = voxel::side_car_from_json(
-        test::content_of(e.folder.path() / "a.glb.georef.json"), "the side-car");
+        test::read_content(e.folder.path() / "a.glb.georef.json"), "the side-car");
     CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
-    CHECK(car.offset == origin_of(e.job.part));
+    CHECK(car.offset == make_origin(e.job.part));
     CHECK(car.crs == "EPSG:3794");
     CHECK(car.voxel_m == 0.5);
     CHECK(e.job.files().size() == 2);

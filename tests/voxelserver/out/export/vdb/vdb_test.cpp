@@ -35,7 +35,7 @@ std::size_t differences(const test::PaintedWorld& world, const Job& job,
                         const std::vector<ReadVdb>& files, UpAxis up) {
     std::size_t out = 0;
     const auto& b = job.part.bounds;
-    const auto o = origin_of(job.part);
+    const auto o = make_origin(job.part);
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
@@ -47,7 +47,7 @@ std::size_t differences(const test::PaintedWorld& world, const Job& job,
                 const bool solid = world.at(x, y, z) != Material::kAir;
                 const bool seen = solid && !world.hidden(x, y, z);
                 const auto attr = world.attr_at(x, y, z);
-                const voxel::Rgb8 c = job.colour_of(attr);
+                const voxel::Rgb8 c = job.to_colour(attr);
                 std::size_t found = 0;
                 for (const ReadVdb& f : files) {
                     const auto i = f.density->transform().worldToIndexCellCentered(at);

@@ -34,7 +34,7 @@ Compared compare(const test::PaintedWorld& world, const Job& job, const test::Re
                  int near) {
     Compared out;
     const auto& b = job.part.bounds;
-    const auto o = origin_of(job.part);
+    const auto o = make_origin(job.part);
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
@@ -48,7 +48,7 @@ Compared compare(const test::PaintedWorld& world, const Job& job, const test::Re
                 }
                 const auto attr = world.attr_at(x, y, z);
                 const int off = difference(file.colours[static_cast<std::size_t>(found->second)],
-                                           job.colour_of(attr));
+                                           job.to_colour(attr));
                 out.farthest = std::max(out.farthest, off);
                 out.wrong_colour += off > near || (off > 0 && !attr.has_colour());
                 const auto material = file.materials.find(found->second);
@@ -83,7 +83,7 @@ TEST_CASE("a vox file holds every voxel that can be seen, at its place", "[conve
         const auto world = test::lumps(21, c.colours);
         test::ExportJob e(*world, c.bounds, "a.vox");
         write_vox(e.job);
-        const auto file = test::VoxReader::read(test::content_of(e.job.out));
+        const auto file = test::VoxReader::read(test::read_content(e.job.out));
         const Compared found = compare(*world, e.job, file, c.near);
         CHECK(found.wanted > 1000);
         CHECK(file.voxels.size() == found.wanted);
@@ -108,7 +108,7 @@ TEST_CASE("a wide part has models side by side", "[convert][vox]") {
     world.editable_info().bounds = world.level_bounds();
     test::ExportJob e(world, "a.vox");
     write_vox(e.job);
-    const auto file = test::VoxReader::read(test::content_of(e.job.out));
+    const auto file = test::VoxReader::read(test::read_content(e.job.out));
     CHECK(file.voxels.size() == 600 * 300);
     CHECK(file.sizes.size() == 6);
     CHECK(file.voxels.begin()->first == std::array<int, 3>{-300, -150, 0});
@@ -151,7 +151,7 @@ TEST_CASE("counting colours does not depend on their order", "[convert][vox]") {
     CHECK(differences == 0);
     for (const voxel::Rgb8 c : {colours[0], colours[77777]})
         CHECK(std::any_of(a.begin(), a.end(),
-                          [&](const auto& cell) { return cell.key == forward.key_of(c); }));
+                          [&](const auto& cell) { return cell.key == forward.to_key(c); }));
 }
 
 TEST_CASE("few colours are better than a regular cube of them, and exact when they suffice",

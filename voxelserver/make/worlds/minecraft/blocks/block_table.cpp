@@ -35,7 +35,7 @@ BlockAppearance BlockTable::chosen(const Candidate& candidate, Properties proper
     return appearance;
 }
 
-BlockAppearance BlockTable::appearance_of(std::string_view name, Properties properties) const {
+BlockAppearance BlockTable::find_appearance(std::string_view name, Properties properties) const {
     if (const auto found = m_names.find(name); found != m_names.end())
         for (const Candidate& candidate : found->second)
             if (all_hold(candidate.conditions, properties))
@@ -50,11 +50,11 @@ BlockAppearance BlockTable::of(std::string_view name, Properties properties) con
     name = without_namespace(name);
     const auto renamed = m_renamed.find(name);
     if (renamed == m_renamed.end())
-        return appearance_of(name, properties);
+        return find_appearance(name, properties);
     std::vector<Property> all(properties.begin(), properties.end());
     for (const Condition& c : renamed->second.conditions)
         all.push_back({c.property, c.values.front()});
-    return appearance_of(renamed->second.name, all);
+    return find_appearance(renamed->second.name, all);
 }
 
 BlockAppearance BlockTable::of_number(int id, int data) const {
@@ -135,19 +135,19 @@ private:
             fail("[" + where + "] " + what);
         };
     }
-    [[nodiscard]] const toml::table& table_of(const std::string& name,
-                                              const toml::node& node) const {
+    [[nodiscard]] const toml::table& make_table(const std::string& name,
+                                                const toml::node& node) const {
         if (!node.is_table())
             fail(name + " = " + shown(node) + "; allowed: a table [" + name + "]");
         return *node.as_table();
     }
-    [[nodiscard]] std::string text_of(const std::string& where, const toml::node& node,
+    [[nodiscard]] std::string to_text(const std::string& where, const toml::node& node,
                                       const char* allowed) const {
         if (!node.is_string())
             fail(where + " = " + shown(node) + "; allowed: " + allowed);
         return node.as_string()->get();
     }
-    [[nodiscard]] voxel::Material material_of(const std::string& name) const {
+    [[nodiscard]] voxel::Material to_material(const std::string& name) const {
         const auto material = voxel::material_from_name(name);
         if (material)
             return *material;
@@ -162,17 +162,17 @@ private:
         const toml::node* words = blocks.get("words");
         if (words == nullptr)
             return;
-        for (const auto& [key, node] : table_of("words", *words)) {
+        for (const auto& [key, node] : make_table("words", *words)) {
             const std::string name(key.str());
             const std::string where = "[words] " + name;
             auto& list = m_words[name];
             if (const auto* texts = node.as_array()) {
                 for (const auto& text : *texts)
-                    list.push_back({text_of(where, text, "texts"), std::nullopt});
+                    list.push_back({to_text(where, text, "texts"), std::nullopt});
             } else if (const auto* table = node.as_table()) {
                 for (const auto& [word, value] : *table) {
                     const auto colour = voxel::rgb8_from_hex(
-                        text_of(where + "." + std::string(word.str()), value, "\"#rrggbb\""));
+                        to_text(where + "." + std::string(word.str()), value, "\"#rrggbb\""));
                     if (!colour)
                         fail(where + "." + std::string(word.str()) + " = " + shown(value) +
                              "; allowed: \"#rrggbb\"");
@@ -191,19 +191,19 @@ private:
             fail("waterlogged = " + shown(node) + "; allowed: a list of materials");
         for (const auto& item : *list)
             m_table.m_drowned[static_cast<std::size_t>(
-                material_of(text_of("waterlogged", item, "a list of materials")))] = true;
+                to_material(to_text("waterlogged", item, "a list of materials")))] = true;
     }
 
     void read_material(const std::string& name, const toml::node& node) {
-        const voxel::Material material = material_of(name);
-        for (const auto& [key, value] : table_of(name, node))
+        const voxel::Material material = to_material(name);
+        for (const auto& [key, value] : make_table(name, node))
             read_entry(material, name, key.str(), value);
     }
 
     void read_entry(voxel::Material material, const std::string& where, std::string_view pattern,
                     const toml::node& value) {
         const Fail fails = failing(where);
-        const std::string colour = text_of("[" + where + "] \"" + std::string(pattern) + "\"",
+        const std::string colour = to_text("[" + where + "] \"" + std::string(pattern) + "\"",
                                            value, R"("#rrggbb", "{word}" or "")");
         BlockState state = block_state_from(pattern, fails);
         for (const Expanded& expanded : expand(state.name, m_words, fails)) {
@@ -212,8 +212,8 @@ private:
             candidate.own = own_letters(state.name);
             candidate.appearance = {material, !colour.empty(), {}, true};
             if (!colour.empty())
-                candidate.appearance.colour =
-                    colour_of(colour, expanded, "[" + where + "] \"" + std::string(pattern) + "\"");
+                candidate.appearance.colour = parse_colour(
+                    colour, expanded, "[" + where + "] \"" + std::string(pattern) + "\"");
             if (++m_entries > kMaxEntries)
                 fail("more than " + std::to_string(kMaxEntries) + " names; allowed: up to that");
             if (expanded.name.find('*') == std::string::npos)
@@ -223,8 +223,8 @@ private:
         }
     }
 
-    [[nodiscard]] voxel::Rgb8 colour_of(const std::string& text, const Expanded& expanded,
-                                        const std::string& where) const {
+    [[nodiscard]] voxel::Rgb8 parse_colour(const std::string& text, const Expanded& expanded,
+                                           const std::string& where) const {
         if (const auto colour = voxel::rgb8_from_hex(text))
             return *colour;
         if (text.size() > 2 && text.front() == '{' && text.back() == '}') {
@@ -271,7 +271,7 @@ private:
                      " open; allowed: one value");
             properties.push_back({c.property, c.values.front()});
         }
-        if (!m_table.appearance_of(state.name, properties).known)
+        if (!m_table.find_appearance(state.name, properties).known)
             fail("[" + where + "] '" + text + "' is none of blocks.toml");
         return {std::move(state.name), std::move(state.conditions)};
     }
@@ -282,9 +282,9 @@ private:
             util::read_toml(m_old, [&](const std::string& what) { fail(what); });
         for (const auto& [key, node] : old) {
             if (key.str() == "renamed")
-                read_renamed(table_of("renamed", node));
+                read_renamed(make_table("renamed", node));
             else if (key.str() == "numbers")
-                read_numbers(table_of("numbers", node));
+                read_numbers(make_table("numbers", node));
             else
                 fail("'" + std::string(key.str()) + "' is no part; allowed: renamed, numbers");
         }
@@ -297,7 +297,7 @@ private:
                 fail("[renamed] '" + name +
                      "' is a block of blocks.toml; allowed: names that are none");
             m_table.m_renamed[name] =
-                known("renamed", text_of("[renamed] " + name, node, "the name of a block"));
+                known("renamed", to_text("[renamed] " + name, node, "the name of a block"));
         }
     }
 
@@ -318,7 +318,7 @@ private:
                      "; allowed: a list of 1 to 16 names");
             for (const auto& item : *list) {
                 std::string name =
-                    text_of("[numbers] " + std::string(text), item, "a list of names");
+                    to_text("[numbers] " + std::string(text), item, "a list of names");
                 (void)known("numbers", name);
                 m_table.m_number_names[static_cast<std::size_t>(number)].push_back(std::move(name));
             }
@@ -339,7 +339,7 @@ private:
                     properties.push_back({c.property, c.values.front()});
                 m_table
                     .m_number_appearances[static_cast<std::size_t>(id * BlockTable::kData + data)] =
-                    m_table.appearance_of(state.name, properties);
+                    m_table.find_appearance(state.name, properties);
             }
     }
 

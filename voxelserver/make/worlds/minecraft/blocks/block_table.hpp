@@ -39,7 +39,7 @@ public:
     [[nodiscard]] BlockAppearance of(std::string_view name, Properties properties) const;
     /// The same for a game in which the namespace is part of a name, and which has no older names.
     [[nodiscard]] BlockAppearance of_full_name(std::string_view name) const {
-        return appearance_of(name, {});
+        return find_appearance(name, {});
     }
     /// A block of a world before 1.13.
     /// @param data 0 to 15, other bits are ignored
@@ -79,7 +79,8 @@ private:
     static constexpr int kNumbers = 256;
     static constexpr int kData = 16;
 
-    [[nodiscard]] BlockAppearance appearance_of(std::string_view name, Properties properties) const;
+    [[nodiscard]] BlockAppearance find_appearance(std::string_view name,
+                                                  Properties properties) const;
     [[nodiscard]] BlockAppearance chosen(const Candidate& candidate, Properties properties) const;
 
     ByName<std::vector<Candidate>> m_names;  ///< best first

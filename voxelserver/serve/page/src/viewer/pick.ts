@@ -27,7 +27,7 @@ export type Pick = {
  * @param i which of the hits
  * @return undefined where nothing was met
  */
-export function pickOf(
+export function makePick(
   hits: FirstHits,
   i: number,
   origin: Vec3,

@@ -30,7 +30,7 @@ import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { kNowhere, sunPosition, type SunPosition } from './draw/sun-position.js';
 import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
 import { ViewCut } from './view-cut.js';
-import { cameraAtPixel, pickOf, type Pick } from './pick.js';
+import { cameraAtPixel, makePick, type Pick } from './pick.js';
 
 export type { Pick } from './pick.js';
 export type { CastRay } from './draw/renderer.js';
@@ -295,7 +295,7 @@ export class Stage {
     const [width, height] = [this.#canvas.width, this.#canvas.height];
     const view = cameraAtPixel(camera, width, height, x, y);
     const hits = renderer.firstHits(view, this.#look, [1, 1]);
-    return pickOf(hits, 0, camera.position, view.forward, this.#look);
+    return makePick(hits, 0, camera.position, view.forward, this.#look);
   }
 
   /**
@@ -313,7 +313,7 @@ export class Stage {
       return rays.map(() => undefined);
     const look = { ...this.#look, ...kExact, section: undefined };
     const hits = this.#renderer.cast(rays, camera, look);
-    return rays.map((ray, i) => pickOf(hits, i, ray.origin, ray.direction, look));
+    return rays.map((ray, i) => makePick(hits, i, ray.origin, ray.direction, look));
   }
 
   /**
@@ -442,7 +442,7 @@ export class Stage {
     this.#cut = cut;
     this.#plan = plan;
     const columns = plan.wanted.filter(
-      (key) => !(nowMs - (this.#failures.get(nameOf(key))?.atMs ?? -Infinity) < kRetryMs),
+      (key) => !(nowMs - (this.#failures.get(toName(key))?.atMs ?? -Infinity) < kRetryMs),
     );
     this.#send({ type: 'want', generation: ++this.#generation, columns });
   }
@@ -461,7 +461,7 @@ export class Stage {
         // The column itself would keep its arrays in memory for as long as it is in the pools.
         const { level, bx, bz, byBegin } = message.column;
         const key = { level, bx, bz };
-        this.#failures.delete(nameOf(key));
+        this.#failures.delete(toName(key));
         this.#store(key, { byBegin, boxes });
         this.#send({ type: 'taken', bytes: message.bytes });
         return;
@@ -488,7 +488,7 @@ export class Stage {
   // Tried again after a while; what fails again is a hole, as in the ray tracer's pictures, so that
   // all else goes on.
   #fail(key: ColumnKey): void {
-    const name = nameOf(key);
+    const name = toName(key);
     const count = (this.#failures.get(name)?.count ?? 0) + 1;
     this.#failures.set(name, { atMs: performance.now(), count });
     if (count >= kMaxFailures) this.#storeHole(key);
@@ -543,7 +543,7 @@ function frac(n: number, by: number): number {
   return (n * by + 0.5) % 1;
 }
 
-function nameOf(key: ColumnKey): string {
+function toName(key: ColumnKey): string {
   return `${key.level}/${key.bx}/${key.bz}`;
 }
 

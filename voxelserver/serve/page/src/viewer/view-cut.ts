@@ -16,7 +16,7 @@ export class ViewCut extends LevelCut {
     super(bounds, view, coarsest);
     this.#bounds = bounds;
     this.#eye = camera.position;
-    this.#planes = planesOf(camera, aspect);
+    this.#planes = makePlanes(camera, aspect);
   }
 
   override isFarEnough(level: number, bx: number, bz: number): boolean {
@@ -39,7 +39,7 @@ export class ViewCut extends LevelCut {
 }
 
 // A direction d is in the picture where |d.right / right^2| <= aspect d.forward, and likewise up.
-function planesOf({ forward, right, up }: Camera, aspect: number): Vec3[] {
+function makePlanes({ forward, right, up }: Camera, aspect: number): Vec3[] {
   const plane = (side: Vec3, sign: number, reach: number): Vec3 => {
     const square = side[0] * side[0] + side[1] * side[1] + side[2] * side[2];
     const along = (axis: 0 | 1 | 2): number => reach * forward[axis] + (sign * side[axis]) / square;

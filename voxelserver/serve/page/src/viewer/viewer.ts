@@ -6,11 +6,11 @@ import type { Vec3 } from './draw/camera.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
-import { areFactsShown, positionOf, setUpFacts, showFacts } from './ui/facts-panel.js';
-import { fromLink, toLink, wordsOf } from './ui/link.js';
+import { areFactsShown, toPosition, setUpFacts, showFacts } from './ui/facts-panel.js';
+import { fromLink, toLink, parseWords } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
 import {
-  cameraOf,
+  toCamera,
   fitted,
   isSameView,
   lookingAt,
@@ -23,7 +23,7 @@ import { Overlay, type Shape } from './ui/overlay.js';
 import { roomBeside, setUpCopy, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
 import { savePicture } from './ui/save-picture.js';
-import { setUpSearch, viewOf } from './ui/search.js';
+import { setUpSearch, toView } from './ui/search.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
 import { watchServer } from './ui/server-watch.js';
 import { SquareNames } from './ui/square-names.js';
@@ -96,7 +96,7 @@ class Viewer {
     this.#squares = new SquareNames(squares === undefined ? undefined : () => load(squares));
     this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
     const named = place.views[0]!;
-    const first = this.#viewpointOf(named);
+    const first = this.#toViewpoint(named);
     const state = fromLink(location.hash, { view: first, timeMs: place.timeMs });
     this.view = state.view;
     if (isSameView(this.view, first)) this.#showing = { named, view: this.view };
@@ -143,17 +143,17 @@ class Viewer {
     const view = { ...wanted, position: [inside(x), inside(y), inside(z)] as const };
     this.view = view;
     this.#controls.view = view;
-    this.#stage.setCamera(cameraOf(view));
+    this.#stage.setCamera(toCamera(view));
     this.#stillSinceMs = performance.now();
     this.#changed();
   }
 
   #show(named: NamedView): void {
-    this.setView(this.#viewpointOf(named));
+    this.setView(this.#toViewpoint(named));
     this.#showing = { named, view: this.view };
   }
 
-  #viewpointOf(named: NamedView): Viewpoint {
+  #toViewpoint(named: NamedView): Viewpoint {
     const at = { position: named.position, headingDeg: 0, pitchDeg: 0, fovDeg: named.fovDeg };
     const view = lookingAt(at, named.target);
     if (named.frame === undefined) return view;
@@ -179,7 +179,7 @@ class Viewer {
     this.#canvas.classList.toggle('fixed', !options.hasControls);
     setText(byId('attribution', HTMLParagraphElement), this.#credit);
     this.#setUpInputs();
-    followLook(wordsOf(location.hash));
+    followLook(parseWords(location.hash));
     new ResizeObserver(() => this.#resize()).observe(this.#canvas);
     this.#resize();
     this.setTime(this.timeMs);
@@ -197,7 +197,7 @@ class Viewer {
     this.#stage.frame(nowMs);
     if (this.#isOverlayDue) {
       this.#isOverlayDue = false;
-      this.#overlay.draw(cameraOf(this.view), this.#shapes());
+      this.#overlay.draw(toCamera(this.view), this.#shapes());
     }
     this.#settle(nowMs);
     // Before the place is there nobody knows the words of tools.
@@ -259,7 +259,7 @@ class Viewer {
       world,
       appearance: this.#appearance,
       cast: (rays) => this.#stage.cast(rays),
-      camera: () => cameraOf(this.view),
+      camera: () => toCamera(this.view),
       aspect: () => this.#canvas.width / this.#canvas.height,
       middle: () => this.#pickMiddle(),
       timeMs: () => this.timeMs,
@@ -272,14 +272,14 @@ class Viewer {
     };
     const section = byId('tools', HTMLElement);
     this.#toolbox = new Toolbox(context, section);
-    this.#toolbox.follow(wordsOf(location.hash));
+    this.#toolbox.follow(parseWords(location.hash));
     section.hidden = false;
     this.setTime(this.timeMs);
   }
 
   #followLink(): void {
     const state = fromLink(location.hash, { view: this.view, timeMs: this.timeMs });
-    const words = wordsOf(location.hash);
+    const words = parseWords(location.hash);
     followLook(words);
     this.#toolbox?.follow(words);
     this.#lookChanged();
@@ -310,7 +310,7 @@ class Viewer {
     this.#asked = pick;
     show('');
     if (pick === undefined) return;
-    this.#squares.at(positionOf(pick, projection)).then(
+    this.#squares.at(toPosition(pick, projection)).then(
       (square) => {
         if (square !== '' && this.#asked === pick && areFactsShown()) show(square);
       },
@@ -323,13 +323,13 @@ class Viewer {
     setUpTime((timeMs) => this.setTime(timeMs));
     setUpLook(() => this.#lookChanged());
     byId('save', HTMLButtonElement).addEventListener('click', () =>
-      savePicture(this.#canvas, cameraOf(this.view), this.#shapes(), this.#credit),
+      savePicture(this.#canvas, toCamera(this.view), this.#shapes(), this.#credit),
     );
     setUpFacts(() => this.#canvas.focus());
     setUpSearch(
       say,
       () => this.#projection,
-      (place, projection) => this.setView(viewOf(place, projection, this.view)),
+      (place, projection) => this.setView(toView(place, projection, this.view)),
     );
     const address = (): string => new URL(this.#link(), location.href).href;
     const code = (): string => embedCode(location.href, this.#link(), this.#place.title);

@@ -65,7 +65,7 @@ const kMaxHoleBytes = 64 * 1024;
 /** @throws DataError `damaged`, or `too-large` for a larger index than a page should hold */
 export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
   const fail = (what: string): DataError => damaged(name, what);
-  const view = viewOf(bytes);
+  const view = toView(bytes);
   const isArchive =
     bytes.length >= kHeaderBytes &&
     view.getUint32(0, true) === kMagic[0] &&
@@ -109,7 +109,7 @@ export class RootIndex {
 
   /** @throws DataError `damaged` */
   constructor(bytes: Uint8Array, limits: IndexLimits, name: string) {
-    this.#view = viewOf(bytes);
+    this.#view = toView(bytes);
     const payload = bytes.length - 8;
     if (!sameHash(xxh64(bytes.subarray(0, payload)), hashAt(this.#view, payload)))
       throw damaged(name, 'its index is damaged');
@@ -142,7 +142,7 @@ export class RootIndex {
   }
 
   /** The leaf that has the box if any has it. */
-  leafOf(key: BoxKey): number | undefined {
+  findLeaf(key: BoxKey): number | undefined {
     const after = this.#order.firstAfter(placeOnCurve(key));
     return after === 0 ? undefined : after - 1;
   }
@@ -171,7 +171,7 @@ export class LeafIndex {
     if (bytes.length !== place.entries * kEntryBytes)
       throw fail(`${bytes.length} bytes; the root states ${place.entries} entries`);
     this.count = place.entries;
-    this.#view = viewOf(bytes);
+    this.#view = toView(bytes);
     this.#order = new CurveOrder(this.count);
     for (let i = 0; i < this.count; ++i) {
       const key = keyAt(this.#view, kEntryBytes * i);
@@ -224,10 +224,10 @@ export class LeafIndex {
  * @param bytes the record and the frame
  * @throws DataError `damaged` when the record is that of another box, or the checksum differs
  */
-export function frameOf(bytes: Uint8Array, key: BoxKey, entry: Entry): Uint8Array {
+export function extractFrame(bytes: Uint8Array, key: BoxKey, entry: Entry): Uint8Array {
   const fail = (what: string): DataError =>
     new DataError('damaged', `read box ${nameOfBox(key)} of an archive: ${what}`);
-  const view = viewOf(bytes);
+  const view = toView(bytes);
   const kind = entry.kind === 'box' ? 0 : 1;
   const isRecord =
     nameOfBox(keyAt(view, 0)) === nameOfBox(key) &&
@@ -298,7 +298,7 @@ function outside(key: BoxKey): string {
   return `box ${nameOfBox(key)} lies outside of the bounds`;
 }
 
-function viewOf(bytes: Uint8Array): DataView {
+function toView(bytes: Uint8Array): DataView {
   return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 

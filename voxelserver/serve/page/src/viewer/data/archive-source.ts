@@ -1,4 +1,4 @@
-import { frameOf, kRecordBytes } from './archive-format.js';
+import { extractFrame, kRecordBytes } from './archive-format.js';
 import type { Archive, ColumnEntry } from './archive.js';
 import { nameOfBox } from './box-arrays.js';
 import { readBoxFrame } from './box-frame.js';
@@ -7,7 +7,7 @@ import type { ColumnKey } from './column-key.js';
 import type { Clock } from './environment.js';
 import { asDataError, oneLine, within, type DataError } from './errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
-import { gapsOf, planRanges, Stretches, type ByteRange, type RangeRequest } from './range-plan.js';
+import { findGaps, planRanges, Stretches, type ByteRange, type RangeRequest } from './range-plan.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
 import { Turns } from './turns.js';
 
@@ -77,7 +77,7 @@ export class ArchiveSource implements BoxSource {
         continue;
       }
       const column = { builder: new ColumnBuilder(key), missing: found.length, isOver: false };
-      for (const entry of found) wanted.push({ ...rangeOf(entry), entry, column });
+      for (const entry of found) wanted.push({ ...toRange(entry), entry, column });
       if (found.length === 0) yield { column: column.builder.finish() };
     }
     const isKept = (box: WantedBox): boolean => this.#archive.file.has(box.offset, box.bytes);
@@ -96,7 +96,7 @@ export class ArchiveSource implements BoxSource {
     try {
       return await this.#archive.column(column, signal);
     } catch (error) {
-      return failureOf(column, error, signal);
+      return toFailure(column, error, signal);
     }
   }
 
@@ -111,12 +111,12 @@ export class ArchiveSource implements BoxSource {
       for (const { column } of request.ranges) {
         if (column.isOver) continue;
         column.isOver = true;
-        yield failureOf(column.builder.key, error, signal);
+        yield toFailure(column.builder.key, error, signal);
       }
       return;
     }
     // Boxes that lie in between are likely to be wanted next.
-    for (const { offset, bytes: count } of gapsOf(request)) {
+    for (const { offset, bytes: count } of findGaps(request)) {
       const from = offset - request.offset;
       this.#archive.file.remember(offset, bytes.subarray(from, from + count));
     }
@@ -140,14 +140,14 @@ export class ArchiveSource implements BoxSource {
       builder.add(box.entry.by, this.#unpackBox(bytes, builder.key, box.entry));
       return undefined;
     } catch (error) {
-      return failureOf(builder.key, error, signal);
+      return toFailure(builder.key, error, signal);
     }
   }
 
   #unpackBox(bytes: Uint8Array, column: ColumnKey, entry: ColumnEntry): ColumnBox {
     const key = { ...column, by: entry.by };
     try {
-      const frame = frameOf(bytes, key, entry);
+      const frame = extractFrame(bytes, key, entry);
       if (entry.kind === 'hole') return { hole: oneLine(new TextDecoder().decode(frame)) };
       return readBoxFrame(frame, key, this.#turns);
     } catch (error) {
@@ -157,19 +157,19 @@ export class ArchiveSource implements BoxSource {
 
   /** What has to be fetched for a column, by offset; undefined where the index is not loaded. */
   #knownRanges(column: ColumnKey): readonly ByteRange[] | undefined {
-    const ranges = this.#archive.knownColumn(column)?.map(rangeOf);
+    const ranges = this.#archive.knownColumn(column)?.map(toRange);
     return ranges
       ?.filter(({ offset, bytes }) => !this.#archive.file.has(offset, bytes))
       .sort((a, b) => a.offset - b.offset);
   }
 }
 
-function rangeOf(entry: ColumnEntry): ByteRange {
+function toRange(entry: ColumnEntry): ByteRange {
   return { offset: entry.offset - kRecordBytes, bytes: entry.bytes + kRecordBytes };
 }
 
 /** @throws what ends everything: a change of the archive, or the reason of `signal` */
-function failureOf(
+function toFailure(
   column: ColumnKey,
   error: unknown,
   signal: AbortSignal,

@@ -8,7 +8,7 @@ import {
 } from './archive-format.js';
 import type { BoxKey } from './box-arrays.js';
 import { ByteCache } from './byte-cache.js';
-import { keysOf, type ColumnKey } from './column-key.js';
+import { listKeys, type ColumnKey } from './column-key.js';
 import { DataError, within } from './errors.js';
 import {
   boxRange,
@@ -96,7 +96,7 @@ export class Archive {
     others: readonly ColumnKey[],
     signal: AbortSignal,
   ): Promise<void> {
-    const leaves = this.#leavesOf(column);
+    const leaves = this.#findLeaves(column);
     const wanted = new Set([...leaves, ...this.#leavesOfAll(others)]);
     const missing = [...wanted]
       .filter((index) => this.#isMissing(index))
@@ -118,14 +118,14 @@ export class Archive {
    */
   async column(column: ColumnKey, signal: AbortSignal): Promise<readonly ColumnEntry[]> {
     const leaves = new Map<number, LeafIndex>();
-    for (const index of this.#leavesOf(column)) leaves.set(index, await this.#leaf(index, signal));
+    for (const index of this.#findLeaves(column)) leaves.set(index, await this.#leaf(index, signal));
     return this.#entries(column, leaves);
   }
 
   /** As column(), where that takes no request; else undefined. */
   knownColumn(column: ColumnKey): readonly ColumnEntry[] | undefined {
     const leaves = new Map<number, LeafIndex>();
-    for (const index of this.#leavesOf(column)) {
+    for (const index of this.#findLeaves(column)) {
       const leaf = this.#leaves.get(index);
       if (leaf === undefined) return undefined;
       leaves.set(index, leaf);
@@ -135,8 +135,8 @@ export class Archive {
 
   #entries(column: ColumnKey, leaves: ReadonlyMap<number, LeafIndex>): ColumnEntry[] {
     const entries: ColumnEntry[] = [];
-    for (const key of keysOf(column, this.facts)) {
-      const index = this.#root.leafOf(key);
+    for (const key of listKeys(column, this.facts)) {
+      const index = this.#root.findLeaf(key);
       const entry = index === undefined ? undefined : leaves.get(index)?.find(key);
       if (entry !== undefined) entries.push({ ...entry, by: key.by });
     }
@@ -150,7 +150,7 @@ export class Archive {
       if (!hasLevel(this.facts, column.level)) continue;
       lookUps += columnHeight(this.facts, column.level);
       if (lookUps > kMaxLookUps) break;
-      leaves.push(...this.#leavesOf(column));
+      leaves.push(...this.#findLeaves(column));
     }
     return leaves;
   }
@@ -159,10 +159,10 @@ export class Archive {
     return !this.#leaves.has(index) && !this.#damagedLeaves.has(index) && !this.#loads.has(index);
   }
 
-  #leavesOf(column: ColumnKey): Set<number> {
+  #findLeaves(column: ColumnKey): Set<number> {
     const leaves = new Set<number>();
-    for (const key of keysOf(column, this.facts)) {
-      const index = this.#root.leafOf(key);
+    for (const key of listKeys(column, this.facts)) {
+      const index = this.#root.findLeaf(key);
       if (index !== undefined) leaves.add(index);
     }
     return leaves;

@@ -75,7 +75,7 @@ export function readBoxArrays(bytes: Uint8Array, key: BoxKey): BoxArrays {
   const words = new Uint32Array(aligned.buffer, aligned.byteOffset, aligned.length >> 2);
   if (words[0] !== kMagic[0] || words[1] !== kMagic[1]) throw fail('not in the box format');
   if (words[2] !== kVersion) throw fail(`format version ${words[2]}; allowed: ${kVersion}`);
-  const found = keyOf(words);
+  const found = toKey(words);
   if (found.level < 0 || found.level > kMaxLevel)
     throw fail(`level ${found.level}; allowed: 0 to ${kMaxLevel}`);
   const cellCount = words[7]!;
@@ -95,7 +95,7 @@ export function readBoxArrays(bytes: Uint8Array, key: BoxKey): BoxArrays {
   return { cells, first, ...packAttributes(words, from, attributeCount) };
 }
 
-function keyOf(words: Uint32Array): BoxKey {
+function toKey(words: Uint32Array): BoxKey {
   return { level: words[3]! | 0, bx: words[4]! | 0, by: words[5]! | 0, bz: words[6]! | 0 };
 }
 

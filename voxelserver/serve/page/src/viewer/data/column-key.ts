@@ -13,7 +13,7 @@ export function nameOfColumn({ level, bx, bz }: ColumnKey): string {
  * The boxes of a column that may hold something, from the bottom up; none outside of the bounds.
  * @throws DataError `missing` for a level that the world does not have
  */
-export function keysOf(column: ColumnKey, facts: Facts): BoxKey[] {
+export function listKeys(column: ColumnKey, facts: Facts): BoxKey[] {
   const { world } = facts;
   const { level, bx, bz } = column;
   if (!hasLevel(facts, level))

@@ -53,7 +53,7 @@ export class DataError extends Error {
 /** An error as it is sent from the worker to the page. */
 export type Failure = { readonly kind: DataErrorKind; readonly message: string };
 
-export function failureOf(error: DataError): Failure {
+export function toFailure(error: DataError): Failure {
   return { kind: error.kind, message: error.message };
 }
 

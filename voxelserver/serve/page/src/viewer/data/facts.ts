@@ -49,7 +49,7 @@ export function readFacts(text: Uint8Array, name: string): World {
   } catch (error) {
     throw fail(oneLine(error instanceof Error ? error.message : String(error)), error);
   }
-  const problem = isFields(json) ? problemOf(json, world) : 'not a JSON object';
+  const problem = isFields(json) ? findProblem(json, world) : 'not a JSON object';
   if (problem !== undefined) throw fail(problem);
   const high = columnHeight({ world }, 0);
   if (high > kMaxColumnBoxes)
@@ -61,7 +61,7 @@ export function readFacts(text: Uint8Array, name: string): World {
 }
 
 // What readWorld() leaves open, as the map of the voxel server does not depend on it.
-function problemOf(json: Readonly<Record<string, unknown>>, world: World): string | undefined {
+function findProblem(json: Readonly<Record<string, unknown>>, world: World): string | undefined {
   if (json['version'] !== kWorldVersion) return `another version; allowed: ${kWorldVersion}`;
   const box: readonly unknown[] = Array.isArray(json['box']) ? json['box'] : [];
   if (box.length !== kBoxSize.length || kBoxSize.some((edge, axis) => box[axis] !== edge))

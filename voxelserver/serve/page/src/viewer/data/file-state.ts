@@ -25,7 +25,7 @@ const kDate = /^[A-Z][a-z]{2}, \d{2} [A-Z][a-z]{2} \d{4} \d{2}:\d{2}:\d{2} GMT$/
 const kContentRange = /^bytes (?:(\d{1,15})-(\d{1,15})|\*)\/(?:(\d{1,15})|\*)$/;
 
 /** A header that is not of the form that RFC 9110 prescribes counts as absent. */
-export function contentRangeOf(headers: Headers): ContentRange | undefined {
+export function parseContentRange(headers: Headers): ContentRange | undefined {
   const found = kContentRange.exec(headers.get('Content-Range') ?? '');
   if (found === null) return undefined;
   const number = (text: string | undefined): number | undefined =>
@@ -34,7 +34,7 @@ export function contentRangeOf(headers: Headers): ContentRange | undefined {
 }
 
 /** @param bytes of the whole file, where the reply states them */
-export function fileStateOf(headers: Headers, bytes: number | undefined): FileState {
+export function readFileState(headers: Headers, bytes: number | undefined): FileState {
   const etag = headers.get('ETag') ?? '';
   const lastModified = headers.get('Last-Modified') ?? '';
   return {
@@ -48,7 +48,7 @@ export function fileStateOf(headers: Headers, bytes: number | undefined): FileSt
  * The header that makes a server answer 412 instead of sending bytes of another version: If-Match
  * with a strong entity tag, else If-Unmodified-Since; none where there is neither.
  */
-export function conditionOf(state: FileState): Record<string, string> {
+export function toCondition(state: FileState): Record<string, string> {
   if (state.etag !== undefined && !isWeak(state.etag)) return { 'If-Match': state.etag };
   if (state.lastModified !== undefined) return { 'If-Unmodified-Since': state.lastModified };
   return {};

@@ -68,7 +68,7 @@ export class Reply {
         yield chunk.value;
       }
     } catch (error) {
-      throw this.#watch.errorOf(error, this.name, 'cut');
+      throw this.#watch.toError(error, this.name, 'cut');
     } finally {
       this.#watch.close();
       this.#watch.abort();
@@ -146,7 +146,7 @@ export async function send(
     return new Reply(response, name, http, watch);
   } catch (error) {
     watch.close();
-    throw watch.errorOf(error, name, 'cors');
+    throw watch.toError(error, name, 'cors');
   }
 }
 
@@ -203,7 +203,7 @@ class StallWatch {
   }
 
   /** @param kind of an error of fetch or of a body that has no other reason */
-  errorOf(error: unknown, name: string, kind: 'cors' | 'cut'): Error {
+  toError(error: unknown, name: string, kind: 'cors' | 'cut'): Error {
     if (error instanceof DataError) return error;
     if (this.#outer.aborted) return this.#outer.reason as Error;
     if (this.#hasTimedOut) {
@@ -224,13 +224,13 @@ class StallWatch {
 export function statusError(reply: Reply, nowMs: number): DataError {
   reply.cancel();
   const { status, headers } = reply;
-  const [kind, advice] = kindOf(status);
+  const [kind, advice] = toKind(status);
   return new DataError(kind, `${reply.name}: status ${status}; ${advice}`, {
     retryAfterMs: retryAfterMs(headers, nowMs),
   });
 }
 
-function kindOf(status: number): readonly [DataErrorKind, string] {
+function toKind(status: number): readonly [DataErrorKind, string] {
   if (status === 404 || status === 410) return ['missing', 'check the address'];
   if (status === 401 || status === 403)
     return ['refused', 'the host does not let this page read it; check its access rules'];

@@ -48,7 +48,7 @@ export function planRanges<T extends ByteRange>(wanted: readonly T[]): RangeRequ
 }
 
 /** What a request reads besides its ranges: the gaps between them. */
-export function gapsOf({ offset, ranges }: RangeRequest<ByteRange>): ByteRange[] {
+export function findGaps({ offset, ranges }: RangeRequest<ByteRange>): ByteRange[] {
   const gaps: ByteRange[] = [];
   let end = offset;
   for (const range of ranges) {

@@ -2,7 +2,7 @@ import { nameOfBox, type BoxKey } from './box-arrays.js';
 import { BatchStream, type BatchRecord } from './batch-stream.js';
 import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder } from './column-builder.js';
-import { keysOf, type ColumnKey } from './column-key.js';
+import { listKeys, type ColumnKey } from './column-key.js';
 import { wait } from './environment.js';
 import { asDataError, DataError, oneLine, within, type DataErrorKind } from './errors.js';
 import {
@@ -140,7 +140,7 @@ export class ServerSource implements BoxSource {
   #begin(column: ColumnKey, pending: Pending): ColumnResult | undefined {
     let keys: BoxKey[];
     try {
-      keys = keysOf(column, this.facts);
+      keys = listKeys(column, this.facts);
     } catch (error) {
       return { failed: column, error: asDataError(error) };
     }
@@ -200,7 +200,7 @@ export class ServerSource implements BoxSource {
     pending.delete(name);
     const { key, column } = found;
     try {
-      column.builder.add(key.by, this.#boxOf(record));
+      column.builder.add(key.by, this.#toBox(record));
       column.missing -= 1;
       return column.missing > 0 ? undefined : { column: column.builder.finish() };
     } catch (error) {
@@ -209,7 +209,7 @@ export class ServerSource implements BoxSource {
     }
   }
 
-  #boxOf({ key, status, payload }: BatchRecord): ColumnBox {
+  #toBox({ key, status, payload }: BatchRecord): ColumnBox {
     if (status === 200) return readBoxFrame(payload, key, this.#turns);
     if (status === 204) return 'air';
     const reason = oneLine(new TextDecoder().decode(payload));

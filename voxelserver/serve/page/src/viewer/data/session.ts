@@ -3,7 +3,7 @@ import { ArchiveSource } from './archive-source.js';
 import { bytesOfColumn } from './column-bytes.js';
 import { nameOfColumn, type ColumnKey } from './column-key.js';
 import type { Environment } from './environment.js';
-import { asDataError, DataError, failureOf, oneLine } from './errors.js';
+import { asDataError, DataError, toFailure, oneLine } from './errors.js';
 import { kServerTimeoutMs, kTimeoutMs, type Http } from './http.js';
 import {
   kMaxUntakenBytes,
@@ -157,11 +157,11 @@ export class Session {
 
   #sendFailure(column: ColumnKey, error: DataError): void {
     const generation = this.#generation;
-    this.#post({ type: 'failed', generation, column, failure: failureOf(error) }, []);
+    this.#post({ type: 'failed', generation, column, failure: toFailure(error) }, []);
   }
 
   #end(error: DataError): void {
-    this.#post({ type: 'ended', failure: failureOf(error) }, []);
+    this.#post({ type: 'ended', failure: toFailure(error) }, []);
   }
 
   #stats(): Stats {

@@ -1,8 +1,8 @@
 import { DataError } from './errors.js';
 import {
-  conditionOf,
-  contentRangeOf,
-  fileStateOf,
+  toCondition,
+  parseContentRange,
+  readFileState,
   isOtherVersion,
   type FileState,
 } from './file-state.js';
@@ -112,7 +112,7 @@ export class UrlFile {
     offset: number,
     length: number,
   ): Promise<Uint8Array | typeof kOtherVersion> {
-    const range = contentRangeOf(reply.headers);
+    const range = parseContentRange(reply.headers);
     const size = range?.size ?? this.#size;
     if (range === undefined || size === undefined) {
       reply.cancel();
@@ -121,7 +121,7 @@ export class UrlFile {
         'origin must send Access-Control-Expose-Headers: Content-Range, ETag';
       throw new DataError('no-range', `${reply.name}: ${what}`);
     }
-    const state = fileStateOf(reply.headers, range.size);
+    const state = readFileState(reply.headers, range.size);
     if (this.#isOther(state)) {
       reply.cancel();
       return kOtherVersion;
@@ -142,7 +142,7 @@ export class UrlFile {
     offset: number,
     length: number,
   ): Promise<Uint8Array | typeof kOtherVersion> {
-    if (this.#isOther(fileStateOf(reply.headers, undefined))) {
+    if (this.#isOther(readFileState(reply.headers, undefined))) {
       reply.cancel();
       return kOtherVersion;
     }
@@ -155,7 +155,7 @@ export class UrlFile {
         'range requests (status 206), or a file of up to 8 MiB';
       throw new DataError('no-range', `${reply.name}: ${what}`);
     }
-    const state = fileStateOf(reply.headers, body.length);
+    const state = readFileState(reply.headers, body.length);
     if (this.#isOther(state)) return kOtherVersion;
     this.#pin(state, body.length);
     return body.subarray(offset, offset + length);
@@ -173,7 +173,7 @@ export class UrlFile {
   }
 
   #notSatisfiable(reply: Reply): typeof kOtherVersion {
-    const state = fileStateOf(reply.headers, contentRangeOf(reply.headers)?.size);
+    const state = readFileState(reply.headers, parseContentRange(reply.headers)?.size);
     const isOther = this.#state !== undefined && this.#isOther(state);
     const error = statusError(reply, this.#http.environment.clock.now());
     if (isOther) return kOtherVersion;
@@ -181,7 +181,7 @@ export class UrlFile {
   }
 
   #condition(): Record<string, string> {
-    return this.#state !== undefined && this.#isOwnOrigin ? conditionOf(this.#state) : {};
+    return this.#state !== undefined && this.#isOwnOrigin ? toCondition(this.#state) : {};
   }
 
   #hasCondition(): boolean {

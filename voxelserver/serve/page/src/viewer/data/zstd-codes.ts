@@ -60,12 +60,12 @@ const kMatchExtraBits = [
 /** Lengths by their codes: a base, to which a number of so many bits is added. */
 export const kLengths = {
   literalBits: Uint8Array.from(kLiteralExtraBits),
-  literalBase: basesOf(kLiteralExtraBits, 0),
+  literalBase: computeBases(kLiteralExtraBits, 0),
   matchBits: Uint8Array.from(kMatchExtraBits),
-  matchBase: basesOf(kMatchExtraBits, 3),
+  matchBase: computeBases(kMatchExtraBits, 3),
 };
 
-function basesOf(bits: readonly number[], first: number): Uint32Array {
+function computeBases(bits: readonly number[], first: number): Uint32Array {
   const bases = new Uint32Array(bits.length);
   let base = first;
   bits.forEach((count, code) => {

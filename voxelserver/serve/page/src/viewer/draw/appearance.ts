@@ -113,10 +113,10 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   const textBytes = view.getUint32(12, true);
   if (textBytes > bytes.length - kHeadBytes) fail('it is cut off');
   const text = new TextDecoder().decode(bytes.subarray(kHeadBytes, kHeadBytes + textBytes));
-  const facts = fieldsOf(JSON.parse(text), 'its facts');
+  const facts = parseFields(JSON.parse(text), 'its facts');
   const start = kHeadBytes + textBytes;
   const halves = (name: string): Uint16Array => {
-    const part = fieldsOf(fieldsOf(facts['arrays'], 'arrays')[name], `arrays.${name}`);
+    const part = parseFields(parseFields(facts['arrays'], 'arrays')[name], `arrays.${name}`);
     const count = whole(part['halves'], `${name}.halves`, kMaxTexels * 4);
     const offset = whole(part['offset'], `${name}.offset`, bytes.length);
     if (offset % 2 !== 0 || start + offset + count * 2 > bytes.length) fail(`${name} is cut off`);
@@ -132,17 +132,17 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   if (panes.length !== kPaneHalves) fail('windows have another size');
   const pools = { ratio: ratio.length / 4, own: own.length / 4 };
   const materials = list(facts['materials'], 'materials', kMaxMaterials).map((item, i) =>
-    readMaterial(fieldsOf(item, `material ${i}`), pools),
+    readMaterial(parseFields(item, `material ${i}`), pools),
   );
   if (materials.length === 0) fail('it has no materials');
-  const sky = readSky(fieldsOf(facts['sky'], 'sky'));
+  const sky = readSky(parseFields(facts['sky'], 'sky'));
   if (skyNodes.length !== sky.altitudesDeg.length * sky.rows * sky.columns * 9)
     fail('the sky has another size');
   return { materials, sky, ratio, own, panes, skyNodes };
 }
 
 function readMaterial(m: Fields, pools: { ratio: number; own: number }): Material {
-  const face = (name: string): Face => readFace(fieldsOf(m[name], name), pools);
+  const face = (name: string): Face => readFace(parseFields(m[name], name), pools);
   return {
     name: String(m['name']),
     kind: whole(m['kind'], 'kind', 3),
@@ -207,7 +207,7 @@ function fail(what: string): never {
   throw new Error(`read the appearance of materials: ${what}; publish the place again`);
 }
 
-function fieldsOf(value: unknown, what: string): Fields {
+function parseFields(value: unknown, what: string): Fields {
   if (typeof value !== 'object' || value === null || Array.isArray(value))
     fail(`${what} is no object`);
   return value as Fields;

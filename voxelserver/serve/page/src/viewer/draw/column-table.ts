@@ -34,8 +34,8 @@ const kColumnsRow = 256;
 const kBoxesRow = 1024;
 const kMaxProbes = 64; // as in walk.glsl
 
-/** As hashOf() of walk.glsl. */
-export function hashOf(bx: number, bz: number, level: number): number {
+/** As hashColumn() of walk.glsl. */
+export function hashColumn(bx: number, bz: number, level: number): number {
   let h = Math.imul(bx, 0x9e3779b1) ^ Math.imul(bz, 0x85ebca77) ^ Math.imul(level, 0xc2b2ae3d);
   h ^= h >>> 15;
   h = Math.imul(h, 0x2c1b3c6d);
@@ -57,7 +57,7 @@ function tryTable(cut: readonly CutColumn[], size: number): ColumnTable | undefi
   const columns = new Uint32Array(size * 4);
   const boxes: number[] = [];
   for (const column of cut) {
-    let at = hashOf(column.bx, column.bz, column.level) & mask;
+    let at = hashColumn(column.bx, column.bz, column.level) & mask;
     let probes = 1;
     while (columns[at * 4 + 2] !== 0) {
       at = (at + 1) & mask;

@@ -120,7 +120,7 @@ export function contourStepM(range: number): number {
  *   texts: `class` and the number of the standard (ASPRS LAS 1.4), `classOther`, `classUnknown`.
  *   Empty for layers without steps.
  */
-export function legendOf(
+export function makeLegend(
   layer: Layer,
   appearance: Appearance,
   voxelM: number,

@@ -92,11 +92,11 @@ export class Renderer {
     this.#voxelM = voxelM;
     this.#trace = new Program(gl, kTraceSource);
     this.#develop = new Program(gl, developSource);
-    this.#materials = this.#table2d(gl.RGBA32F, kMaterialTexels, materialsOf(look));
+    this.#materials = this.#table2d(gl.RGBA32F, kMaterialTexels, packMaterials(look));
     this.#ratio = this.#halves(look.ratio);
     this.#own = this.#halves(look.own);
     this.#panes = this.#halves(look.panes);
-    this.#meanPane = meanPaneOf(look);
+    this.#meanPane = computeMeanPane(look);
     this.#columns = makeTexture(gl);
     this.#boxes = makeTexture(gl);
     this.#sky = makeTexture(gl);
@@ -338,7 +338,7 @@ export class Renderer {
   }
 }
 
-function materialsOf(look: Appearance): Float32Array {
+function packMaterials(look: Appearance): Float32Array {
   const out: number[] = [];
   for (const m of look.materials) {
     out.push(...m.colour, m.kind);
@@ -361,7 +361,7 @@ function materialsOf(look: Appearance): Float32Array {
 }
 
 // The mean over the styles of windows, from their coarsest mips: own colour, share, glass.
-function meanPaneOf(look: Appearance): number[] {
+function computeMeanPane(look: Appearance): number[] {
   const kStyles = 8;
   const kTexels = 341;
   let mean = [0, 0, 0, 0, 0];

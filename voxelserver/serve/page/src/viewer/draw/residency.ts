@@ -45,11 +45,11 @@ export class Residency {
   }
 
   has(key: ColumnKey): boolean {
-    return this.#entries.has(nameOf(key));
+    return this.#entries.has(toName(key));
   }
 
   add(key: ColumnKey, column: StoredColumn): void {
-    const name = nameOf(key);
+    const name = toName(key);
     const old = this.#entries.get(name);
     if (old !== undefined) this.#store.drop(old.column);
     this.#entries.set(name, { key, column, usedAt: this.#planNumber });
@@ -90,13 +90,13 @@ export class Residency {
 
   // What stands for a column and all below it; undefined: nothing that is there covers it.
   #visit(cut: LevelCut, key: ColumnKey, wanted: ColumnKey[]): CutColumn[] | undefined {
-    const entry = this.#entries.get(nameOf(key));
+    const entry = this.#entries.get(toName(key));
     if (entry === undefined) wanted.push(key);
     else entry.usedAt = this.#planNumber;
     if (!cut.isFarEnough(key.level, key.bx, key.bz)) {
       const out: CutColumn[] = [{ ...key, boxes: undefined }];
       let areHalvesThere = true;
-      for (const half of halvesOf(key)) {
+      for (const half of listChildren(key)) {
         if (!cut.touches(half.level, half.bx, half.bz)) continue;
         const part = this.#visit(cut, half, wanted);
         if (part === undefined) areHalvesThere = false;
@@ -108,7 +108,7 @@ export class Residency {
   }
 }
 
-function halvesOf(key: ColumnKey): ColumnKey[] {
+function listChildren(key: ColumnKey): ColumnKey[] {
   const level = key.level - 1;
   const [bx, bz] = [key.bx * 2, key.bz * 2];
   return [
@@ -125,6 +125,6 @@ function urgency(cut: LevelCut, key: ColumnKey, isInView: boolean): number {
   return cut.distance2(key.level, key.bx, key.bz) + (isInView ? 0 : kBehind);
 }
 
-function nameOf(key: ColumnKey): string {
+function toName(key: ColumnKey): string {
   return `${key.level}/${key.bx}/${key.bz}`;
 }

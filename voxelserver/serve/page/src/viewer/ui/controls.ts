@@ -3,8 +3,8 @@
  * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
 import type { Vec3 } from '../draw/camera.js';
-import { fingersMoved, middleOf, type Fingers } from './fingers.js';
-import { forwardOf, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
+import { fingersMoved, findMiddle, type Fingers } from './fingers.js';
+import { computeForward, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
 export type ControlsHost = {
   setView(view: Viewpoint): void;
@@ -131,7 +131,7 @@ export class Controls {
     const box = this.#canvas.getBoundingClientRect();
     const seen = this.#host.pointAt(box.left + box.width / 2, box.top + box.height / 2);
     if (seen === undefined) return;
-    const distance = distanceOf(this.view.position, seen);
+    const distance = measureDistance(this.view.position, seen);
     this.speed = Math.min(kMaxSpeed, Math.max(kMinSpeed, distance * kSpeedShare));
   }
 
@@ -147,7 +147,7 @@ export class Controls {
     this.#orbitCentre = isOrbit ? this.#host.pointAt(event.clientX, event.clientY) : undefined;
     const fingers = this.#fingers();
     if (fingers === undefined) return;
-    this.#betweenFingers = this.#host.pointAt(...middleOf(fingers));
+    this.#betweenFingers = this.#host.pointAt(...findMiddle(fingers));
   }
 
   #pointerMove(event: PointerEvent): void {
@@ -167,7 +167,7 @@ export class Controls {
   #pinch(before: Fingers, after: Fingers): void {
     const { view } = this;
     const centre = this.#betweenFingers;
-    const distance = centre === undefined ? this.speed / kSpeedShare : depthOf(view, centre);
+    const distance = centre === undefined ? this.speed / kSpeedShare : measureDepth(view, centre);
     const { clientHeight } = this.#canvas;
     this.#host.setView(fingersMoved(view, before, after, centre, distance, clientHeight));
   }
@@ -217,13 +217,13 @@ function isHaste(code: string): boolean {
 }
 
 // Along the line of sight; not less than a voxel.
-function depthOf(view: Viewpoint, point: Vec3): number {
-  const forward = forwardOf(view);
+function measureDepth(view: Viewpoint, point: Vec3): number {
+  const forward = computeForward(view);
   const along = [0, 1, 2].map((a) => (point[a]! - view.position[a]!) * forward[a]!);
   return Math.max(along[0]! + along[1]! + along[2]!, 1);
 }
 
-function distanceOf(a: Vec3, b: Vec3): number {
+function measureDistance(a: Vec3, b: Vec3): number {
   return Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
 }
 

@@ -41,7 +41,7 @@ export function showFacts(
   if (pick === undefined) return;
   const { world } = projection;
   const numbers = numberText(language, world.voxelM);
-  const [easting, northing] = positionOf(pick, projection);
+  const [easting, northing] = toPosition(pick, projection);
   const degrees = projection.toLatLon(easting, northing);
   const { colour, lidarClass, isVisible } = pick;
   const yesOrNo = (value: boolean | undefined): string =>
@@ -62,6 +62,6 @@ export function showFacts(
 }
 
 /** Easting and northing of a point, in units of the CRS. */
-export function positionOf({ point }: Pick, { world }: WorldProjection): readonly [number, number] {
+export function toPosition({ point }: Pick, { world }: WorldProjection): readonly [number, number] {
   return [point[0] * world.unitsPerVoxel, -point[2] * world.unitsPerVoxel];
 }

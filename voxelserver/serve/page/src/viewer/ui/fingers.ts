@@ -4,7 +4,7 @@
  * the view around it.
  */
 import type { Vec3 } from '../draw/camera.js';
-import { cameraOf, forwardOf, orbited, type Viewpoint } from './navigation.js';
+import { toCamera, computeForward, orbited, type Viewpoint } from './navigation.js';
 
 export type FingerPlace = { readonly x: number; readonly y: number };
 /** Places of two fingers, CSS pixels, y down. */
@@ -28,15 +28,15 @@ export function fingersMoved(
   distance: number,
   heightPx: number,
 ): Viewpoint {
-  const forward = forwardOf(view);
+  const forward = computeForward(view);
   const at = centre ?? along(view.position, [[forward, distance]]);
   // What turns clockwise in the picture turns below a view that turns the other way.
   const next = orbited(view, at, -twistDeg(before, after), 0);
-  const { right, up } = cameraOf(next);
+  const { right, up } = toCamera(next);
   const perPx = (2 * distance) / heightPx;
-  const [x, y] = [0, 1].map((i) => middleOf(after)[i]! - middleOf(before)[i]!) as [number, number];
+  const [x, y] = [0, 1].map((i) => findMiddle(after)[i]! - findMiddle(before)[i]!) as [number, number];
   const toward = [0, 1, 2].map((a) => at[a]! - next.position[a]!) as unknown as Vec3;
-  const share = 1 - distanceOf(before) / Math.max(distanceOf(after), 1);
+  const share = 1 - measureDistance(before) / Math.max(measureDistance(after), 1);
   const position = along(next.position, [
     [right, -x * perPx],
     [up, y * perPx],
@@ -51,7 +51,7 @@ export function twistDeg(before: Fingers, after: Fingers): number {
   return Math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) * kDeg;
 }
 
-export function middleOf([first, second]: Fingers): readonly [x: number, y: number] {
+export function findMiddle([first, second]: Fingers): readonly [x: number, y: number] {
   return [(first.x + second.x) / 2, (first.y + second.y) / 2];
 }
 
@@ -59,7 +59,7 @@ function between([first, second]: Fingers): FingerPlace {
   return { x: second.x - first.x, y: second.y - first.y };
 }
 
-function distanceOf(fingers: Fingers): number {
+function measureDistance(fingers: Fingers): number {
   const { x, y } = between(fingers);
   return Math.hypot(x, y);
 }

@@ -31,7 +31,7 @@ export function toLink(state: ViewState, others: Words = {}): string {
 }
 
 /** What a link says about tools and switches. */
-export function wordsOf(link: string): URLSearchParams {
+export function parseWords(link: string): URLSearchParams {
   const words = new URLSearchParams(link.replace(/^#/, ''));
   for (const own of ['at', 'look', 'time']) words.delete(own);
   return words;

@@ -11,30 +11,30 @@ const kSwitches = [
 ] as const;
 
 export function setUpLook(onChange: () => void): void {
-  for (const { id } of kSwitches) inputOf(id).addEventListener('input', onChange);
+  for (const { id } of kSwitches) findInput(id).addEventListener('input', onChange);
 }
 
 export function chosenLook(): Look {
   return {
     ...kDefaultLook,
-    shadows: inputOf('shadows').checked,
-    textures: inputOf('textures').checked,
-    colourMix: inputOf('material-colours').checked ? 0 : kDefaultLook.colourMix,
+    shadows: findInput('shadows').checked,
+    textures: findInput('textures').checked,
+    colourMix: findInput('material-colours').checked ? 0 : kDefaultLook.colourMix,
   };
 }
 
 export function lookWords(): Words {
-  const changed = kSwitches.filter(({ id, isOn }) => inputOf(id).checked !== isOn);
+  const changed = kSwitches.filter(({ id, isOn }) => findInput(id).checked !== isOn);
   return Object.fromEntries(changed.map(({ word, isOn }) => [word, isOn ? '0' : '1']));
 }
 
 export function followLook(words: URLSearchParams): void {
   for (const { id, word, isOn } of kSwitches) {
     const value = words.get(word);
-    inputOf(id).checked = value === '0' || value === '1' ? value === '1' : isOn;
+    findInput(id).checked = value === '0' || value === '1' ? value === '1' : isOn;
   }
 }
 
-function inputOf(id: (typeof kSwitches)[number]['id']): HTMLInputElement {
+function findInput(id: (typeof kSwitches)[number]['id']): HTMLInputElement {
   return byId(id, HTMLInputElement);
 }

@@ -17,7 +17,7 @@ export type Measures = {
 };
 
 /** @param points level-0 voxels @param voxelM edge of a voxel */
-export function measuresOf(points: readonly Vec3[], voxelM: number): Measures {
+export function measurePath(points: readonly Vec3[], voxelM: number): Measures {
   const [first, last] = [points[0], points.at(-1)];
   if (first === undefined || last === undefined)
     return {

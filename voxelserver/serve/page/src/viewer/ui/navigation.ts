@@ -33,7 +33,7 @@ const kFovDeg = [5, 120] as const;
 const kFrameMargin = 0.04; // of what a block is fitted into, on each side
 
 /** Of unit length. */
-export function forwardOf(view: Viewpoint): Vec3 {
+export function computeForward(view: Viewpoint): Vec3 {
   const flat = Math.cos(view.pitchDeg * kRad);
   return [
     Math.sin(view.headingDeg * kRad) * flat,
@@ -42,8 +42,8 @@ export function forwardOf(view: Viewpoint): Vec3 {
   ];
 }
 
-export function cameraOf(view: Viewpoint): Camera {
-  const forward = forwardOf(view);
+export function toCamera(view: Viewpoint): Camera {
+  const forward = computeForward(view);
   const right = normalized(cross(forward, [0, 1, 0]));
   const up = cross(right, forward);
   const half = Math.tan((view.fovDeg * kRad) / 2);
@@ -76,7 +76,7 @@ export function turned(view: Viewpoint, byHeadingDeg: number, byPitchDeg: number
 
 /** @param by right, up and forward along the line of sight, level-0 voxels */
 export function moved(view: Viewpoint, by: Vec3): Viewpoint {
-  const forward = forwardOf(view);
+  const forward = computeForward(view);
   const right: Vec3 = [Math.cos(view.headingDeg * kRad), 0, Math.sin(view.headingDeg * kRad)];
   const position = [0, 1, 2].map(
     (a) => view.position[a]! + right[a]! * by[0] + (a === 1 ? by[1] : 0) + forward[a]! * by[2],
@@ -94,7 +94,7 @@ export function orbited(
   const next = turned(view, byHeadingDeg, byPitchDeg);
   const distance = Math.hypot(...[0, 1, 2].map((a) => centre[a]! - view.position[a]!));
   // The centre's place relative to the axes of the view stays the same.
-  const [from, to] = [axesOf(view), axesOf(next)];
+  const [from, to] = [computeAxes(view), computeAxes(next)];
   const d = [0, 1, 2].map((a) => (centre[a]! - view.position[a]!) / distance) as unknown as Vec3;
   const inside = from.map((axis) => axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]);
   const position = [0, 1, 2].map(
@@ -110,7 +110,7 @@ export function orbited(
  * @param aspect width of the picture by its height
  */
 export function fitted(view: Viewpoint, frame: Frame, aspect: number, room: Room): Viewpoint {
-  const [right, up, forward] = axesOf(view);
+  const [right, up, forward] = computeAxes(view);
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(
     (i) =>
       [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a]!) as unknown as Vec3,
@@ -159,8 +159,8 @@ export function zoomed(view: Viewpoint, factor: number): Viewpoint {
   return { ...view, fovDeg: clamp(view.fovDeg * factor, kFovDeg[0], kFovDeg[1]) };
 }
 
-function axesOf(view: Viewpoint): readonly [Vec3, Vec3, Vec3] {
-  const forward = forwardOf(view);
+function computeAxes(view: Viewpoint): readonly [Vec3, Vec3, Vec3] {
+  const forward = computeForward(view);
   const right = normalized(cross(forward, [0, 1, 0]));
   return [right, cross(right, forward), forward];
 }

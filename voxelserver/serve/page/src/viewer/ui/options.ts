@@ -1,5 +1,5 @@
 /** What the address of a page asks for behind `?`: how it looks where others embed it. */
-import { languageOf, type Language } from './texts.js';
+import { chooseLanguage, type Language } from './texts.js';
 
 export type Theme = 'light' | 'dark';
 
@@ -33,7 +33,7 @@ export function readOptions(search: string, languages: readonly string[]): Optio
     isPanelOpen: panel === 'open' || (panel !== 'closed' && !isEmbedded),
     isPanelForced: panel === 'open' || panel === 'closed',
     hasControls: words.get('controls') !== 'none',
-    language: language === 'en' || language === 'sl' ? language : languageOf(languages),
+    language: language === 'en' || language === 'sl' ? language : chooseLanguage(languages),
     theme: theme === 'light' || theme === 'dark' ? theme : undefined,
   };
 }

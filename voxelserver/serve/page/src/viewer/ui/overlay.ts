@@ -4,7 +4,7 @@
  */
 import { element } from '../../dom.js';
 import type { Camera, Vec3 } from '../draw/camera.js';
-import { clipped, segmentOf, spotOf, spotOfDirection, type Spot } from './projection.js';
+import { clipped, projectSegment, projectPoint, spotOfDirection, type Spot } from './projection.js';
 
 export type Tone = 'usual' | 'good' | 'bad' | 'sun';
 
@@ -69,7 +69,7 @@ export class Overlay {
     canvas.width = width;
     canvas.height = height;
     const scale = width / Math.max(1, this.#picture.clientWidth);
-    paint({ context: contextOf(canvas), size: [width, height], scale }, camera, shapes);
+    paint({ context: getContext2d(canvas), size: [width, height], scale }, camera, shapes);
   }
 
   #add(): HTMLCanvasElement {
@@ -80,7 +80,7 @@ export class Overlay {
 }
 
 /** @throws Error when the browser has no memory for it */
-export function contextOf(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
+export function getContext2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
   const context = canvas.getContext('2d');
   if (context === null) throw new Error('draw over the picture: the browser gives no canvas');
   return context;
@@ -96,16 +96,16 @@ export function paint(sheet: Sheet, camera: Camera, shapes: readonly Shape[]): v
   for (const shape of shapes) {
     switch (shape.kind) {
       case 'line':
-        drawLine(sheet, segmentsOf(camera, size, shape.points), shape.tone);
+        drawLine(sheet, projectSegments(camera, size, shape.points), shape.tone);
         break;
       case 'sky-line':
-        drawLine(sheet, skySegmentsOf(camera, size, shape.directions), shape.tone);
+        drawLine(sheet, projectSkySegments(camera, size, shape.directions), shape.tone);
         break;
       case 'point':
       case 'sky-point': {
         const isPoint = shape.kind === 'point';
         const at = isPoint
-          ? spotOf(camera, size, shape.at)
+          ? projectPoint(camera, size, shape.at)
           : spotOfDirection(camera, size, shape.direction);
         if (at === undefined || !isInside(at, size)) break;
         drawPoint(sheet, at, shape.tone, isPoint ? kPointPx : shape.radiusPx);
@@ -113,7 +113,7 @@ export function paint(sheet: Sheet, camera: Camera, shapes: readonly Shape[]): v
         break;
       }
       case 'label': {
-        const at = spotOf(camera, size, shape.at);
+        const at = projectPoint(camera, size, shape.at);
         if (at !== undefined && isInside(at, size)) labels.push({ at, text: shape.label });
         break;
       }
@@ -125,18 +125,18 @@ export function paint(sheet: Sheet, camera: Camera, shapes: readonly Shape[]): v
   drawLabels(sheet, labels);
 }
 
-function segmentsOf(
+function projectSegments(
   camera: Camera,
   size: readonly [number, number],
   points: readonly Vec3[],
 ): (readonly [Spot, Spot])[] {
   return points
     .slice(1)
-    .map((to, i) => segmentOf(camera, size, points[i]!, to))
+    .map((to, i) => projectSegment(camera, size, points[i]!, to))
     .filter((segment) => segment !== undefined);
 }
 
-function skySegmentsOf(
+function projectSkySegments(
   camera: Camera,
   size: readonly [number, number],
   directions: readonly Vec3[],

@@ -43,49 +43,49 @@ type Fields = Readonly<Record<string, unknown>>;
 
 /** @throws Error that names the field */
 export function readPlaceFile(json: unknown): PlaceFile {
-  const place = fieldsOf(json, 'the file');
+  const place = parseFields(json, 'the file');
   if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
-  const views = listOf(place['views'], 'views', kMaxViews).map(readView);
+  const views = parseList(place['views'], 'views', kMaxViews).map(readView);
   if (views.length === 0) fail('there is no view');
   const squares = place['squares'];
   return {
-    title: textOf(place['title'], 'title'),
-    attribution: textOf(place['attribution'], 'attribution'),
-    licence: textOf(place['licence'], 'licence'),
-    archive: readArchive(fieldsOf(place['archive'], 'archive')),
+    title: parseText(place['title'], 'title'),
+    attribution: parseText(place['attribution'], 'attribution'),
+    licence: parseText(place['licence'], 'licence'),
+    archive: readArchive(parseFields(place['archive'], 'archive')),
     views,
-    timeMs: numberOf(place['time_ms'], 'time_ms', 0, 1e13),
-    squares: squares === undefined ? undefined : textOf(squares, 'squares'),
+    timeMs: parseNumber(place['time_ms'], 'time_ms', 0, 1e13),
+    squares: squares === undefined ? undefined : parseText(squares, 'squares'),
   };
 }
 
 function readArchive(archive: Fields): PlaceFile['archive'] {
   const { server, parts } = archive;
   if (server !== undefined) {
-    const coarsest = numberOf(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
+    const coarsest = parseNumber(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
     if (!Number.isInteger(coarsest)) fail(`archive.coarsest = ${coarsest}; allowed: whole numbers`);
-    return { server: textOf(server, 'archive.server'), coarsest };
+    return { server: parseText(server, 'archive.server'), coarsest };
   }
-  if (parts === undefined) return { url: textOf(archive['url'], 'archive.url') };
-  return { parts: listOf(parts, 'archive.parts', kMaxParts).map(readPart) };
+  if (parts === undefined) return { url: parseText(archive['url'], 'archive.url') };
+  return { parts: parseList(parts, 'archive.parts', kMaxParts).map(readPart) };
 }
 
 function readPart(value: unknown): FilePart {
-  const part = fieldsOf(value, 'archive.parts');
+  const part = parseFields(value, 'archive.parts');
   return {
-    url: textOf(part['url'], 'url'),
-    bytes: numberOf(part['bytes'], 'bytes', 1, Number.MAX_SAFE_INTEGER),
+    url: parseText(part['url'], 'url'),
+    bytes: parseNumber(part['bytes'], 'bytes', 1, Number.MAX_SAFE_INTEGER),
   };
 }
 
 function readView(value: unknown): NamedView {
-  const view = fieldsOf(value, 'views');
+  const view = parseFields(value, 'views');
   return {
-    name: textOf(view['name'], 'name'),
+    name: parseText(view['name'], 'name'),
     position: readPoint(view, 'position'),
     target: readPoint(view, 'target'),
-    fovDeg: numberOf(view['fov_deg'], 'fov_deg', 5, 120),
-    frame: view['frame'] === undefined ? undefined : readFrame(fieldsOf(view['frame'], 'frame')),
+    fovDeg: parseNumber(view['fov_deg'], 'fov_deg', 5, 120),
+    frame: view['frame'] === undefined ? undefined : readFrame(parseFields(view['frame'], 'frame')),
   };
 }
 
@@ -96,7 +96,7 @@ function readFrame(frame: Fields): Frame {
 }
 
 function readPoint(fields: Fields, name: string): Vec3 {
-  const c = listOf(fields[name], name, 3).map((v) => numberOf(v, name, -kFarthest, kFarthest));
+  const c = parseList(fields[name], name, 3).map((v) => parseNumber(v, name, -kFarthest, kFarthest));
   if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
   return [c[0]!, c[1]!, c[2]!];
 }
@@ -105,24 +105,24 @@ function fail(what: string): never {
   throw new Error(`read place.json: ${what}; publish the place again`);
 }
 
-function fieldsOf(value: unknown, what: string): Fields {
+function parseFields(value: unknown, what: string): Fields {
   if (typeof value !== 'object' || value === null || Array.isArray(value))
     fail(`${what} is no object`);
   return value as Fields;
 }
 
-function listOf(value: unknown, what: string, max: number): readonly unknown[] {
+function parseList(value: unknown, what: string, max: number): readonly unknown[] {
   if (!Array.isArray(value) || value.length > max) fail(`${what} is no list of at most ${max}`);
   return value;
 }
 
-function textOf(value: unknown, what: string): string {
+function parseText(value: unknown, what: string): string {
   if (typeof value !== 'string' || value.length > kMaxText)
     fail(`${what} is no text of at most ${kMaxText}`);
   return value;
 }
 
-function numberOf(value: unknown, what: string, min: number, max: number): number {
+function parseNumber(value: unknown, what: string, min: number, max: number): number {
   if (typeof value !== 'number' || !(value >= min && value <= max))
     fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
   return value;

@@ -4,7 +4,7 @@
  */
 import { element, setText } from '../../dom.js';
 import type { NumberText } from './number-text.js';
-import { ticksOf, type ProfileSample } from './profile-line.js';
+import { chooseTicks, type ProfileSample } from './profile-line.js';
 import type { Say } from './texts.js';
 
 export type ProfileChart = {
@@ -70,7 +70,7 @@ export function makeProfileChart(say: Say, numbers: NumberText, onMove: () => vo
   new ResizeObserver(() => draw()).observe(plot);
 
   function draw(): void {
-    frame = frameOf(samples, plot.clientWidth, plot.clientHeight);
+    frame = makeFrame(samples, plot.clientWidth, plot.clientHeight);
     svg.replaceChildren();
     const cursor = samples[at];
     if (frame === undefined || cursor === undefined) return;
@@ -128,7 +128,7 @@ export function keyTarget(key: string, at: number, last: number): number | undef
   }
 }
 
-function frameOf(
+function makeFrame(
   samples: readonly ProfileSample[],
   width: number,
   height: number,
@@ -143,7 +143,7 @@ function frameOf(
   return { width, height, lengthM, fromM: low - room, toM: high + room };
 }
 
-function placeOf(frame: Frame, distanceM: number, heightM: number): readonly [number, number] {
+function toPixel(frame: Frame, distanceM: number, heightM: number): readonly [number, number] {
   const { width, height, lengthM, fromM, toM } = frame;
   const x = kMargin.left + (distanceM / lengthM) * (width - kMargin.left - kMargin.right);
   const share = (heightM - fromM) / (toM - fromM);
@@ -153,18 +153,18 @@ function placeOf(frame: Frame, distanceM: number, heightM: number): readonly [nu
 function axes(frame: Frame, numbers: NumberText): SVGElement[] {
   const { width, height, lengthM, fromM, toM } = frame;
   const out: SVGElement[] = [];
-  const heights = ticksOf(fromM, toM, Math.max(2, height / kTickPx.y));
+  const heights = chooseTicks(fromM, toM, Math.max(2, height / kTickPx.y));
   for (const h of heights) {
-    const [, y] = placeOf(frame, 0, h);
+    const [, y] = toPixel(frame, 0, h);
     out.push(
       part('line', { class: 'grid', x1: kMargin.left, x2: width - kMargin.right, y1: y, y2: y }),
-      label(numbers.number(h, decimalsOf(heights)), kMargin.left - 6, y + 4, 'end'),
+      label(numbers.number(h, countDecimals(heights)), kMargin.left - 6, y + 4, 'end'),
     );
   }
-  const distances = ticksOf(0, lengthM, Math.max(2, width / kTickPx.x));
+  const distances = chooseTicks(0, lengthM, Math.max(2, width / kTickPx.x));
   for (const d of distances) {
-    const [x] = placeOf(frame, d, fromM);
-    const text = numbers.number(d, decimalsOf(distances));
+    const [x] = toPixel(frame, d, fromM);
+    const text = numbers.number(d, countDecimals(distances));
     out.push(
       part('line', { class: 'grid', x1: x, x2: x, y1: kMargin.top, y2: height - kMargin.bottom }),
       label(text, x, height - 5, 'middle'),
@@ -174,7 +174,7 @@ function axes(frame: Frame, numbers: NumberText): SVGElement[] {
   return [...out, label('m', 2, height - 5, 'start')];
 }
 
-function decimalsOf(ticks: readonly number[]): number {
+function countDecimals(ticks: readonly number[]): number {
   const step = ticks.length > 1 ? ticks[1]! - ticks[0]! : 1;
   return Math.min(3, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
 }
@@ -184,7 +184,7 @@ function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
   const runs: (readonly [number, number])[][] = [[]];
   for (const { distanceM, heightM } of samples)
     if (heightM === undefined) runs.push([]);
-    else runs.at(-1)!.push(placeOf(frame, distanceM, heightM));
+    else runs.at(-1)!.push(toPixel(frame, distanceM, heightM));
   const bottom = frame.height - kMargin.bottom;
   return runs
     .filter((run) => run.length > 0)
@@ -202,7 +202,7 @@ function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
 }
 
 function marker(frame: Frame, { distanceM, heightM }: ProfileSample): SVGElement[] {
-  const [x, y] = placeOf(frame, distanceM, heightM ?? frame.fromM);
+  const [x, y] = toPixel(frame, distanceM, heightM ?? frame.fromM);
   return [
     part('line', {
       class: 'cursor',

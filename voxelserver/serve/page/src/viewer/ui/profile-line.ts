@@ -64,7 +64,7 @@ export function raysDown(places: readonly { x: number; z: number }[], world: Bou
   }));
 }
 
-export function samplesOf(
+export function makeSamples(
   places: readonly { x: number; z: number; t: number }[],
   hits: readonly (Pick | undefined)[],
   world: Bounds & { readonly voxelM: number },
@@ -98,7 +98,7 @@ export function finest(
 }
 
 /** @return undefined when nothing is known along the line */
-export function factsOf(samples: readonly ProfileSample[]): ProfileFacts | undefined {
+export function toFacts(samples: readonly ProfileSample[]): ProfileFacts | undefined {
   const known = samples.filter((s) => s.heightM !== undefined);
   if (known.length === 0) return undefined;
   const heights = known.map((s) => s.heightM!);
@@ -114,7 +114,7 @@ export function factsOf(samples: readonly ProfileSample[]): ProfileFacts | undef
 }
 
 /** Heights that are not known stay empty. @param unitsPerVoxel of the CRS */
-export function csvOf(
+export function toCsv(
   samples: readonly ProfileSample[],
   { unitsPerVoxel }: { readonly unitsPerVoxel: number },
 ): string {
@@ -131,7 +131,7 @@ export function csvOf(
 }
 
 /** Round values that cover a range: at most `count` steps of 1, 2 or 5 times a power of ten. */
-export function ticksOf(from: number, to: number, count: number): readonly number[] {
+export function chooseTicks(from: number, to: number, count: number): readonly number[] {
   const rough = (to - from) / count;
   if (!(rough > 0) || !Number.isFinite(rough)) return [from];
   const power = 10 ** Math.floor(Math.log10(rough));

@@ -10,7 +10,7 @@ const kNear = 0.05; // level-0 voxels in front of the eye, where segments are cu
 type Seen = readonly [number, number, number];
 
 /** @return undefined for points behind the camera */
-export function spotOf(
+export function projectPoint(
   camera: Camera,
   size: readonly [number, number],
   point: Vec3,
@@ -33,7 +33,7 @@ export function spotOfDirection(
  * The part of a segment that is in front of the camera and inside the picture.
  * @return undefined when there is none
  */
-export function segmentOf(
+export function projectSegment(
   camera: Camera,
   size: readonly [number, number],
   from: Vec3,

@@ -1,7 +1,7 @@
 /** The picture as a file: with what is drawn over it, and always with the names of its sources. */
 import { element } from '../../dom.js';
 import type { Camera } from '../draw/camera.js';
-import { contextOf, drawText, paint, type Shape, type Sheet } from './overlay.js';
+import { getContext2d, drawText, paint, type Shape, type Sheet } from './overlay.js';
 import { download } from './widgets.js';
 
 const kCreditPx = 20;
@@ -29,7 +29,7 @@ function pictureWith(
   const canvas = element('canvas');
   canvas.width = width;
   canvas.height = height;
-  const context = contextOf(canvas);
+  const context = getContext2d(canvas);
   context.drawImage(picture, 0, 0);
   const scale = width / Math.max(1, picture.clientWidth);
   const sheet: Sheet = { context, size: [width, height], scale };

@@ -27,7 +27,7 @@ export function setUpSearch(
 }
 
 /** From above and from the south, whatever height the place has. */
-export function viewOf(
+export function toView(
   { easting, northing }: FoundPlace,
   projection: WorldProjection,
   before: Viewpoint,

@@ -19,7 +19,7 @@ const kFarthest = 2 ** 30;
 const kRad = Math.PI / 180;
 
 /** @param pivot where an upright plane at position 0 passes through */
-export function sectionOf(plane: SectionPlane, pivot: Vec3): Section | undefined {
+export function toSection(plane: SectionPlane, pivot: Vec3): Section | undefined {
   if (plane.kind === 'off') return undefined;
   const normal: Vec3 = plane.kind === 'vertical' ? towards(plane.azimuthDeg) : [0, 1, 0];
   const offset = plane.kind === 'vertical' ? dot(normal, pivot) + plane.position : plane.height;

@@ -4,7 +4,7 @@ import { placeToHash } from '../../coordinates.js';
 import { byId, element, setText } from '../../dom.js';
 import { Poller } from '../../poller.js';
 import { readStats, readWorld, type Stats, type World } from '../../replies.js';
-import { forwardOf, type Viewpoint } from './navigation.js';
+import { computeForward, type Viewpoint } from './navigation.js';
 import { tokenStore, type Say } from './server-access.js';
 
 const kEveryMs = 2000;
@@ -28,9 +28,9 @@ export function watchServer(server: string, say: Say, viewer: WatchedViewer): vo
     const { waiting, frames } = viewer.stats();
     try {
       const isIdle = waiting === 0 && frames > 0;
-      setText(line, isIdle ? '' : progressOf(readStats(await api.getJson('v2/stats')), say));
+      setText(line, isIdle ? '' : describeProgress(readStats(await api.getJson('v2/stats')), say));
     } catch (error) {
-      setText(line, troubleOf(error, say));
+      setText(line, toTrouble(error, say));
       throw error;
     }
   };
@@ -44,7 +44,7 @@ export function watchServer(server: string, say: Say, viewer: WatchedViewer): vo
 }
 
 /** One sentence; empty where the server makes nothing. */
-export function progressOf({ making, prepare }: Stats, say: Say): string {
+export function describeProgress({ making, prepare }: Stats, say: Say): string {
   const parts: string[] = [];
   if (making !== undefined && making.running + making.waiting > 0)
     parts.push(
@@ -57,7 +57,7 @@ export function progressOf({ making, prepare }: Stats, say: Say): string {
   return parts.join('; ');
 }
 
-function troubleOf(error: unknown, say: Say): string {
+function toTrouble(error: unknown, say: Say): string {
   const kind = error instanceof ApiError ? error.trouble : 'refused';
   if (kind === 'token') return say('serverToken');
   if (kind === 'busy') return say('serverBusy');
@@ -83,7 +83,7 @@ function mapLink(api: Api, say: Say, viewer: WatchedViewer): HTMLAnchorElement {
  */
 export function placeOnMap(view: Viewpoint, { framed, unitsPerVoxel }: World): string {
   const [x, y, z] = view.position;
-  const forward = forwardOf(view);
+  const forward = computeForward(view);
   const along = ((framed.min[1] + framed.max[1]) / 2 - y) / forward[1];
   const away = along > 0 && along < kFarthest ? along : 0;
   const resolution = (Math.max(away, kNearest) * unitsPerVoxel) / kMapPixels;

@@ -23,7 +23,7 @@ export function sightRay(eye: Vec3, target: Vec3): CastRay | undefined {
 }
 
 /** @param hit of the ray */
-export function sightOf(ray: CastRay, hit: Pick | undefined): Sight {
+export function toSight(ray: CastRay, hit: Pick | undefined): Sight {
   const away = ray.maxT;
   const isTarget = hit === undefined || hit.distance > away - kVoxelDiagonal * 2 ** hit.level;
   return {

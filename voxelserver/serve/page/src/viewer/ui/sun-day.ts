@@ -41,7 +41,7 @@ export function sunDay(timeMs: number, place: MapPlace): SunDay {
       const [low, high] = isRise ? [before, next] : [next, before];
       return low.altitudeDeg < kEdgeDeg && high.altitudeDeg >= kEdgeDeg;
     });
-    return i < 0 ? undefined : at(zeroOf(altitude, path[i - 1]!.timeMs, path[i]!.timeMs));
+    return i < 0 ? undefined : at(findZero(altitude, path[i - 1]!.timeMs, path[i]!.timeMs));
   };
   const [rise, set] = [crossing(true), crossing(false)];
   const edges = [rise, set].filter((edge) => edge !== undefined);
@@ -68,7 +68,7 @@ export function towards({ altitudeDeg, azimuthDeg }: SunPosition): Vec3 {
   return [Math.sin(azimuth) * flat, Math.sin(altitude), -Math.cos(azimuth) * flat];
 }
 
-function zeroOf(f: (t: number) => number, from: number, to: number): number {
+function findZero(f: (t: number) => number, from: number, to: number): number {
   let [low, high] = [from, to];
   const isRising = f(low) < 0;
   while (high - low > kAccuracyMs) {

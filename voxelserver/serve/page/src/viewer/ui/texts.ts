@@ -476,7 +476,7 @@ export const kTextKeys = Object.keys(kEnglish) as readonly TextKey[];
 export type Say = (key: TextKey, ...values: readonly string[]) => string;
 
 /** @param wanted language tags, most wanted first, as of navigator.languages */
-export function languageOf(wanted: readonly string[]): Language {
+export function chooseLanguage(wanted: readonly string[]): Language {
   for (const tag of wanted) {
     const language = tag.slice(0, 2).toLowerCase();
     if (language === 'en' || language === 'sl') return language;

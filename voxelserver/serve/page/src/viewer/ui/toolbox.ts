@@ -36,7 +36,7 @@ export class Toolbox {
   /** @param place where the buttons and panels go */
   constructor(context: ToolContext, place: HTMLElement) {
     this.#context = context;
-    this.#entries = kTools.map((make) => this.#entryOf(make(context)));
+    this.#entries = kTools.map((make) => this.#makeEntry(make(context)));
     const buttons = element('div', { id: 'tool-buttons' });
     buttons.append(...this.#entries.map((entry) => entry.button));
     place.append(buttons, ...this.#entries.map((entry) => entry.panel));
@@ -80,7 +80,7 @@ export class Toolbox {
     this.#show(this.#entries.find(({ tool }) => tool.id === words.get('tool')));
   }
 
-  #entryOf(tool: Tool): Entry {
+  #makeEntry(tool: Tool): Entry {
     const id = `tool-${tool.id}`;
     const name = this.#context.say(`tool.${tool.id}`);
     const opener = button(name, () => this.#toggle(tool));

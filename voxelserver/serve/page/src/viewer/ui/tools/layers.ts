@@ -1,7 +1,7 @@
 /** What colours show: the true picture, or heights, materials, classes, levels; with a legend. */
 import { element, setText } from '../../../dom.js';
 import type { Vec3 } from '../../draw/camera.js';
-import { heightColour, legendOf, type Layer, type LegendEntry } from '../../draw/layers.js';
+import { heightColour, makeLegend, type Layer, type LegendEntry } from '../../draw/layers.js';
 import type { CastRay } from '../../stage.js';
 import { numbers as readNumbers, numbersWord } from '../link.js';
 import { className, materialName } from '../texts.js';
@@ -97,18 +97,18 @@ export function makeLayers(context: ToolContext): Tool {
   }
 
   function entries(): HTMLElement[] {
-    return legendOf(layer, appearance, world.voxelM, world.levels).map((entry) => {
+    return makeLegend(layer, appearance, world.voxelM, world.levels).map((entry) => {
       const svg = document.createElementNS(kSvg, 'svg');
       svg.setAttribute('viewBox', '0 0 1 1');
       svg.setAttribute('aria-hidden', 'true');
       svg.append(swatchRect(entry.colour, 0));
       const row = element('li');
-      row.append(svg, element('span', {}, nameOf(entry)));
+      row.append(svg, element('span', {}, toName(entry)));
       return row;
     });
   }
 
-  function nameOf({ name }: LegendEntry): string {
+  function toName({ name }: LegendEntry): string {
     const number = /^class(\d+)$/.exec(name)?.[1];
     if (layer === 'class' && number !== undefined) return className(say, Number(number));
     const edge = /^([\d.]+) m$/.exec(name)?.[1];

@@ -2,7 +2,7 @@
 import { element, setFacts } from '../../../dom.js';
 import type { Vec3 } from '../../draw/camera.js';
 import { pointsWord, readPoints } from '../link.js';
-import { distance, measuresOf } from '../measures.js';
+import { distance, measurePath } from '../measures.js';
 import type { Shape } from '../overlay.js';
 import type { Tool, ToolContext } from '../tool.js';
 import { checkbox } from '../widgets.js';
@@ -28,7 +28,7 @@ export function makeMeasure(context: ToolContext): Tool {
   function facts(): (readonly [string, string])[] {
     const { points } = line;
     if (points.length < 2) return [[say('points'), String(points.length)]];
-    const m = measuresOf(points, world.voxelM);
+    const m = measurePath(points, world.voxelM);
     const degrees = Math.atan2(m.heightM, m.spanM) * kDegrees;
     const percent = m.spanM > 0 ? ` (${numbers.number((100 * m.heightM) / m.spanM, 1)} %)` : '';
     return [

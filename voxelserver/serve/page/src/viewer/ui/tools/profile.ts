@@ -4,12 +4,12 @@ import { pointsWord, readPoints } from '../link.js';
 import type { Shape } from '../overlay.js';
 import { makeProfileChart } from '../profile-chart.js';
 import {
-  csvOf,
-  factsOf,
+  toCsv,
+  toFacts,
   finest,
   placesAlong,
   raysDown,
-  samplesOf,
+  makeSamples,
   type ProfileSample,
 } from '../profile-line.js';
 import type { Tool, ToolContext } from '../tool.js';
@@ -25,7 +25,7 @@ export function makeProfile(context: ToolContext): Tool {
   const line = makePointLine(context, () => read(true));
   const chart = makeProfileChart(say, numbers, () => context.changed());
   const csv = button(say('profile.csv'), () =>
-    download(new Blob([csvOf(samples, world)], { type: 'text/csv' }), kCsvName),
+    download(new Blob([toCsv(samples, world)], { type: 'text/csv' }), kCsvName),
   );
   const results = element('div', {}, chart.element, facts, element('p', {}, csv));
   results.hidden = true;
@@ -33,7 +33,7 @@ export function makeProfile(context: ToolContext): Tool {
   function read(isNew: boolean): void {
     const places = placesAlong(line.points);
     const hits = places.length === 0 ? [] : context.cast(raysDown(places, world));
-    const now = samplesOf(places, hits, world);
+    const now = makeSamples(places, hits, world);
     samples = isNew ? now : finest(samples, now);
     results.hidden = samples.length === 0;
     chart.show(samples);
@@ -42,7 +42,7 @@ export function makeProfile(context: ToolContext): Tool {
   }
 
   function factRows(): (readonly [string, string])[] {
-    const f = factsOf(samples);
+    const f = toFacts(samples);
     if (f === undefined) return [[say('profile.none'), ' ']];
     return [
       [say('profile.length'), numbers.length(f.lengthM)],

@@ -3,7 +3,7 @@ import { element, setText } from '../../../dom.js';
 import type { Vec3 } from '../../draw/camera.js';
 import {
   readSection,
-  sectionOf,
+  toSection,
   sectionWord,
   through,
   type SectionPlane,
@@ -86,7 +86,7 @@ export function makeSection(context: ToolContext): Tool {
     panel: [kind.row, azimuth.row, position.row, height.row, buttons, note],
     clear: () => set(none),
     shapes: () => [],
-    look: (look) => ({ ...look, section: sectionOf(plane, pivot) }),
+    look: (look) => ({ ...look, section: toSection(plane, pivot) }),
     words: () => (plane.kind === 'off' ? {} : { section: sectionWord(plane) }),
     follow: (words) => set(readSection(words.get('section'), none)),
   };

@@ -3,7 +3,7 @@ import { element, setFacts, setText } from '../../../dom.js';
 import type { Vec3 } from '../../draw/camera.js';
 import { numbers as readNumbers, numbersWord, readPoint } from '../link.js';
 import type { Shape } from '../overlay.js';
-import { sightOf, sightRay, type Sight } from '../sight-line.js';
+import { toSight, sightRay, type Sight } from '../sight-line.js';
 import type { Tool, ToolContext } from '../tool.js';
 import { button, checkbox, numberField, select } from '../widgets.js';
 
@@ -53,9 +53,9 @@ export function makeSight(context: ToolContext): Tool {
   function look(): void {
     const from = eyeAt();
     const ray = from === undefined || target === undefined ? undefined : sightRay(from, target);
-    sight = ray === undefined ? undefined : sightOf(ray, context.cast([ray])[0]);
+    sight = ray === undefined ? undefined : toSight(ray, context.cast([ray])[0]);
     setText(result, sight === undefined ? '' : sentence(sight));
-    setFacts(facts, sight === undefined ? [] : factsOf(sight));
+    setFacts(facts, sight === undefined ? [] : toFacts(sight));
   }
 
   function sentence({ obstacle, obstacleDistance }: Sight): string {
@@ -63,7 +63,7 @@ export function makeSight(context: ToolContext): Tool {
     return say('sight.blocked', numbers.length(obstacleDistance * world.voxelM));
   }
 
-  function factsOf({ distance, obstacle }: Sight): (readonly [string, string])[] {
+  function toFacts({ distance, obstacle }: Sight): (readonly [string, string])[] {
     const units = world.unitsPerVoxel;
     const rows: (readonly [string, string])[] = [
       [say('sight.distance'), numbers.length(distance * world.voxelM)],

@@ -24,10 +24,10 @@ export function makeSunPath(context: ToolContext): Tool {
 
   function timeChanged(): void {
     day = sunDay(context.timeMs(), place);
-    setFacts(facts, factsOf(day));
+    setFacts(facts, toFacts(day));
   }
 
-  function factsOf({ noon, rise, set }: SunDay): (readonly [string, string])[] {
+  function toFacts({ noon, rise, set }: SunDay): (readonly [string, string])[] {
     const rows: (readonly [string, string])[] = [
       [say('sun.rise'), edge(rise)],
       [
@@ -54,7 +54,7 @@ export function makeSunPath(context: ToolContext): Tool {
   function shapes(): readonly Shape[] {
     const marked = [day.rise, day.noon, day.set].filter((at) => at !== undefined);
     return [
-      ...runsOf(day.path).map((run): Shape => ({
+      ...findRuns(day.path).map((run): Shape => ({
         kind: 'sky-line',
         directions: run.map(towards),
         tone: 'sun',
@@ -113,7 +113,7 @@ function lengthMs(rise: SunAt, set: SunAt): number {
 }
 
 // Parts of the day while the sun is up.
-function runsOf(path: readonly SunAt[]): SunAt[][] {
+function findRuns(path: readonly SunAt[]): SunAt[][] {
   const runs: SunAt[][] = [[]];
   for (const at of path)
     if (isUp(at)) runs.at(-1)!.push(at);

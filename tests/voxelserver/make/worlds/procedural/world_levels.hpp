@@ -47,17 +47,17 @@ struct FromAbove {
     }
 };
 
-/// @param box_of gives the boxes of the stack @param by_begin, by_end which there are; every column
+/// @param to_box gives the boxes of the stack @param by_begin, by_end which there are; every column
 /// holds ground
 inline FromAbove from_above(
     int level, std::int32_t bx, std::int32_t bz, std::int32_t by_begin, std::int32_t by_end,
-    const std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey&)>& box_of) {
+    const std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey&)>& to_box) {
     using voxel::Material;
     FromAbove out;
     std::array<bool, 4096> seen{};
     std::array<bool, 4096> grounded{};
     for (std::int32_t by = by_end - 1; by >= by_begin; --by) {
-        const auto box = box_of({level, bx, by, bz});
+        const auto box = to_box({level, bx, by, bz});
         if (!box)
             continue;
         for (int i = 0; i < 4096; ++i) {
