@@ -40,7 +40,7 @@ public:
                 throw util::Error("render: interrupted; no picture was written" + kept());
             }
             try {
-                forget_doubted(tiles);
+                forget_invalidated(tiles);
                 const auto result = m_job.processor.take();
                 if (!result)
                     throw util::Error(
@@ -52,7 +52,7 @@ public:
                 check_world();
                 util::log_error("{}", e.what());
                 // Those are not correct, either.
-                m_counts.missing += tiles.size() - done.size() + m_doubted.size();
+                m_counts.missing += tiles.size() - done.size() + m_invalidated.size();
                 return false;
             }
         }
@@ -96,10 +96,10 @@ private:
         }
     }
     // At once: a process that is killed now must not resume with them.
-    void forget_doubted(const std::vector<tiles::RenderTile>& tiles) {
+    void forget_invalidated(const std::vector<tiles::RenderTile>& tiles) {
         for (const std::uint32_t index : m_job.processor.take_invalidated())
             for (const tiles::RenderTile& t : tiles)
-                if (t.index == index && m_doubted.insert(index).second &&
+                if (t.index == index && m_invalidated.insert(index).second &&
                     m_job.checkpoint != nullptr)
                     m_job.checkpoint->forget(t);
     }
@@ -124,7 +124,7 @@ private:
             m_holes.erase(key);
         else
             m_holes[key] = result.holes;
-        m_doubted.erase(result.tile.index);
+        m_invalidated.erase(result.tile.index);
         if (!first)
             return;  // its rays are counted
         ++m_counts.tiles;
@@ -139,7 +139,7 @@ private:
     output::TileSink& m_sink;
     output::Progress& m_progress;
     RenderCounts m_counts;
-    std::set<std::uint32_t> m_doubted;  ///< tiles in the picture that are to be mended
+    std::set<std::uint32_t> m_invalidated;  ///< tiles in the picture that come again
     /// By pass and tile; of later samples as of the first.
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;
 };
