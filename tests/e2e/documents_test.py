@@ -25,6 +25,8 @@ def files_below(folder, endings):
     """Those of the repository, not those that were built or fetched."""
     for path, inner, names in os.walk(folder):
         inner[:] = sorted(set(inner) - NOT_OURS)
+        if pathlib.Path(path) == ROOT and "out" in inner:  # what commands of the pages write
+            inner.remove("out")
         for name in sorted(names):
             file = pathlib.Path(path, name)
             if file.suffix in endings:
