@@ -37,7 +37,7 @@ endif()
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(terravox_settings INTERFACE -march=x86-64-v2)
   # GCC copies and clears values of some hundred bytes, such as rays, by string instructions unless
-  # it is told otherwise. Those are slow to start (docs/benchmarks.md, Light).
+  # it is told otherwise. Those are slow to start (docs/benchmarks/light.md).
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set(by_vectors "unrolled_loop:512:noalign,libcall:-1:noalign")
     target_compile_options(terravox_settings INTERFACE

@@ -9,7 +9,7 @@ namespace terravox::bench::voxelize_square_entry {
 namespace {
 
 constexpr double kFirstSystem_ms =
-    81.7;  ///< a box of the first system, with its best index, one client (docs/benchmarks.md)
+    81.7;  ///< a box of the first system, best index, one client (docs/benchmarks/voxelizing.md)
 
 // Shares of the time of all steps, on one thread, so that they are shares of the CPU time.
 void add_steps(const util::StageTimes& times, Readings& readings) {

@@ -19,7 +19,7 @@ TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]
         int unfinished;
         std::int64_t blocks;
     };
-    // Blocks as another reader counts them (docs/benchmarks.md, Worlds).
+    // Blocks as another reader counts them (docs/benchmarks/formats.md).
     const auto c = GENERATE(values<Case>(
         {{"mc-pymclevel/PyTestWorld", "McRegion", 445, 0, 7'326'144},
          {"mc-pymclevel/AnvilWorld", "Anvil", 583, 0, 10'144'291},
