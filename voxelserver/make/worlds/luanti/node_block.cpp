@@ -13,16 +13,6 @@ namespace {
 // A game has some thousands of nodes; a file of made-up names must not fill the memory.
 constexpr std::size_t kMaxAppearances = std::size_t{1} << 16;
 
-voxel::VoxelAttr to_attr(const minecraft::BlockAppearance& appearance) noexcept {
-    voxel::VoxelAttr out;
-    out.material = appearance.material;
-    if (appearance.has_colour) {
-        out.flags = voxel::VoxelAttr::kHasColour;
-        out.colour = appearance.colour;
-    }
-    return out;
-}
-
 }  // namespace
 
 voxel::VoxelAttr NodeAppearances::of(std::string_view name) {
@@ -34,7 +24,7 @@ voxel::VoxelAttr NodeAppearances::of(std::string_view name) {
     const minecraft::BlockAppearance appearance = m_table.of_full_name(name);
     if (!appearance.known)
         log_unknown(name);
-    const voxel::VoxelAttr out = to_attr(appearance);
+    const voxel::VoxelAttr out = appearance.to_attr();
     const std::unique_lock lock(m_appearances_mutex);
     if (m_appearances.size() < kMaxAppearances)
         m_appearances.emplace(name, out);

@@ -13,16 +13,6 @@ constexpr std::size_t kMaxAppearances = std::size_t{1} << 17;
 constexpr std::size_t kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
-voxel::VoxelAttr to_attr(const BlockAppearance& appearance) noexcept {
-    voxel::VoxelAttr out;
-    out.material = appearance.material;
-    if (appearance.has_colour) {
-        out.flags = voxel::VoxelAttr::kHasColour;
-        out.colour = appearance.colour;
-    }
-    return out;
-}
-
 }  // namespace
 
 void palette_name(std::string_view entry, PaletteName& out) {
@@ -89,7 +79,7 @@ voxel::VoxelAttr BlockAppearanceCache::find_appearance(std::string_view entry) {
     const BlockAppearance appearance = m_table.of(block.name, block.properties);
     if (!appearance.known)
         log_unknown(to_utf8(block.name));
-    return to_attr(appearance);
+    return appearance.to_attr();
 }
 
 voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
@@ -101,7 +91,7 @@ voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
     const BlockAppearance appearance = m_table.of_number(id, data);
     if (!appearance.known)
         log_unknown(std::to_string(id) + ":" + std::to_string(data));
-    const voxel::VoxelAttr out = to_attr(appearance);
+    const voxel::VoxelAttr out = appearance.to_attr();
     m_numbers[number].store(std::bit_cast<std::uint64_t>(out), std::memory_order_relaxed);
     return out;
 }

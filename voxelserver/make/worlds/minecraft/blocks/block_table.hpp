@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/voxel/box.hpp"
 #include "common/voxel/material.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_pattern.hpp"
 
@@ -21,6 +22,15 @@ struct BlockAppearance {
     voxel::Rgb8 colour;
     /// Some entry of the table matches; else the material is kUnknown, which is visible.
     bool known = false;
+    [[nodiscard]] voxel::VoxelAttr to_attr() const noexcept {
+        voxel::VoxelAttr out;
+        out.material = material;
+        if (has_colour) {
+            out.flags = voxel::VoxelAttr::kHasColour;
+            out.colour = colour;
+        }
+        return out;
+    }
     friend bool operator==(const BlockAppearance&, const BlockAppearance&) = default;
 };
 
