@@ -18,7 +18,7 @@ mpl.use("Agg")
 
 from matplotlib import pyplot as plt  # noqa: E402 - the backend comes first
 
-NOTEBOOKS = pathlib.Path(__file__).resolve().parents[3] / "docs" / "examples" / "python"
+NOTEBOOKS = pathlib.Path(__file__).resolve().parents[4] / "docs" / "examples" / "python"
 
 
 def run_cell(source, names):

@@ -20,7 +20,7 @@ import numpy as np
 import terravox
 import xarray as xr
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+ROOT = pathlib.Path(__file__).resolve().parents[4]
 GRASS = 4
 # Ends a process that hangs.
 HANGS_S = 600
