@@ -103,6 +103,18 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
     return out;
 }
 
+void Descriptor::close() noexcept {
+    if (m_fd >= 0)
+        ::close(std::exchange(m_fd, -1));
+}
+
+Pipe open_pipe(const std::string& attempt) {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        throw Error(attempt + ": " + std::strerror(errno));
+    return {Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
 int open_to_write(const fs::path& file, int flags, unsigned mode, const std::string& attempt) {
     // Opening a pipe would wait for its reader.
     const int fd = ::open(file.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, mode);
@@ -245,15 +257,15 @@ std::optional<FileLock> FileLock::try_take(const std::filesystem::path& file) {
     for (;;) {
         FileLock out(open_to_write(file, O_RDWR | O_CREAT, 0644, "lock " + file.string()));
         struct flock lock = whole_file();
-        if (::fcntl(out.m_fd, F_OFD_SETLK, &lock) != 0) {
+        if (::fcntl(out.m_file.get(), F_OFD_SETLK, &lock) != 0) {
             if (errno == EAGAIN || errno == EACCES)
                 return std::nullopt;
             throw failed(file);
         }
         // Else the one who had the lock has removed the file meanwhile, and a third one may lock
         // the next file of that name.
-        if (is_named(out.m_fd, file)) {
-            sign(out.m_fd);
+        if (is_named(out.m_file.get(), file)) {
+            sign(out.m_file.get());
             return out;
         }
     }
@@ -283,18 +295,6 @@ std::string FileLock::holder(const std::filesystem::path& file) {
     if (!std::getline(in, line) || line.empty() || line.size() > kMost)
         return "another process";
     return printable(line);
-}
-
-FileLock::FileLock(FileLock&& other) noexcept : m_fd(std::exchange(other.m_fd, -1)) {}
-
-FileLock& FileLock::operator=(FileLock&& other) noexcept {
-    std::swap(m_fd, other.m_fd);
-    return *this;
-}
-
-FileLock::~FileLock() {
-    if (m_fd >= 0)
-        ::close(m_fd);
 }
 
 }  // namespace terravox::util

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace terravox::util {
@@ -28,6 +29,32 @@ namespace terravox::util {
 [[nodiscard]] std::vector<std::filesystem::path> expand_folders(
     const std::vector<std::filesystem::path>& paths, std::span<const std::string_view> endings,
     std::string_view what, const std::function<bool(const std::filesystem::path&)>& belongs);
+
+/// An open file; closed at the end. Movable, not thread-safe.
+class Descriptor {
+public:
+    explicit Descriptor(int fd = -1) noexcept : m_fd(fd) {}  ///< -1: none
+    Descriptor(Descriptor&& other) noexcept : m_fd(std::exchange(other.m_fd, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(m_fd, other.m_fd);
+        return *this;
+    }
+    ~Descriptor() { close(); }
+    [[nodiscard]] int get() const noexcept { return m_fd; }
+    void close() noexcept;
+
+private:
+    int m_fd;
+};
+
+/// The ends of a new pipe, which programs that are started do not get.
+struct Pipe {
+    Descriptor reading;
+    Descriptor writing;
+};
+/// @param attempt begins the message
+/// @throws Error
+[[nodiscard]] Pipe open_pipe(const std::string& attempt);
 
 /// Opens a file to write to it in its place: a lock, a journal, an archive that grows. Never
 /// through a symbolic link at its name, nor anything but a plain file: where others may write to
@@ -118,15 +145,9 @@ public:
     /// Who has the lock, or had it last: "process 4711 of node7".
     [[nodiscard]] static std::string holder(const std::filesystem::path& file);
 
-    FileLock(FileLock&& other) noexcept;
-    FileLock& operator=(FileLock&& other) noexcept;
-    FileLock(const FileLock&) = delete;
-    FileLock& operator=(const FileLock&) = delete;
-    ~FileLock();
-
 private:
-    explicit FileLock(int fd) : m_fd(fd) {}
-    int m_fd = -1;
+    explicit FileLock(int fd) : m_file(fd) {}
+    Descriptor m_file;
 };
 
 }  // namespace terravox::util

@@ -1,5 +1,3 @@
-#ifdef __GLIBC__
-#endif
 #pragma once
 
 #include <malloc.h>
@@ -9,6 +7,7 @@
 #include <cstdint>
 #include <fstream>
 #include <new>
+#include <string>
 
 namespace terravox::util {
 
@@ -31,11 +30,12 @@ inline void check_memory(std::size_t bytes) {
     ::munmap(room, bytes);
 }
 
-/// Resident memory (RSS) of this process in bytes; 0 where the system does not report it.
-[[nodiscard]] inline std::uint64_t resident_bytes() {
+/// Resident memory (RSS) of a process in bytes; 0 where the system does not report it.
+/// @param process its id; "self": this one
+[[nodiscard]] inline std::uint64_t resident_bytes(const std::string& process = "self") {
     std::uint64_t all = 0;
     std::uint64_t resident = 0;
-    std::ifstream("/proc/self/statm") >> all >> resident;
+    std::ifstream("/proc/" + process + "/statm") >> all >> resident;
     return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 

@@ -1,20 +1,14 @@
 #include "raytracer/core/animate/video.hpp"
 
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <cstdlib>
-#include <cstring>
-#include <sstream>
 #include <string_view>
 #include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/process.hpp"
 
 namespace terravox::animate {
 
@@ -71,11 +65,6 @@ std::filesystem::path FrameNames::ledger() const {
     return frames.parent_path() / ("." + frames.filename().string() + ".done");
 }
 
-}  // namespace terravox::animate
-
-extern char** environ;
-
-namespace terravox::animate {
 namespace {
 
 std::string number(double v) {
@@ -88,41 +77,7 @@ bool ends_in(const std::string& text, std::initializer_list<const char*> endings
                        [&](const char* e) { return text.ends_with(e); });
 }
 
-/// @return its exit status; 128 or more: ended by a signal
-int run(const std::string& program, std::vector<std::string> arguments) {
-    std::vector<char*> argv;
-    for (std::string& argument : arguments)
-        argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    pid_t child = 0;
-    if (const int failed =
-            ::posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ);
-        failed != 0)
-        throw util::Error("make the video: " + program +
-                          " cannot be started: " + std::strerror(failed));
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0)
-        if (errno != EINTR)
-            throw util::Error("make the video: " + program + " is lost: " + std::strerror(errno));
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
-
 }  // namespace
-
-std::filesystem::path find_program(const std::string& name) {
-    const auto runs = [](const std::filesystem::path& file) {
-        std::error_code ignored;
-        return std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
-    };
-    if (name.find('/') != std::string::npos)
-        return runs(name) ? std::filesystem::path(name) : std::filesystem::path();
-    const char* path = std::getenv("PATH");
-    std::istringstream folders(path != nullptr ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');)
-        if (!folder.empty() && runs(std::filesystem::path(folder) / name))
-            return std::filesystem::path(folder) / name;
-    return {};
-}
 
 void check_video(const std::filesystem::path& file, const FrameNames& frames,
                  const std::string& program) {
@@ -133,7 +88,7 @@ void check_video(const std::filesystem::path& file, const FrameNames& frames,
     if (!ends_in(frames.pattern(), {".png", ".jpg", ".jpeg"}))
         throw util::UsageError(attempt + "of " + frames.pattern() +
                                "; allowed: frames in .png or .jpg");
-    if (find_program(program).empty())
+    if (util::find_program(program).empty())
         throw util::UsageError(
             attempt + program +
             " is not installed; without --video the frames are made all the same");
@@ -147,16 +102,16 @@ void make_video(const std::filesystem::path& file, const FrameNames& frames, int
     // option.
     const std::string pictures = std::filesystem::absolute(frames.pattern()).string();
     const std::string target = std::filesystem::absolute(out.temporary_path()).string();
-    const int status =
-        run(find_program(program).string(),
-            {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
+    util::Process ffmpeg(
+        {.command = {
+             program, "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
              "-framerate", number(fps), "-start_number", "0", "-i", pictures, "-frames:v",
              std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
              // Players require even sizes and subsampled chroma; the colour space is stated.
              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt",
              "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
-             "iec61966-2-1", "-movflags", "+faststart", target});
-    if (status != 0)
+             "iec61966-2-1", "-movflags", "+faststart", target}});
+    if (const int status = ffmpeg.wait(); status != 0)
         throw util::Error("make the video " + file.string() + ": " + program +
                           " failed with status " + std::to_string(status));
     out.commit();

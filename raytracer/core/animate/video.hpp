@@ -25,10 +25,6 @@ private:
     std::size_t m_digits = 0;
 };
 
-/// Finds a program by its name: in PATH, or at that path if the name contains a slash.
-/// @return empty if it is not found
-[[nodiscard]] std::filesystem::path find_program(const std::string& name);
-
 /// Checks that a video can be made.
 /// @throws UsageError when the frames are not in a format for videos (.png, .jpg), the file's
 /// extension is no video format, or `program` is not installed

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/farm/cluster/child.hpp"
 #include "raytracer/farm/cluster/tasks.hpp"
 
 namespace terravox::cluster {

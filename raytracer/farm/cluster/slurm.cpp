@@ -7,11 +7,15 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
-#include "raytracer/core/animate/video.hpp"
 #include "raytracer/farm/cluster/tasks.hpp"
 
 namespace terravox::cluster {
+
+using util::Finished;
+using util::run_to_end;
+
 namespace {
 
 /// The number after `key` in the output of scontrol, such as "MaxArraySize = 1001".
@@ -32,7 +36,7 @@ std::optional<int> number_after(const std::string& text, const std::string& key)
 
 Slurm::Slurm() {
     for (const char* name : {"sbatch", "squeue", "scancel", "scontrol"})
-        if (animate::find_program(name).empty())
+        if (util::find_program(name).empty())
             throw util::Error(
                 std::string("use Slurm: ") + name +
                 " is not installed on this machine; submit from one that has Slurm, or "

@@ -4,10 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
-#include "raytracer/farm/cluster/child.hpp"
 
 namespace terravox::cluster {
+
+using util::Command;
 
 /// Frames divided among tasks 0, 1 ...: each has a run of `per_task`, the last one the remainder.
 struct TaskPlan {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -9,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-namespace terravox::jobs {
+#include "common/util/files.hpp"
+#include "common/util/process.hpp"
 
-/// Added to the signal that has ended a process, as shells do.
-inline constexpr int kSignalled = 128;
+namespace terravox::jobs {
 
 /// What a process is started with.
 struct ProcessStart {
@@ -31,12 +29,10 @@ class JobProcess {
 public:
     /// @throws Error when it cannot be started
     explicit JobProcess(const ProcessStart& start);
-    ~JobProcess();  ///< stop()
-    JobProcess(const JobProcess&) = delete;
-    JobProcess& operator=(const JobProcess&) = delete;
+    ~JobProcess() { stop(); }
 
     /// Takes what it has printed. Never blocks.
-    /// @return its status once it has ended: 0 to 255, or kSignalled plus the signal that ended it
+    /// @return its status once it has ended: 0 to 255, or 128 plus the signal that ended it
     [[nodiscard]] std::optional<int> look();
     /// Ends it: SIGTERM, and after some seconds SIGKILL.
     void stop() noexcept;
@@ -47,10 +43,9 @@ public:
 
 private:
     void read_what_it_says();
-    pid_t m_pid = 0;
-    int m_output = -1;
+    util::Descriptor m_output;
+    std::optional<util::Process> m_process;
     std::string m_said;
-    std::optional<int> m_status;
 };
 
 /// @param said by `terravox analyse` on standard error

@@ -71,6 +71,7 @@ JobStatus failed(std::string message) {
 JobStatus ended(int code, const std::string& said, const fs::path& file) {
     const bool is_done = code == static_cast<int>(util::ExitCode::kDone);
     const bool has_holes = code == static_cast<int>(util::ExitCode::kHoles);
+    constexpr int kSignalled = 128;
     if (code > kSignalled)
         return failed("it was ended by signal " + std::to_string(code - kSignalled));
     if (!is_done && !has_holes) {

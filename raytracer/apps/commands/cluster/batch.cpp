@@ -246,7 +246,7 @@ private:
         list.front() = util::beside_program("terravox-raytracer").string();
         list.insert(list.end(), {"--list", "--first", std::to_string(m_plan.frames.first), "--last",
                                  std::to_string(m_plan.frames.last)});
-        const Finished done = run_to_end(list);
+        const util::Finished done = util::run_to_end(list);
         if (done.status != 0) {
             std::string reason = done.reason();
             if (reason.starts_with("terravox: "))

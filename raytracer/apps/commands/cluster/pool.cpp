@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "common/thread/stop.hpp"
+#include "common/util/process.hpp"
 #include "common/util/secret.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/apps/commands/cluster/job.hpp"
@@ -164,7 +165,7 @@ private:
 
     util::ExitCode run_here(const Slurm& slurm, const std::stop_token& stop) {
         OwnJobs own(slurm);
-        Child child(coordinator());
+        util::Process child({.command = coordinator()});
         own.jobs.push_back(slurm.submit(m_folder.path(), "pool.sbatch", {array_option()}));
         said(own.jobs);
         QueueReporter reporter(m_options.nodes, m_options.quiet);

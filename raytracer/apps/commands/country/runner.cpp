@@ -16,7 +16,7 @@
 #include "common/util/files.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/farm/cluster/child.hpp"
+#include "common/util/process.hpp"
 #include "voxelserver/out/country/task.hpp"
 #include "voxelserver/out/export/archive/archive_export.hpp"
 #include "voxelserver/out/export/core/job.hpp"
@@ -80,7 +80,7 @@ public:
 private:
     /// What runs one task at a time.
     struct Slot {
-        std::unique_ptr<cluster::Child> child;
+        std::unique_ptr<util::Process> child;
         int number = 0;  ///< of the task that runs, or ran last
     };
 
@@ -122,13 +122,12 @@ private:
             }
             slot.number = *number;
             const std::uint64_t mib = (m_plan.scratch_bytes >> 20) * m_jobs;
-            slot.child = std::make_unique<cluster::Child>(
-                cluster::Command{util::beside_program("terravox-raytracer").string(), "country",
-                                 "run", m_folder.path().string(), "--task", std::to_string(*number),
-                                 "--threads", std::to_string(m_threads), "--scratch",
-                                 scratch().string(), "--scratch-mib", std::to_string(mib),
-                                 "--quiet"},
-                m_folder.log(*number));
+            slot.child = std::make_unique<util::Process>(util::Process::Start{
+                .command = {util::beside_program("terravox-raytracer").string(), "country", "run",
+                            m_folder.path().string(), "--task", std::to_string(*number),
+                            "--threads", std::to_string(m_threads), "--scratch", scratch().string(),
+                            "--scratch-mib", std::to_string(mib), "--quiet"},
+                .log = m_folder.log(*number)});
             return;
         }
     }

@@ -1,7 +1,5 @@
 #include "raytracer/apps/commands/publish/site_commands.hpp"
 
-#include <spawn.h>
-#include <unistd.h>
 #include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -14,6 +12,7 @@
 #include "common/thread/stop.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
+#include "common/util/process.hpp"
 #include "raytracer/apps/publish/site.hpp"
 #include "raytracer/apps/publish/site_host.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
@@ -123,14 +122,14 @@ util::ExitCode publish_into(util::TemporaryFolder& scratch, PublishArguments& pu
 }
 
 // Where there is a desktop; elsewhere the address has been printed.
-void open_browser(std::string address) {
+void open_browser(const std::string& address) {
     if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr)
         return;
-    std::string program = "xdg-open";
-    char* arguments[] = {program.data(), address.data(), nullptr};
-    pid_t child = 0;
-    if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+    try {
+        util::Process({.command = {"xdg-open", address}, .may_outlive = true}).detach();
+    } catch (const util::Error&) {
         util::log_info("view: xdg-open is missing; open {} yourself", address);
+    }
 }
 
 /// The origin that the page of a site may ask for its archive; empty: none.

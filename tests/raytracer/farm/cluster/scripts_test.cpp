@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "raytracer/farm/cluster/manifests.hpp"
@@ -41,12 +42,12 @@ struct Stage {
                                     const std::vector<std::string>& arguments = {}) {
         const fs::path file = folder.path() / "script";
         std::ofstream(file) << script;
-        REQUIRE(run_to_end({"bash", "-n", file.string()}).status == 0);
+        REQUIRE(util::run_to_end({"bash", "-n", file.string()}).status == 0);
         Command command{"env"};
         command.insert(command.end(), environment.begin(), environment.end());
         command.insert(command.end(), {"bash", file.string()});
         command.insert(command.end(), arguments.begin(), arguments.end());
-        done = run_to_end(command);
+        done = util::run_to_end(command);
         std::ifstream in(folder.path() / "said");
         std::vector<std::string> out;
         for (std::string word; std::getline(in, word, '\0');)
@@ -56,7 +57,7 @@ struct Stage {
 
     TemporaryFolder folder;
     JobPlace place;
-    Finished done;
+    util::Finished done;
 };
 
 /// The lines of a script that Slurm reads, which end at the first command.
