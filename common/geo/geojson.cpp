@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/json_text.hpp"
 
 namespace terravox::geo {
@@ -41,17 +41,7 @@ class Reader {
 public:
     Reader(const std::filesystem::path& file, const std::stop_token& stop)
         : m_attempt("read the GeoJSON file " + file.string()), m_stop(stop) {
-        std::error_code failed;
-        const auto bytes = std::filesystem::file_size(file, failed);
-        if (failed)
-            fail("it is no file that can be read");
-        if (bytes > kMaxGeoJson_bytes)
-            fail(std::to_string(bytes) + " bytes; allowed: up to " +
-                 std::to_string(kMaxGeoJson_bytes));
-        std::ifstream in(file, std::ios::binary);
-        std::string text(static_cast<std::size_t>(bytes), '\0');
-        in.read(text.data(), static_cast<std::streamsize>(text.size()));
-        text.resize(static_cast<std::size_t>(in.gcount()));
+        const std::string text = util::read_text(file, kMaxGeoJson_bytes, m_attempt);
         check_stop();
         if (util::has_more_json_levels(text, util::kMaxJsonLevels))
             fail("more than " + std::to_string(util::kMaxJsonLevels) + " lists in lists");

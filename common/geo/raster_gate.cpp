@@ -16,6 +16,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::geo {
@@ -119,12 +120,8 @@ void check_crs_texts(const CPLXMLNode* node) {
 }
 
 std::string to_text(const fs::path& file) {
-    constexpr std::uintmax_t kMax_bytes = std::uintmax_t{64} << 20;
-    if (fs::file_size(file) > kMax_bytes)
-        throw util::Error("its side file " + file.filename().string() + " is larger than " +
-                          std::to_string(kMax_bytes >> 20) + " MiB");
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    constexpr std::size_t kMax_bytes = std::size_t{64} << 20;
+    return util::read_text(file, kMax_bytes, "its side file " + file.filename().string());
 }
 
 void check_aux_xml(const fs::path& file) {

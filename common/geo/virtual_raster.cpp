@@ -3,14 +3,13 @@
 #include <cpl_minixml.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::geo {
@@ -20,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMaxDepth = 4;  // a .vrt of .vrts
-constexpr std::uintmax_t kMaxText_bytes = std::uintmax_t{64} << 20;
+constexpr std::size_t kMaxText_bytes = std::size_t{64} << 20;
 
 std::string in_quotes(std::string_view text) {
     constexpr std::size_t kShown = 120;
@@ -71,13 +70,11 @@ private:
 
     /// Parsed by GDAL's own parser, so that both read the same tree.
     Tree parsed(const fs::path& vrt) {
-        m_bytes += fs::file_size(vrt);
+        const std::string text = util::read_text(vrt, kMaxText_bytes, "its text");
+        m_bytes += text.size();
         if (m_bytes > kMaxText_bytes)
             throw util::Error("more than " + std::to_string(kMaxText_bytes >> 20) +
                               " MiB of virtual raster");
-        std::ifstream in(vrt, std::ios::binary);
-        const std::string text{std::istreambuf_iterator<char>(in),
-                               std::istreambuf_iterator<char>()};
         Tree tree(CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
         if (!tree)
             throw util::Error("no XML");
@@ -140,7 +137,7 @@ private:
             file(source, depth + 1);
     }
 
-    std::uintmax_t m_bytes = 0;
+    std::size_t m_bytes = 0;
 };
 
 }  // namespace

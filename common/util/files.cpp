@@ -115,6 +115,76 @@ Pipe open_pipe(const std::string& attempt) {
     return {Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
+namespace {
+
+/// What was read of a file, and why it was not all that was wanted; empty: it was.
+struct ReadFile {
+    std::string text;
+    std::string fault;
+};
+
+ReadFile read_first(const fs::path& file, std::size_t bytes) {
+    struct stat facts{};
+    if (::stat(file.c_str(), &facts) != 0)
+        return {{}, errno == ENOENT || errno == ENOTDIR ? "no such file" : std::strerror(errno)};
+    if (!S_ISREG(facts.st_mode))
+        return {{}, "not a plain file"};
+    const Descriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (in.get() < 0)
+        return {{}, std::strerror(errno)};
+    // Reads in parts: a file may grow, or report no size (/proc), and no memory is allocated for
+    // bytes that are not there.
+    ReadFile out;
+    std::size_t used = 0;
+    for (ssize_t count = 1; count != 0 && used < bytes;) {
+        constexpr std::size_t kPart_bytes = std::size_t{1} << 16;
+        if (used == out.text.size())
+            out.text.resize(std::min(bytes, std::max(2 * used, kPart_bytes)));
+        count = ::read(in.get(), out.text.data() + used, out.text.size() - used);
+        if (count > 0)
+            used += static_cast<std::size_t>(count);
+        else if (count < 0 && errno != EINTR) {
+            out.fault = std::strerror(errno);
+            break;
+        }
+    }
+    out.text.resize(used);
+    return out;
+}
+
+std::string size_text(std::size_t bytes) {
+    constexpr std::size_t kMib = std::size_t{1} << 20;
+    return bytes % kMib == 0 ? std::to_string(bytes / kMib) + " MiB"
+                             : std::to_string(bytes) + " bytes";
+}
+
+}  // namespace
+
+std::string read_text(const fs::path& file, std::size_t limit_bytes, const FailToRead& fail) {
+    ReadFile out = read_first(file, limit_bytes + 1);
+    if (out.text.size() > limit_bytes)
+        fail("more than " + size_text(limit_bytes) + "; allowed: up to that");
+    if (!out.fault.empty())
+        fail(out.fault);
+    return std::move(out.text);
+}
+
+std::string read_text(const fs::path& file, std::size_t limit_bytes, const std::string& attempt) {
+    return read_text(file, limit_bytes,
+                     [&](const std::string& what) { throw Error(attempt + ": " + what); });
+}
+
+std::optional<std::string> try_read_text(const fs::path& file, std::size_t limit_bytes) {
+    ReadFile out = read_first(file, limit_bytes + 1);
+    if (out.text.size() > limit_bytes || !out.fault.empty())
+        return std::nullopt;
+    return std::move(out.text);
+}
+
+std::string read_start(const fs::path& file, std::size_t bytes) {
+    return read_first(file, bytes).text;
+}
+
 int open_to_write(const fs::path& file, int flags, unsigned mode, const std::string& attempt) {
     // Opening a pipe would wait for its reader.
     const int fd = ::open(file.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, mode);

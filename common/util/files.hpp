@@ -56,6 +56,27 @@ struct Pipe {
 /// @throws Error
 [[nodiscard]] Pipe open_pipe(const std::string& attempt);
 
+/// Told what is wrong with a file ("no such file"); throws.
+using FailToRead = std::function<void(const std::string& what)>;
+
+/// A plain file as a text, whatever its bytes. Any other kind is not even opened: that could wait
+/// for a writer, or be read without end.
+/// @param limit_bytes of a longer file no more than that is read, whatever length it reports
+/// @throws what `fail` throws: "no such file", "not a plain file", "more than 1 MiB; allowed: up to
+/// that", or the system's reason
+[[nodiscard]] std::string read_text(const std::filesystem::path& file, std::size_t limit_bytes,
+                                    const FailToRead& fail);
+/// @param attempt begins the message: "read the plan a.json"
+/// @throws Error
+[[nodiscard]] std::string read_text(const std::filesystem::path& file, std::size_t limit_bytes,
+                                    const std::string& attempt);
+/// @return nullopt where the other ones throw
+[[nodiscard]] std::optional<std::string> try_read_text(const std::filesystem::path& file,
+                                                       std::size_t limit_bytes);
+
+/// The first bytes of a plain file, fewer where it is shorter; none of what cannot be read.
+[[nodiscard]] std::string read_start(const std::filesystem::path& file, std::size_t bytes);
+
 /// Opens a file to write to it in its place: a lock, a journal, an archive that grows. Never
 /// through a symbolic link at its name, nor anything but a plain file: where others may write to
 /// the folder, they could have put there what leads to any file of this user.

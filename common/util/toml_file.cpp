@@ -3,50 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::util {
 
 namespace fs = std::filesystem;
-namespace {
-
-constexpr std::size_t kMax_bytes = std::size_t{1} << 20;
-
-std::string read_text(const fs::path& file, const std::function<void(const std::string&)>& fail) {
-    std::error_code failed;
-    const auto status = fs::status(file, failed);
-    if (status.type() == fs::file_type::not_found)
-        fail("no such file");
-    else if (failed)
-        fail(failed.message());
-    else if (!fs::is_regular_file(status))
-        fail("not a plain file");
-    std::ifstream in(file, std::ios::binary);
-    // Reads in parts: a file that grows, or reports no size (/proc), is found too long as well, and
-    // no memory is allocated for bytes that are not there.
-    std::string text;
-    std::array<char, 16384> part;
-    do {
-        in.read(part.data(), part.size());
-        text.append(part.data(), static_cast<std::size_t>(in.gcount()));
-    } while (in && text.size() <= kMax_bytes);
-    if (in.bad() || !in.is_open())
-        fail("cannot be read");
-    return text;
-}
-
-}  // namespace
 
 toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) {
-    return parse_toml(read_text(file, fail), file.string(), fail);
+    return parse_toml(read_text(file, kMaxToml_bytes, fail), file.string(), fail);
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name,
                        const std::function<void(const std::string&)>& fail) {
-    if (text.size() > kMax_bytes)
+    if (text.size() > kMaxToml_bytes)
         fail("longer than 1 MiB; allowed: up to 1 MiB");
     // Each dot of a name (a.b.c) makes a nested table, and tables are processed recursively:
     // 100,000 of them overflow a stack of 8 MiB.

@@ -2,12 +2,16 @@
 
 #include <toml++/toml.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
 
 namespace terravox::util {
+
+/// The longest text that is read as TOML.
+inline constexpr std::size_t kMaxToml_bytes = std::size_t{1} << 20;
 
 /// Reads a TOML file written by hand: settings, tables, scenes. Implausible files are refused
 /// before they are parsed, so that no input takes much memory or time, or nests so deep that the

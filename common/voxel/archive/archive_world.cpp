@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/voxel/box.hpp"
 
 namespace terravox::voxel {
@@ -151,12 +151,11 @@ std::unique_ptr<World> open_archive(std::unique_ptr<ByteSource> source) {
 }
 
 bool is_archive(const std::filesystem::path& file) {
-    std::array<char, sizeof kMagic> magic{};
-    std::ifstream in(file, std::ios::binary);
-    const bool is_read = static_cast<bool>(in.read(magic.data(), magic.size()));
-    return is_read && (std::equal(magic.begin(), magic.end(), kMagic) ||
-                       std::equal(magic.begin(), magic.end(), kShardMagic) ||
-                       std::equal(magic.begin(), magic.end(), kChangeMagic));
+    const std::string magic = util::read_start(file, sizeof kMagic);
+    const auto is = [&](const char (&known)[sizeof kMagic]) {
+        return magic == std::string_view(known, sizeof known);
+    };
+    return is(kMagic) || is(kShardMagic) || is(kChangeMagic);
 }
 
 }  // namespace terravox::voxel

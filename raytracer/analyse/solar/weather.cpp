@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "common/geo/time_zone.hpp"
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/analyse/solar/energy.hpp"
 #include "raytracer/analyse/solar/light_sums.hpp"
@@ -20,27 +20,12 @@
 namespace terravox::solar {
 namespace {
 
-constexpr std::uintmax_t kMax_bytes = std::uintmax_t{16} << 20;
+constexpr std::size_t kMax_bytes = std::size_t{16} << 20;
 constexpr int kHeaderLines = 8;
 constexpr std::size_t kHoursOfDay = 24;
 constexpr std::size_t kHoursOfYear = 365 * kHoursOfDay;
 constexpr int kLeapYear = 2000;
 constexpr int kPlainYear = 2001;
-
-std::string to_text(const std::filesystem::path& file, const std::string& attempt) {
-    std::error_code failed;
-    const auto bytes = std::filesystem::file_size(file, failed);
-    if (failed || !std::filesystem::is_regular_file(file, failed))
-        throw util::Error(attempt + ": it is no file that can be read");
-    if (bytes > kMax_bytes)
-        throw util::Error(attempt + ": " + std::to_string(bytes) + " bytes; allowed: up to " +
-                          std::to_string(kMax_bytes));
-    std::ifstream in(file, std::ios::binary);
-    std::string out{std::istreambuf_iterator<char>(in), {}};
-    if (in.bad())
-        throw util::Error(attempt + ": it is no file that can be read");
-    return out;
-}
 
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlank = " \t\r";
@@ -75,7 +60,7 @@ class EpwReader {
 public:
     explicit EpwReader(const std::filesystem::path& file)
         : m_attempt("read the weather file " + file.string()),
-          m_text(to_text(file, m_attempt)),
+          m_text(util::read_text(file, kMax_bytes, m_attempt)),
           m_rest(m_text) {}
 
     [[nodiscard]] WeatherFile read() {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
 #include "common/voxel/archive/byte_source.hpp"
@@ -109,20 +109,21 @@ std::string to_origin(const std::string& url) {
 }
 
 std::optional<FoundSite> read_site(const fs::path& folder) {
-    constexpr std::uintmax_t kMax_bytes = std::uintmax_t{1} << 20;
+    constexpr std::size_t kMax_bytes = std::size_t{1} << 20;
     // It has lists in lists in objects. What is deeper is left out, as the file may be a
     // stranger's.
     constexpr int kMaxDepth = 8;
     const fs::path file = folder / kSitePlace;
     std::error_code failed;
-    if (!fs::is_regular_file(fs::symlink_status(file, failed)) ||
-        fs::file_size(file, failed) > kMax_bytes)
+    if (!fs::is_regular_file(fs::symlink_status(file, failed)))
         return std::nullopt;
-    std::ifstream in(file, std::ios::binary);
+    const auto text = util::try_read_text(file, kMax_bytes);
+    if (!text)
+        return std::nullopt;
     const auto is_shallow = [](int depth, json::parse_event_t, const json&) {
         return depth <= kMaxDepth;
     };
-    const json place = json::parse(in, is_shallow, false);
+    const json place = json::parse(*text, is_shallow, false);
     if (!place.is_object())
         return std::nullopt;
     const auto has = [&](const char* name, json::value_t type) {

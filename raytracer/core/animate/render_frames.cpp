@@ -9,14 +9,14 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <span>
+#include <sstream>
 #include <utility>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/toml_file.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/core/animate/video.hpp"
 #include "raytracer/core/material/appearance.hpp"
@@ -33,44 +33,34 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
         throw util::Error("note that frame " + std::to_string(frame) + " is done: " +
                           file.string() + " cannot be " + what + ": " + std::strerror(errno));
     };
-    struct Descriptor {
-        int fd;
-        ~Descriptor() {
-            if (fd >= 0)
-                ::close(fd);
-        }
-    };
-    const Descriptor out{util::open_to_write(file, O_WRONLY | O_CREAT | O_APPEND, 0666,
-                                             "note that frame " + std::to_string(frame) +
-                                                 " is done: " + file.string() +
-                                                 " cannot be written")};
-    while (::flock(out.fd, LOCK_EX) != 0) {
+    const util::Descriptor out(util::open_to_write(file, O_WRONLY | O_CREAT | O_APPEND, 0666,
+                                                   "note that frame " + std::to_string(frame) +
+                                                       " is done: " + file.string() +
+                                                       " cannot be written"));
+    while (::flock(out.get(), LOCK_EX) != 0) {
         if (errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL)
             break;  // a file system without locks
         if (errno != EINTR)
             fail("locked");
     }
-    errno = util::write_all(out.fd, std::as_bytes(std::span(text)));
+    errno = util::write_all(out.get(), std::as_bytes(std::span(text)));
     if (errno != 0)
         fail("written");
-    if (::fsync(out.fd) != 0 && errno != EINVAL && errno != ENOTSUP)
+    if (::fsync(out.get()) != 0 && errno != EINVAL && errno != ENOTSUP)
         fail("written");
 }
 
 }  // namespace
 
 FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
-    constexpr std::uintmax_t kMax_bytes = 64U << 20;  // far more than any animation needs
+    constexpr std::size_t kMax_bytes = 64U << 20;  // far more than any animation needs
     std::error_code failed;
     if (!std::filesystem::exists(m_file, failed))
         return;
-    if (!std::filesystem::is_regular_file(m_file, failed) ||
-        std::filesystem::file_size(m_file, failed) > kMax_bytes)
+    std::istringstream in(util::read_text(m_file, kMax_bytes, [&](const std::string& what) {
         throw util::Error("go on with the frames: " + m_file.string() +
-                          " is no list of frames; remove it to make all anew");
-    std::ifstream in(m_file);
-    if (!in)
-        throw util::Error("go on with the frames: " + m_file.string() + " cannot be read");
+                          " is no list of frames: " + what + "; remove it to make all anew");
+    }));
     for (std::string line; std::getline(in, line);) {
         int frame = 0;
         std::uint64_t fingerprint = 0;
@@ -130,16 +120,13 @@ void check(const Animation& animation, const FrameOptions& o, int last) {
             "--every");
 }
 
-std::string to_text(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 // A hash of what a picture depends on; the number of threads is not part of it.
 std::uint64_t fingerprint(const scene::Scene& scene, const std::string& inputs) {
+    const std::filesystem::path file = material::find_materials(scene.quality.materials);
+    const std::string materials =
+        util::read_text(file, util::kMaxToml_bytes, "read the materials " + file.string());
     return to_fingerprint(scene::to_toml(scene::what_shows(scene)) + "\n" + inputs + "\n" +
-                          to_text(material::find_materials(scene.quality.materials)) + "\n" +
-                          kVersion);
+                          materials + "\n" + kVersion);
 }
 
 bool is_there(const std::filesystem::path& picture) {

@@ -2,10 +2,9 @@
 
 #include <xxhash.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
+#include "common/util/toml_file.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/core/material/appearance.hpp"
@@ -15,14 +14,6 @@
 
 namespace terravox::farm {
 namespace {
-
-std::string to_text(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (!in)
-        throw util::Error("read the materials " + file.string() + ": it cannot be read");
-    return text;
-}
 
 /// The scene with everything resolved that depends on tables of this machine: time zones, map
 /// projections, named views. No path is left.
@@ -57,8 +48,10 @@ scene::Scene decided(const scene::Scene& scene, const voxel::WorldInfo& world) {
 }  // namespace
 
 PictureSpec pack(const scene::Scene& scene, const voxel::WorldInfo& world) {
+    const std::filesystem::path file = material::find_materials(scene.quality.materials);
     return {scene::to_toml(decided(scene, world)),
-            to_text(material::find_materials(scene.quality.materials)), pack_world(world)};
+            util::read_text(file, util::kMaxToml_bytes, "read the materials " + file.string()),
+            pack_world(world)};
 }
 
 std::string pack_world(const voxel::WorldInfo& world) {

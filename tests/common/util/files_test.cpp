@@ -104,3 +104,29 @@ TEST_CASE("a file that is written in its place is a plain one, and never behind 
         CHECK(fs::file_size(folder.path() / name) == 0);
     }
 }
+
+TEST_CASE("a text is read whole, up to its limit, and of plain files only",
+          "[common][util][files]") {
+    using terravox::util::read_text;
+    using terravox::util::try_read_text;
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "a";
+    const std::string text = std::string(200'000, 'x') + std::string("\0\r\n\xff", 4);
+    std::ofstream(file, std::ios::binary) << text;
+    CHECK(read_text(file, text.size(), "read a") == text);
+    CHECK(try_read_text(file, text.size()) == text);
+    CHECK_THROWS_WITH(read_text(file, text.size() - 1, "read a"),
+                      "read a: more than 200003 bytes; allowed: up to that");
+    CHECK_THROWS_WITH(read_text("/dev/zero", 1, "read it"), "read it: not a plain file");
+    CHECK_THROWS_WITH(read_text(folder.path() / "none", 1, "read it"), "read it: no such file");
+    CHECK_THROWS_WITH(read_text(file / "none", 1, "read it"), "read it: no such file");
+    CHECK(try_read_text(file, text.size() - 1) == std::nullopt);
+    CHECK(try_read_text(folder.path(), 1000) == std::nullopt);
+    // A hole of a tebibyte is not read.
+    std::filesystem::resize_file(file, std::uintmax_t{1} << 40);
+    CHECK_THROWS_WITH(read_text(file, std::size_t{1} << 20, "read a"),
+                      "read a: more than 1 MiB; allowed: up to that");
+    CHECK(terravox::util::read_start(file, 3) == "xxx");
+    CHECK(terravox::util::read_start(folder.path() / "none", 3).empty());
+    CHECK_FALSE(read_text("/proc/self/status", std::size_t{1} << 20, "read it").empty());
+}

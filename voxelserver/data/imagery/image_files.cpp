@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <string>
@@ -154,14 +153,7 @@ constexpr std::size_t kMaxVrtBytes = std::size_t{16} << 20;
 // Reads the text, not the images: computing the identity of a world must not require access to
 // them.
 std::vector<fs::path> list_sources(const fs::path& vrt) {
-    std::ifstream in(vrt, std::ios::binary);
-    std::error_code failed;
-    const std::uintmax_t size = fs::file_size(vrt, failed);
-    std::string text(
-        failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMaxVrtBytes)), '\0');
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(in.gcount()));
-    return vrt_sources(text, vrt.parent_path(), kMaxSources);
+    return vrt_sources(util::read_start(vrt, kMaxVrtBytes), vrt.parent_path(), kMaxSources);
 }
 
 void add(voxel::ByteWriter& out, const fs::path& file, int depth) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
@@ -13,6 +12,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/text.hpp"
 #include "common/voxel/archive/archive_format.hpp"
 #include "common/voxel/archive/archive_parts.hpp"
@@ -110,9 +110,8 @@ std::uint64_t ArchiveFiles::bytes() const {
 
 bool is_first_part(const fs::path& file) {
     voxel::archive::Header header{};
-    std::array<char, sizeof header> bytes{};
-    std::ifstream in(file, std::ios::binary);
-    if (!in.read(bytes.data(), bytes.size()))
+    const std::string bytes = util::read_start(file, sizeof header);
+    if (bytes.size() < sizeof header)
         return false;
     std::memcpy(&header, bytes.data(), sizeof header);
     return std::memcmp(header.magic, voxel::archive::kMagic, sizeof header.magic) == 0 &&

@@ -215,8 +215,8 @@ TEST_CASE("weather files with faults are refused with the line", "[raytracer][so
         INFO(one.name);
         CHECK_THROWS_WITH(read(one.text), test::contains(one.says) && test::contains("town.epw"));
     }
-    CHECK_THROWS_WITH(read_weather("/nowhere.epw"), test::contains("no file"));
-    CHECK_THROWS_WITH(read_weather("/"), test::contains("no file"));
+    CHECK_THROWS_WITH(read_weather("/nowhere.epw"), test::contains("no such file"));
+    CHECK_THROWS_WITH(read_weather("/"), test::contains("not a plain file"));
 }
 
 TEST_CASE("light as text is the same light, and other texts are refused", "[raytracer][solar]") {

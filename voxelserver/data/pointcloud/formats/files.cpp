@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <span>
 #include <string_view>
 
@@ -37,20 +36,8 @@ bool has_ending(const Row& row, const fs::path& file) {
            row.endings.end();
 }
 
-/// The first bytes; empty for a file that cannot be read.
-std::string read_start(const fs::path& file) {
-    std::string out(kHeadBytes, '\0');
-    std::error_code failed;
-    std::ifstream in;
-    if (fs::is_regular_file(file, failed))
-        in.open(file, std::ios::binary);
-    in.read(out.data(), static_cast<std::streamsize>(out.size()));
-    out.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-    return out;
-}
-
 std::optional<std::size_t> find_format(const fs::path& file) {
-    const std::string head = read_start(file);
+    const std::string head = util::read_start(file, kHeadBytes);
     for (std::size_t i = 0; i < kRows.size(); ++i) {
         if (kRows[i].recognise(head) != Recognition::kUnknown)
             return i;
@@ -71,7 +58,8 @@ bool is_point_file(const fs::path& file) {
 bool is_point_file_of_folder(const fs::path& file) {
     const auto row =
         std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return has_ending(r, file); });
-    return row != kRows.end() && row->recognise(read_start(file)) != Recognition::kOther;
+    return row != kRows.end() &&
+           row->recognise(util::read_start(file, kHeadBytes)) != Recognition::kOther;
 }
 
 std::vector<fs::path> expand_point_files(const std::vector<fs::path>& paths) {

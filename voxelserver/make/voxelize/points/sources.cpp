@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <map>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/pointcloud/formats/files.hpp"
@@ -71,19 +71,14 @@ KnownSquares read_known(const LidarWorldOptions& options, const voxel::Fingerpri
     if (options.known_squares.empty())
         return {};
     // Some hundred bytes a square.
-    constexpr std::uintmax_t kMaxBytes = std::uintmax_t{256} << 20;
+    constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
     std::error_code failed;
     if (!std::filesystem::is_regular_file(options.known_squares, failed))
         return {};
     try {
-        const std::uintmax_t size = std::filesystem::file_size(options.known_squares, failed);
-        if (failed || size > kMaxBytes)
-            throw util::Error("larger than 256 MiB");
-        std::string bytes(size, '\0');
-        std::ifstream in(options.known_squares, std::ios::binary);
-        in.read(bytes.data(), static_cast<std::streamsize>(size));
-        bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-        return KnownSquares::from_bytes(bytes, way);
+        return KnownSquares::from_bytes(
+            util::read_text(options.known_squares, kMaxBytes, "read what is known of squares"),
+            way);
     } catch (const util::Error& e) {
         util::log_info("{}: {}; all files are read", options.known_squares.string(), e.what());
         return {};

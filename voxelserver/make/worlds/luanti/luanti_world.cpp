@@ -1,6 +1,5 @@
 #include "voxelserver/make/worlds/luanti/luanti_world.hpp"
 
-#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
@@ -8,6 +7,7 @@
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/make/worlds/luanti/block_survey.hpp"
 #include "voxelserver/make/worlds/luanti/node_block.hpp"
@@ -33,15 +33,8 @@ using Settings = std::map<std::string, std::string, std::less<>>;
 
 /// The lines `key = value` of a world.mt; other lines are ignored.
 Settings read_settings(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::string text(kMaxSettingsBytes + 1, '\0');
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(in.gcount()));
-    if (text.size() > kMaxSettingsBytes)
-        throw util::Error("read the world's settings " + file.string() +
-                          ": more than 1 MiB; allowed: up to that");
-    if (!in.eof())
-        throw util::Error("read the world's settings " + file.string() + ": it cannot be read");
+    const std::string text =
+        util::read_text(file, kMaxSettingsBytes, "read the world's settings " + file.string());
     Settings out;
     for (std::string_view left = text; !left.empty();) {
         const auto end = left.find('\n');

@@ -2,12 +2,12 @@
 
 #include <sqlite3.h>
 
-#include <array>
-#include <fstream>
 #include <map>
+#include <string>
 #include <system_error>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::luanti {
 namespace {
@@ -55,9 +55,8 @@ std::optional<BlockPlace> find_place(sqlite3_stmt* row, bool is_encoded) noexcep
 bool is_in_wal_mode(const std::filesystem::path& file) {
     constexpr std::size_t kReadVersionAt = 19;
     constexpr char kWal = 2;
-    std::array<char, kReadVersionAt + 1> head{};
-    std::ifstream in(file, std::ios::binary);
-    return in.read(head.data(), head.size()) && head[kReadVersionAt] == kWal;
+    const std::string head = util::read_start(file, kReadVersionAt + 1);
+    return head.size() > kReadVersionAt && head[kReadVersionAt] == kWal;
 }
 
 /// Resets a statement at the end of a block, so that it holds no lock on the file.

@@ -7,10 +7,10 @@
 #include <cerrno>
 #include <cstring>
 #include <deque>
-#include <fstream>
 #include <set>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "voxelserver/make/worlds/minecraft/place_names.hpp"
 
 namespace terravox::minecraft {
@@ -154,12 +154,9 @@ private:
 };
 
 bool is_zip(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    char magic[4] = {};
-    in.read(magic, sizeof magic);
+    const std::string magic = util::read_start(file, 4);
     // A file's head, or the end of an archive without files.
-    return in && magic[0] == 'P' && magic[1] == 'K' &&
-           ((magic[2] == 3 && magic[3] == 4) || (magic[2] == 5 && magic[3] == 6));
+    return magic == "PK\x03\x04" || magic == "PK\x05\x06";
 }
 
 }  // namespace

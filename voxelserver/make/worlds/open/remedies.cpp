@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <vector>
 
+#include "common/util/files.hpp"
 #include "common/util/text.hpp"
 #include "voxelserver/make/worlds/minecraft/source.hpp"
 
@@ -57,14 +57,6 @@ constexpr std::array kSigns = {
     Sign{0, "<!doctype html"sv, kPage},
     Sign{0, "<html"sv, kPage},
 };
-
-std::string head_of_file(const fs::path& file) {
-    std::string out(kHead_bytes, '\0');
-    std::ifstream in(file, std::ios::binary);
-    in.read(out.data(), static_cast<std::streamsize>(out.size()));
-    out.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-    return out;
-}
 
 bool has_sign(std::string_view head, const Sign& sign) {
     return head.size() >= sign.at && head.substr(sign.at).starts_with(sign.bytes);
@@ -130,7 +122,7 @@ std::string file_remedy(const fs::path& file) {
         return "it belongs to a store; give the store's folder";
     if (ending == ".zlas")
         return "it is a zLAS file; terravox grab convert makes LAZ of it";
-    const std::string head = head_of_file(file);
+    const std::string head = util::read_start(file, kHead_bytes);
     if (head.empty())
         return "it is empty, or cannot be read";
     if (head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06"))
