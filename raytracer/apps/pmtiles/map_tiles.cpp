@@ -3,7 +3,6 @@
 #include <gdal_utils.h>
 #include <algorithm>
 #include <cstdio>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "common/geo/gdal_files.hpp"
 #include "common/thread/in_order.hpp"
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/apps/pmtiles/web_area.hpp"
@@ -43,54 +43,15 @@ std::string metres(double v) {
 
 }  // namespace
 
-/// Open datasets of the map, one for each thread that cuts: GDAL's are not thread-safe.
-class TileCutter::DatasetPool {
-public:
-    explicit DatasetPool(std::string file) : m_file(std::move(file)) {}
-
-    /// Lends a dataset, and takes it back.
-    class Loan {
-    public:
-        Loan(DatasetPool& pool, const output::GdalWatch& watch) : m_pool(pool) {
-            {
-                const std::scoped_lock lock(pool.m_mutex);
-                if (!pool.m_idle.empty()) {
-                    m_map = std::move(pool.m_idle.back());
-                    pool.m_idle.pop_back();
-                }
-            }
-            if (!m_map)
-                m_map = open_map(pool.m_file, watch);
-        }
-        ~Loan() {
-            try {
-                const std::scoped_lock lock(m_pool.m_mutex);
-                m_pool.m_idle.push_back(std::move(m_map));
-            } catch (...) {
-                m_map.reset();  // without memory it is closed, and opened again
-            }
-        }
-        Loan(const Loan&) = delete;
-        Loan& operator=(const Loan&) = delete;
-        [[nodiscard]] GDALDatasetH get() const noexcept { return m_map.get(); }
-
-    private:
-        DatasetPool& m_pool;
-        output::GdalDataset m_map;
-    };
-
-private:
-    const std::string m_file;
-    std::mutex m_mutex;
-    std::vector<output::GdalDataset> m_idle;
-};
+class TileCutter::Maps : public util::HandlePool<output::GdalDataset> {};
 
 TileCutter::TileCutter(const std::filesystem::path& map, int tile_px, std::string attempt)
     : m_attempt(std::move(attempt)),
       m_tile_px(tile_px),
-      m_maps(std::make_unique<DatasetPool>(map.string())) {
+      m_file(map.string()),
+      m_maps(std::make_unique<Maps>()) {
     const output::GdalWatch watch(m_attempt);
-    const DatasetPool::Loan loan(*m_maps, watch);
+    const Maps::Lease loan = m_maps->borrow([&] { return open_map(m_file, watch); });
     if (const int bands = GDALGetRasterCount(loan.get()); bands != kBands)
         throw util::Error(m_attempt + ": a map of " + std::to_string(bands) +
                           " bands; allowed: 4, red, green, blue and alpha");
@@ -100,7 +61,7 @@ TileCutter::~TileCutter() = default;
 
 std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
     const output::GdalWatch watch(m_attempt);
-    const DatasetPool::Loan loan(*m_maps, watch);
+    const Maps::Lease loan = m_maps->borrow([&] { return open_map(m_file, watch); });
     const auto [west, south, east, north] = WebArea::measure_bounds(tile);
     const std::string side = std::to_string(m_tile_px);
     std::vector<std::string> words = {"-of", "MEM", "-t_srs", "EPSG:3857", "-te"};

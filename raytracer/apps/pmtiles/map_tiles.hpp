@@ -32,10 +32,12 @@ public:
     [[nodiscard]] std::vector<map::Rgba8> cut(const TileAddress& tile) const;
 
 private:
-    class DatasetPool;
+    class Maps;
     const std::string m_attempt;
     const int m_tile_px;
-    const std::unique_ptr<DatasetPool> m_maps;
+    const std::string m_file;
+    /// Open datasets of the map, one for each thread that cuts: GDAL's are not thread-safe.
+    const std::unique_ptr<Maps> m_maps;
 };
 
 /// Metadata of the tiles, for the pages that show them.

@@ -6,41 +6,19 @@
 
 namespace terravox::heightmap {
 
-/// A set of files for one caller, given back at the end.
-class HeightGrid::Lease {
-public:
-    explicit Lease(HeightGrid& grid) : m_grid(grid) {
-        const std::lock_guard lock(grid.m_mutex);
-        if (!grid.m_idle.empty()) {
-            m_files = std::move(grid.m_idle.back());
-            grid.m_idle.pop_back();
-        }
+HeightFile& HeightGrid::open_file(Open& open, std::size_t i) const {
+    constexpr std::size_t kMaxOpen = 16;
+    const auto found =
+        std::find_if(open.begin(), open.end(), [&](const auto& f) { return f.first == i; });
+    if (found != open.end())
+        std::rotate(found, found + 1, open.end());
+    else {
+        if (open.size() >= kMaxOpen)
+            open.erase(open.begin());
+        open.emplace_back(i, std::make_unique<HeightFile>(m_files[i].reading));
     }
-    ~Lease() {
-        const std::lock_guard lock(m_grid.m_mutex);
-        if (m_grid.m_idle.size() < m_grid.m_max_idle)
-            m_grid.m_idle.push_back(std::move(m_files));
-    }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    HeightFile& file(std::size_t i) {
-        constexpr std::size_t kMaxOpen = 16;
-        const auto found = std::find_if(m_files.begin(), m_files.end(),
-                                        [&](const auto& f) { return f.first == i; });
-        if (found != m_files.end())
-            std::rotate(found, found + 1, m_files.end());
-        else {
-            if (m_files.size() >= kMaxOpen)
-                m_files.erase(m_files.begin());
-            m_files.emplace_back(i, std::make_unique<HeightFile>(m_grid.m_files[i].reading));
-        }
-        return *m_files.back().second;
-    }
-
-private:
-    HeightGrid& m_grid;
-    Open m_files;
-};
+    return *open.back().second;
+}
 
 /// The contributions of the rasters so far to a rectangle of columns.
 struct HeightGrid::Sum {
@@ -86,7 +64,7 @@ Range cut(double a, double b, int size) noexcept {
 HeightGrid::HeightGrid(std::vector<File> files, grid::Frame frame, int threads)
     : m_files(std::move(files)),
       m_frame(std::move(frame)),
-      m_max_idle(static_cast<std::size_t>(std::max(threads, 1))) {}
+      m_idle(static_cast<std::size_t>(std::max(threads, 1))) {}
 
 ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int width, int height) {
     const double scale = static_cast<double>(std::int64_t{1} << level);
@@ -100,7 +78,7 @@ ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int wi
             std::vector<double>(count),
             std::vector<double>(count),
             std::vector<std::uint8_t>(count)};
-    Lease lease(*this);
+    const auto lease = m_idle.borrow([] { return std::make_unique<Open>(); });
     constexpr double kAll = 1 - 1e-9;
     for (std::size_t i = 0; i < m_files.size(); ++i) {
         if (i > 0 &&
@@ -110,7 +88,7 @@ ColumnHeights HeightGrid::read(int level, std::int32_t x, std::int32_t z, int wi
         if (sum.easting(width) <= o.west || sum.easting(0) >= o.east ||
             sum.northing(0) <= o.south || sum.northing(height) >= o.north)
             continue;
-        HeightFile& file = lease.file(i);
+        HeightFile& file = open_file(*lease, i);
         const HeightFile::Grid grid = file.grid_for(side);
         if (std::max(std::abs(grid.dx), std::abs(grid.dy)) * (1 + 1e-9) >= side)
             add_between(file, grid, sum);

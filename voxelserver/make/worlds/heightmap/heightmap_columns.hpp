@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
+#include "common/util/handle_pool.hpp"
 #include "common/voxel/box.hpp"
 #include "voxelserver/data/grid/frame.hpp"
 #include "voxelserver/data/imagery/raster.hpp"
@@ -50,16 +50,14 @@ public:
 private:
     /// Files that one caller has open, with their indices in m_files; the last used is last.
     using Open = std::vector<std::pair<std::size_t, std::unique_ptr<HeightFile>>>;
-    class Lease;
     struct Sum;
+    HeightFile& open_file(Open& open, std::size_t i) const;
     void add_between(HeightFile& file, const HeightFile::Grid& grid, Sum& sum) const;
     void add_means(HeightFile& file, const HeightFile::Grid& grid, double side, Sum& sum) const;
 
     const std::vector<File> m_files;
     const grid::Frame m_frame;
-    const std::size_t m_max_idle;
-    std::mutex m_mutex;
-    std::vector<Open> m_idle;  ///< sets of files that no thread reads now
+    util::HandlePool<std::unique_ptr<Open>> m_idle;  ///< sets of files that no thread reads now
 };
 
 /// The columns of one stack of boxes: one past the highest voxel, with a margin of one, and the

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -122,51 +121,6 @@ private:
     ChunkStore::Reader m_reader;
     ChunkBlocks m_blocks;
     Compression m_compression = Compression::kNone;
-};
-
-/// Pool of objects that are used by one thread at a time: each thread takes an idle one, or makes
-/// another. Thread-safe.
-template <class Tool>
-class Toolbox {
-public:
-    /// Calls work(tool).
-    /// @param make std::unique_ptr<Tool>(): called when none is idle
-    template <class Make, class Work>
-    auto with(const Make& make, const Work& work) {
-        std::unique_ptr<Tool> tool = take();
-        if (tool == nullptr)
-            tool = make();
-        const PutBack put_back{*this, tool};
-        return work(*tool);
-    }
-
-    /// Visits all idle tools, in unspecified order.
-    template <class Visit>
-    void for_each(const Visit& visit) {
-        const std::lock_guard lock(m_mutex);
-        for (const auto& tool : m_idle)
-            visit(*tool);
-    }
-
-private:
-    struct PutBack {
-        Toolbox& box;
-        std::unique_ptr<Tool>& tool;
-        ~PutBack() {
-            const std::lock_guard lock(box.m_mutex);
-            box.m_idle.push_back(std::move(tool));
-        }
-    };
-    std::unique_ptr<Tool> take() {
-        const std::lock_guard lock(m_mutex);
-        if (m_idle.empty())
-            return nullptr;
-        std::unique_ptr<Tool> out = std::move(m_idle.back());
-        m_idle.pop_back();
-        return out;
-    }
-    std::mutex m_mutex;
-    std::vector<std::unique_ptr<Tool>> m_idle;
 };
 
 }  // namespace terravox::minecraft

@@ -8,6 +8,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 
@@ -185,27 +186,25 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_a
     std::vector<std::uint8_t> holds(count, 0);
     Heights heights;
     std::atomic<std::size_t> readable{0};
-    Toolbox<Tools> toolbox;
+    util::HandlePool<std::unique_ptr<Tools>> toolbox;
     thread::parallel_for((count + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
-        toolbox.with([&] { return std::make_unique<Tools>(store, block_appearances); },
-                     [&](Tools& tools) {
-                         for (std::size_t i = batch * kBatch;
-                              i < std::min(count, (batch + 1) * kBatch); ++i) {
-                             // Evenly spread; all of them when the scan is complete.
-                             const ChunkRef& chunk = chunks[i * chunks.size() / count];
-                             try {
-                                 const ChunkBlocks& blocks = tools.reader.read(chunk);
-                                 for (const std::string& oddity : blocks.oddities)
-                                     damage.add(store.to_name(chunk) + ": " + oddity);
-                                 holds[i] = survey_chunk(tools, block_appearances, blocks, heights);
-                                 if (!out.complete)
-                                     widen_by_sections(blocks, heights);
-                                 ++readable;
-                             } catch (const util::Error& e) {
-                                 damage.add(store.to_name(chunk) + ": " + e.what());
-                             }
-                         }
-                     });
+        const auto lease =
+            toolbox.borrow([&] { return std::make_unique<Tools>(store, block_appearances); });
+        for (std::size_t i = batch * kBatch; i < std::min(count, (batch + 1) * kBatch); ++i) {
+            // Evenly spread; all of them when the scan is complete.
+            const ChunkRef& chunk = chunks[i * chunks.size() / count];
+            try {
+                const ChunkBlocks& blocks = lease->reader.read(chunk);
+                for (const std::string& oddity : blocks.oddities)
+                    damage.add(store.to_name(chunk) + ": " + oddity);
+                holds[i] = survey_chunk(*lease, block_appearances, blocks, heights);
+                if (!out.complete)
+                    widen_by_sections(blocks, heights);
+                ++readable;
+            } catch (const util::Error& e) {
+                damage.add(store.to_name(chunk) + ": " + e.what());
+            }
+        }
     });
     out.readable = readable;
     for (std::size_t i = 0; i < chunks.size(); ++i)

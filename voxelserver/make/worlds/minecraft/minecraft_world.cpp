@@ -5,6 +5,7 @@
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "common/voxel/side_car.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
@@ -155,22 +156,21 @@ private:
     }
 
     std::shared_ptr<const VoxelChunk> read(const ChunkRef& ref) {
-        return m_tools.with([&] { return std::make_unique<Tools>(m_store, m_block_appearances); },
-                            [&](Tools& tools) -> std::shared_ptr<const VoxelChunk> {
-                                try {
-                                    const ChunkBlocks& blocks = tools.reader.read(ref);
-                                    for (const std::string& oddity : blocks.oddities)
-                                        m_damage.add(m_store.to_name(ref) + ": " + oddity);
-                                    VoxelChunk made = tools.maker.make(blocks);
-                                    if (made.sections.empty())
-                                        return nullptr;
-                                    report_if_outside(ref, made);
-                                    return std::make_shared<const VoxelChunk>(std::move(made));
-                                } catch (const util::Error& e) {
-                                    m_damage.add(m_store.to_name(ref) + ": " + e.what());
-                                    return nullptr;
-                                }
-                            });
+        const auto tools =
+            m_tools.borrow([&] { return std::make_unique<Tools>(m_store, m_block_appearances); });
+        try {
+            const ChunkBlocks& blocks = tools->reader.read(ref);
+            for (const std::string& oddity : blocks.oddities)
+                m_damage.add(m_store.to_name(ref) + ": " + oddity);
+            VoxelChunk made = tools->maker.make(blocks);
+            if (made.sections.empty())
+                return nullptr;
+            report_if_outside(ref, made);
+            return std::make_shared<const VoxelChunk>(std::move(made));
+        } catch (const util::Error& e) {
+            m_damage.add(m_store.to_name(ref) + ": " + e.what());
+            return nullptr;
+        }
     }
 
     // The heights of a large world are estimated from a part of its chunks.
@@ -195,7 +195,7 @@ private:
     voxel::WorldInfo m_info;
     std::vector<Columns> m_columns;  ///< by level: those that may hold anything
     util::Cache<ChunkPlace, VoxelChunk, ChunkPlaceHash> m_chunks;
-    Toolbox<Tools> m_tools;
+    util::HandlePool<std::unique_ptr<Tools>> m_tools;
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 #include "common/util/text.hpp"
 #include "voxelserver/make/worlds/kind/damage_log.hpp"
 #include "voxelserver/make/worlds/minecraft/block_appearance_cache.hpp"
@@ -231,15 +232,14 @@ DimensionFacts collect_facts(const WorldFolder& world, const DimensionFolder& di
     for (const std::string& line : store.damage())
         damage.add(line);
     const auto chunks = store.chunks();
-    Toolbox<Tally> tallies;
+    util::HandlePool<std::unique_ptr<Tally>> tallies;
     thread::parallel_for(
         (chunks.size() + kBatch - 1) / kBatch, options.threads, [&](std::size_t batch) {
-            tallies.with([&] { return std::make_unique<Tally>(store, options.blocks); },
-                         [&](Tally& tally) {
-                             for (std::size_t i = batch * kBatch;
-                                  i < std::min(chunks.size(), (batch + 1) * kBatch); ++i)
-                                 tally.add(chunks[i], damage);
-                         });
+            const auto tally =
+                tallies.borrow([&] { return std::make_unique<Tally>(store, options.blocks); });
+            for (std::size_t i = batch * kBatch; i < std::min(chunks.size(), (batch + 1) * kBatch);
+                 ++i)
+                tally->add(chunks[i], damage);
         });
     tallies.for_each([&](const Tally& tally) { tally.add_to(out); });
     out.damage = damage.lines();

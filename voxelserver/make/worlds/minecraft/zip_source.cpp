@@ -7,11 +7,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <mutex>
 #include <unordered_map>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 
 namespace terravox::minecraft {
 namespace {
@@ -107,9 +107,7 @@ class ZipSource final : public FileSource {
 public:
     ZipSource(std::filesystem::path path, std::size_t cache_bytes)
         : FileSource(cache_bytes), m_path(std::move(path)) {
-        Zip zip = open_handle();
-        list(*zip);
-        m_idle.push_back(std::move(zip));
+        list(*m_zips.borrow([this] { return open_handle(); }));
     }
     std::vector<std::uint8_t> head(std::size_t entry, std::size_t most) override {
         std::vector<std::uint8_t> out;
@@ -192,10 +190,11 @@ private:
     template <class Take>
     void unpack(std::size_t entry, std::size_t step_bytes, const Take& take) {
         const std::string& path = m_entries[entry].path;
+        auto zip = m_zips.borrow([this] { return open_handle(); });
         const auto fail = [&](const std::string& why) {
+            zip.drop();
             throw util::Error("unpack " + path + " of " + m_path.string() + ": " + why);
         };
-        Zip zip = borrow();
         const auto index = static_cast<zip_uint64_t>(m_index.at(path));
         zip_stat_t status;
         if (zip_stat_index(zip.get(), index, 0, &status) != 0)
@@ -221,27 +220,11 @@ private:
             if (!take(std::span<const std::uint8_t>(step.data(), static_cast<std::size_t>(got))))
                 break;
         }
-        file.reset();
-        const std::lock_guard lock(m_mutex);
-        m_idle.push_back(std::move(zip));
-    }
-
-    Zip borrow() {
-        {
-            const std::lock_guard lock(m_mutex);
-            if (!m_idle.empty()) {
-                Zip zip = std::move(m_idle.back());
-                m_idle.pop_back();
-                return zip;
-            }
-        }
-        return open_handle();
     }
 
     std::filesystem::path m_path;
     std::unordered_map<std::string, zip_int64_t> m_index;
-    std::mutex m_mutex;
-    std::vector<Zip> m_idle;
+    util::HandlePool<Zip> m_zips;
 };
 
 }  // namespace

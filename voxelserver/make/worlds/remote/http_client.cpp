@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
-#include <new>
 #include <utility>
 
 #include "common/util/version.hpp"
@@ -228,6 +227,13 @@ void check_result(const std::string& url, CURLcode result, const Transfer& trans
     throw util::Error(what);
 }
 
+CurlHandle open_handle() {
+    CurlHandle handle(curl_easy_init());
+    if (!handle)
+        throw util::Error("fetch from the voxel server: libcurl could not start");
+    return handle;
+}
+
 }  // namespace
 
 struct HttpClient::Request {
@@ -236,20 +242,6 @@ struct HttpClient::Request {
     const std::string* type = nullptr;
     const TakePart* take = nullptr;
     const FilePart* part = nullptr;
-};
-
-/// A borrowed handle.
-class HttpClient::Handle {
-public:
-    explicit Handle(HttpClient& client) : m_client(client), m_curl(client.take()) {}
-    ~Handle() { m_client.give_back(m_curl); }
-    Handle(const Handle&) = delete;
-    Handle& operator=(const Handle&) = delete;
-    [[nodiscard]] CURL* get() const noexcept { return m_curl; }
-
-private:
-    HttpClient& m_client;
-    CURL* m_curl;
 };
 
 HttpClient::HttpClient(HttpAccess access, RetryClock& clock)
@@ -262,11 +254,13 @@ HttpClient::HttpClient(HttpAccess access, RetryClock& clock)
     m_post_headers = longer(m_post_headers, "Content-Type: application/json");
 }
 
+void CloseCurl::operator()(CURL* handle) const noexcept {
+    curl_easy_cleanup(handle);
+}
+
 HttpClient::~HttpClient() {
     curl_slist_free_all(m_headers);
     curl_slist_free_all(m_post_headers);
-    for (CURL* handle : m_free)
-        curl_easy_cleanup(handle);
 }
 
 HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const FilePart& part) {
@@ -290,7 +284,7 @@ HttpReply HttpClient::send(const Request& request, const HttpLimits& limits) {
     if (transfer.ranges.empty())
         throw util::Error("fetch " + url + ": " + origin.text() +
                           " may not be contacted from here; allowed: " + m_access.allowed());
-    const Handle handle(*this);
+    const auto handle = m_handles.borrow(open_handle);
     transfer.handle = handle.get();
     transfer.max_bytes = limits.bytes;
     transfer.stopped = &m_stopped;
@@ -338,30 +332,6 @@ void HttpClient::stop() noexcept {
         m_stopped = true;
     }
     m_wake.notify_all();
-}
-
-CURL* HttpClient::take() {
-    {
-        const std::lock_guard lock(m_mutex);
-        if (!m_free.empty()) {
-            CURL* handle = m_free.back();
-            m_free.pop_back();
-            return handle;
-        }
-    }
-    CURL* handle = curl_easy_init();
-    if (handle == nullptr)
-        throw util::Error("fetch from the voxel server: libcurl could not start");
-    return handle;
-}
-
-void HttpClient::give_back(CURL* handle) noexcept {
-    try {
-        const std::lock_guard lock(m_mutex);
-        m_free.push_back(handle);
-    } catch (const std::bad_alloc&) {
-        curl_easy_cleanup(handle);
-    }
 }
 
 }  // namespace terravox::remote

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/handle_pool.hpp"
 #include "voxelserver/make/worlds/remote/http_access.hpp"
 #include "voxelserver/make/worlds/remote/retry.hpp"
 
@@ -68,6 +70,11 @@ struct HttpLimits {
 /// rethrown by the call that requested it.
 using TakePart = std::function<void(std::span<const std::byte>)>;
 
+struct CloseCurl {
+    void operator()(CURL* handle) const noexcept;
+};
+using CurlHandle = std::unique_ptr<CURL, CloseCurl>;
+
 /// Requests over connections that are kept alive: a request takes a free one and gives it back.
 /// Thread-safe; one connection for each concurrent request. Redirects are not followed.
 class HttpClient {
@@ -104,11 +111,8 @@ public:
     void stop() noexcept;
 
 private:
-    class Handle;
     struct Request;
     [[nodiscard]] HttpReply send(const Request& request, const HttpLimits& limits);
-    CURL* take();
-    void give_back(CURL* handle) noexcept;
     [[nodiscard]] static util::Error stopped(const std::string& url) {
         return util::Error("fetch " + url + ": stopped");
     }
@@ -117,8 +121,7 @@ private:
     RetryClock& m_clock;
     /// Header lines of every GET, and of every POST.
     curl_slist *m_headers = nullptr, *m_post_headers = nullptr;
-    std::mutex m_mutex;  ///< guards m_free
-    std::vector<CURL*> m_free;
+    util::HandlePool<CurlHandle> m_handles;
     std::atomic<bool> m_stopped{false};
     /// Mutex of m_wake, so that no stop() falls between the check of m_stopped and the wait.
     std::mutex m_wait_mutex;
