@@ -10,7 +10,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -18,6 +17,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::util {
@@ -308,17 +308,11 @@ Error failed(const std::filesystem::path& file) {
 
 /// Writes the process and the machine into the file; only messages show it, so a full disk does not
 /// matter.
-void sign(int fd) noexcept {
-    std::array<char, 256> host{};
-    if (::gethostname(host.data(), host.size() - 1) != 0)
-        host[0] = '?';
-    std::array<char, 320> line{};
-    const int size = std::snprintf(line.data(), line.size(), "process %d of %s\n",
-                                   static_cast<int>(::getpid()), host.data());
-    if (size <= 0 || ::ftruncate(fd, 0) != 0)
+void sign(int fd) {
+    const std::string line = "process " + std::to_string(::getpid()) + " of " + host_name() + "\n";
+    if (::ftruncate(fd, 0) != 0)
         return;
-    [[maybe_unused]] const auto written =
-        ::pwrite(fd, line.data(), static_cast<std::size_t>(size), 0);
+    [[maybe_unused]] const auto written = ::pwrite(fd, line.data(), line.size(), 0);
 }
 
 }  // namespace

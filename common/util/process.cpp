@@ -148,6 +148,13 @@ private:
 
 }  // namespace
 
+std::string host_name() {
+    std::array<char, 256> name{};
+    if (::gethostname(name.data(), name.size() - 1) != 0)
+        throw Error(std::string("get this machine's name: ") + std::strerror(errno));
+    return name.data();
+}
+
 std::filesystem::path find_program(const std::string& name) {
     const auto runs = [](const std::filesystem::path& file) {
         std::error_code ignored;

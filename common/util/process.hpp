@@ -11,6 +11,10 @@
 
 namespace terravox::util {
 
+/// The name of this machine, as it calls itself.
+/// @throws Error where the system does not tell
+[[nodiscard]] std::string host_name();
+
 /// Program and arguments; they are not interpreted by a shell. The program is searched for in PATH,
 /// unless its name contains a slash.
 using Command = std::vector<std::string>;

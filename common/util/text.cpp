@@ -98,6 +98,35 @@ std::string allowed_words(std::string_view mistyped, std::span<const std::string
     return (meant.empty() ? ";" : meant) + " allowed: " + comma_list(known);
 }
 
+namespace {
+
+/// @param form none, or format and precision of std::to_chars
+template <class Number, class... Form>
+std::string write_number(Number value, Form... form) {
+    std::array<char, 40> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, form...);
+    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::string();
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+    return write_number(value);
+}
+
+std::string number_text(float value) {
+    return write_number(value);
+}
+
+std::string number_text(double value, int digits) {
+    return write_number(value, std::chars_format::general, digits);
+}
+
+std::string plain_number_text(double value) {
+    const std::string plain = write_number(value, std::chars_format::fixed);
+    return plain.empty() ? number_text(value) : plain;
+}
+
 std::string comma_list(std::span<const std::string> words) {
     std::string out;
     for (const std::string& word : words)

@@ -58,6 +58,14 @@ namespace terravox::util {
 [[nodiscard]] std::string allowed_words(std::string_view mistyped,
                                         std::span<const std::string> known);
 
+/// The shortest text that reads back as the same number, whatever the locale: "0.1", "1e+05".
+[[nodiscard]] std::string number_text(double value);
+[[nodiscard]] std::string number_text(float value);
+/// @param digits at most so many count: "%.6g" of the C locale
+[[nodiscard]] std::string number_text(double value, int digits);
+/// As number_text(), but without an exponent where that takes no more than 40 characters.
+[[nodiscard]] std::string plain_number_text(double value);
+
 /// "a, b, c"
 [[nodiscard]] std::string comma_list(std::span<const std::string> words);
 

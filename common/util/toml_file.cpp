@@ -1,12 +1,11 @@
 #include "common/util/toml_file.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <string_view>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::util {
 
@@ -43,9 +42,7 @@ std::string toml_value(const toml::node& node) {
     if (const auto* whole = node.as_integer())
         return std::to_string(whole->get());
     if (const auto* number = node.as_floating_point()) {
-        std::array<char, 32> text{};
-        std::snprintf(text.data(), text.size(), "%.15g", number->get());
-        const std::string out = text.data();
+        const std::string out = number_text(number->get(), 15);
         // 2.0 is not shown as 2, which is another type; "inf" and "nan" stay.
         return out.find_first_of(".en") == std::string::npos ? out + ".0" : out;
     }

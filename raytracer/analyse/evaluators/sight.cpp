@@ -3,17 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 #include "raytracer/core/scene/camera.hpp"
 #include "raytracer/core/walk/walk.hpp"
 
 namespace terravox::analyse {
 namespace {
+
+using util::number_text;
 
 // The mean radius of the Earth (IUGG).
 constexpr double kEarth_m = 6371008.8;
@@ -70,12 +72,6 @@ core::Vec3 SightLine::joint(std::uint32_t i) const noexcept {
 
 namespace {
 
-std::string number(double v) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.10g", v);
-    return text.data();
-}
-
 /// Places the observers of one analysis.
 class Placing {
 public:
@@ -105,9 +101,9 @@ private:
         const double low = is_placed ? -b.max[2] * unit : b.min[2];
         const double high = is_placed ? -b.min[2] * unit : b.max[2];
         refuse(observer, std::string("it lies outside of the data; allowed: ") +
-                             (is_placed ? "E " : "x ") + number(b.min[0] * unit) + " to " +
-                             number(b.max[0] * unit) + (is_placed ? ", N " : ", z ") + number(low) +
-                             " to " + number(high));
+                             (is_placed ? "E " : "x ") + number_text(b.min[0] * unit, 10) + " to " +
+                             number_text(b.max[0] * unit, 10) + (is_placed ? ", N " : ", z ") +
+                             number_text(low, 10) + " to " + number_text(high, 10));
     }
 
     /// The first voxel that a vertical ray meets.
@@ -147,8 +143,8 @@ private:
                           ray.ray, {ray.state.voxel[0], ray.state.voxel[1], ray.state.voxel[2]},
                           ray.state.level));
         }
-        refuse(observer, "the ground there is not known, inside of what is " + number(top) +
-                             " m high; allowed: E,N,+ABOVE on its top");
+        refuse(observer, "the ground there is not known, inside of what is " +
+                             number_text(top, 10) + " m high; allowed: E,N,+ABOVE on its top");
     }
 
     void check_free(const Observer& observer, core::Vec3 at) {
@@ -163,9 +159,9 @@ private:
         // Where there is nothing at all, there is nothing to be inside of.
         if (!top)
             return;
-        refuse(observer, "at " + number(at.y * m_world.voxel_m) + " m it lies " +
+        refuse(observer, "at " + number_text(at.y * m_world.voxel_m, 10) + " m it lies " +
                              (hit ? "inside of something solid" : "below the ground") +
-                             "; allowed: " + number(find_top(*top) * m_world.voxel_m) +
+                             "; allowed: " + number_text(find_top(*top) * m_world.voxel_m, 10) +
                              " m and more, the top there");
     }
 

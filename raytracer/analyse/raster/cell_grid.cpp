@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::analyse {
 namespace {
 
 std::string metres(double v) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", v);
-    return text;
+    return util::number_text(v, 6);
 }
 
 /// Whole cells that cover [from, to) voxels.

@@ -8,6 +8,7 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/analyse/solar/light_sums.hpp"
 #include "raytracer/analyse/solar/sky_light.hpp"
 
@@ -66,10 +67,7 @@ constexpr const char* kAllowed =
 void append(std::string& out, char before, double value) {
     if (before != '\0')
         out += before;
-    std::array<char, 32> digits{};
-    const auto end =
-        std::to_chars(digits.data(), digits.data() + digits.size(), static_cast<float>(value));
-    out.append(digits.data(), end.ptr);
+    out += util::number_text(static_cast<float>(value));
 }
 
 /// Takes `count` numbers of at most kMax from the front of a text, up to the next ';' or its end.

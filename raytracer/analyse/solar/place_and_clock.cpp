@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::solar {
@@ -148,9 +149,7 @@ std::int64_t Clock::midnight_s(std::int64_t day) const noexcept {
 std::string Clock::text() const {
     std::string out;
     for (const geo::OffsetFrom& offset : m_offsets) {
-        char hours[40];
-        const auto end = std::to_chars(hours, hours + sizeof hours, offset.offset_h);
-        out += (out.empty() ? "" : " ") + std::string(hours, end.ptr) + "@" +
+        out += (out.empty() ? "" : " ") + util::number_text(offset.offset_h) + "@" +
                std::to_string(offset.from_s);
     }
     return out;

@@ -1,14 +1,13 @@
 #include "raytracer/core/animate/video.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <string_view>
 #include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/process.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::animate {
 
@@ -67,11 +66,6 @@ std::filesystem::path FrameNames::ledger() const {
 
 namespace {
 
-std::string number(double v) {
-    std::array<char, 40> text{};
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v).ptr};
-}
-
 bool ends_in(const std::string& text, std::initializer_list<const char*> endings) {
     return std::any_of(endings.begin(), endings.end(),
                        [&](const char* e) { return text.ends_with(e); });
@@ -105,8 +99,8 @@ void make_video(const std::filesystem::path& file, const FrameNames& frames, int
     util::Process ffmpeg(
         {.command = {
              program, "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
-             "-framerate", number(fps), "-start_number", "0", "-i", pictures, "-frames:v",
-             std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
+             "-framerate", util::number_text(fps), "-start_number", "0", "-i", pictures,
+             "-frames:v", std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
              // Players require even sizes and subsampled chroma; the colour space is stated.
              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt",
              "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",

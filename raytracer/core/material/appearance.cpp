@@ -1,10 +1,10 @@
 #include "raytracer/core/material/appearance.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
+#include "common/util/text.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/core/material/texture_list.hpp"
 
@@ -17,9 +17,7 @@ constexpr std::array kKinds = {KindName{"solid", Kind::kSolid}, KindName{"leaves
                                KindName{"water", Kind::kWater}, KindName{"glass", Kind::kGlass}};
 
 std::string text(double number) {
-    std::array<char, 32> out{};
-    std::snprintf(out.data(), out.size(), "%g", number);
-    return out.data();
+    return util::number_text(number, 6);
 }
 std::string range(double low, double high) {
     return text(low) + " to " + text(high);

@@ -1,30 +1,21 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
 
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/core/scene/camera.hpp"
 
 namespace terravox::scene {
 namespace {
 
+using util::plain_number_text;
+
 // voxels: beyond that, a ray's positions are coarser than the things it hits
 constexpr double kFarthest = 1e9;
 constexpr double kMaxFov_deg = 170;
-
-// The shortest digits that represent the same number; without an exponent as long as that is
-// readable.
-std::string to_text(double v) {
-    constexpr double kMaxPlain = 1e15;
-    std::array<char, 64> text{};
-    const auto format =
-        std::abs(v) < kMaxPlain ? std::chars_format::fixed : std::chars_format::general;
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), v, format);
-    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(v);
-}
 
 [[noreturn]] void refuse(const std::string& what) {
     throw util::UsageError("place the camera: " + what);
@@ -32,8 +23,8 @@ std::string to_text(double v) {
 
 void check_range(const char* field, double value, double min, double max, const std::string& of) {
     if (!(value >= min && value <= max))
-        refuse(std::string("camera.") + field + " = " + to_text(value) + "; allowed" + of + ": " +
-               to_text(min) + " to " + to_text(max));
+        refuse(std::string("camera.") + field + " = " + plain_number_text(value) + "; allowed" +
+               of + ": " + plain_number_text(min) + " to " + plain_number_text(max));
 }
 
 /// A block between two corners, level-0 voxels.
@@ -159,17 +150,17 @@ private:
             check_range("focus_m", *c.focus_m, 0.001, 1e7, "");
         check_range("aperture_m", c.aperture_m, 0, 10000, "");
         if (c.aperture_m > 0 && !perspective && !parallel)
-            refuse("camera.aperture_m = " + to_text(c.aperture_m) + "; allowed for a " +
+            refuse("camera.aperture_m = " + plain_number_text(c.aperture_m) + "; allowed for a " +
                    std::string(core::to_word(c.projection)) + ": 0, it has no lens");
         if (c.roll_deg != 0 && m_shape.projection == Projection::kPanorama)
-            refuse("camera.roll_deg = " + to_text(c.roll_deg) +
+            refuse("camera.roll_deg = " + plain_number_text(c.roll_deg) +
                    "; allowed for a panorama: 0, it stands upright");
     }
 
     [[nodiscard]] core::Vec3 placed(const char* field, const std::array<double, 3>& point) const {
         const auto numbers = [&](double a, double b, double c) {
-            return std::string("camera.") + field + " = (" + to_text(a) + ", " + to_text(b) + ", " +
-                   to_text(c) + ")";
+            return std::string("camera.") + field + " = (" + plain_number_text(a) + ", " +
+                   plain_number_text(b) + ", " + plain_number_text(c) + ")";
         };
         if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
             refuse(numbers(point[0], point[1], point[2]) + "; allowed: finite numbers");
@@ -330,10 +321,10 @@ core::Vec3 to_voxels(const std::array<double, 3>& p, core::CoordinateSpace space
     double northing = p[1];
     if (space == core::CoordinateSpace::kLatLon) {
         if (!(std::abs(p[0]) <= 90))
-            refuse("latitude = " + to_text(p[0]) +
+            refuse("latitude = " + plain_number_text(p[0]) +
                    "; allowed: -90 to 90, and the longitude after it");
         if (!(std::abs(p[1]) <= 360))
-            refuse("longitude = " + to_text(p[1]) + "; allowed: -360 to 360");
+            refuse("longitude = " + plain_number_text(p[1]) + "; allowed: -360 to 360");
         easting = p[1];
         northing = p[0];
         geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_wkt(world.crs_wkt))

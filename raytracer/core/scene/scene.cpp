@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::scene {
 namespace {
@@ -48,13 +49,11 @@ std::optional<PointList> PointList::parse(const std::string& text) {
 
 std::string PointList::text() const {
     std::string out;
-    std::array<char, 40> digits{};
     for (const std::array<double, 3>& point : points)
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), point[a]);
             if (!out.empty())
                 out += a == 0 ? ';' : ',';
-            out.append(digits.data(), end.ptr);
+            out += util::number_text(point[a]);
         }
     return out;
 }
@@ -89,10 +88,7 @@ std::optional<TileSize> TileSize::parse(const std::string& text) {
 std::string TileSize::text() const {
     if (percent == 0)
         return std::to_string(px);
-    std::array<char, 40> digits{};
-    return std::string(digits.data(),
-                       std::to_chars(digits.data(), digits.data() + digits.size(), percent).ptr) +
-           "%";
+    return util::number_text(percent) + "%";
 }
 
 int TileSize::in_picture(int width_px) const noexcept {

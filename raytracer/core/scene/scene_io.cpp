@@ -18,19 +18,15 @@
 namespace terravox::scene {
 namespace {
 
+using util::number_text;
+
 using Triple = std::array<double, 3>;
 using Size = std::array<int, 2>;
-
-std::string number(double v) {
-    std::array<char, 40> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), v);
-    return {text.data(), end.ptr};
-}
 
 /// Writes all digits of a whole number if they are few: 100000, not 1e+05.
 std::string plain(double v) {
     return v == std::floor(v) && std::abs(v) < 1e15 ? std::to_string(static_cast<std::int64_t>(v))
-                                                    : number(v);
+                                                    : number_text(v);
 }
 
 std::vector<std::string> words(const FieldRule& rule) {
@@ -44,7 +40,7 @@ std::vector<std::string> words(const FieldRule& rule) {
 std::string allowed(const FieldRule& rule) {
     if (!rule.words.empty())
         return util::comma_list(words(rule));
-    return number(rule.min) + " to " + number(rule.max);
+    return number_text(rule.min) + " to " + number_text(rule.max);
 }
 
 /// Stores a checked value in a field. `where` begins every message: attempt and object.
@@ -56,7 +52,7 @@ public:
     void put(double value, std::optional<double>& field) const { field = checked(value); }
     void put(double value, int& field) const {
         if (value != std::floor(value))
-            fail(number(value), "whole numbers from " + allowed(m_rule));
+            fail(number_text(value), "whole numbers from " + allowed(m_rule));
         field = static_cast<int>(checked(value));
     }
     void put(double value, std::optional<int>& field) const {
@@ -82,7 +78,8 @@ public:
         if (value.size() != 3)
             fail(std::to_string(value.size()) + " numbers", "three finite numbers");
         if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
-            fail("(" + number(value[0]) + ", " + number(value[1]) + ", " + number(value[2]) + ")",
+            fail("(" + number_text(value[0]) + ", " + number_text(value[1]) + ", " +
+                     number_text(value[2]) + ")",
                  "three finite numbers");
         for (const double v : value)
             (void)checked(v);
@@ -119,7 +116,7 @@ private:
     }
     [[nodiscard]] double checked(double value) const {
         if (!(value >= m_rule.min && value <= m_rule.max))
-            fail(number(value), allowed(m_rule));
+            fail(number_text(value), allowed(m_rule));
         return value;
     }
     std::string m_where;
@@ -257,8 +254,9 @@ void put_node(const Setter& s, const toml::node& node, Number& f) {
 }
 
 void write(std::ostream& out, double v) {
-    out << number(v)
-        << (std::isfinite(v) && number(v).find_first_of(".e") == std::string::npos ? ".0" : "");
+    out << number_text(v)
+        << (std::isfinite(v) && number_text(v).find_first_of(".e") == std::string::npos ? ".0"
+                                                                                        : "");
 }
 void write(std::ostream& out, int v) {
     out << v;

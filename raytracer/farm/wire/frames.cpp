@@ -12,6 +12,7 @@
 
 #include "common/thread/start_threads.hpp"
 #include "common/util/build_id.hpp"
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
 #include "common/util/version.hpp"
 
@@ -152,7 +153,7 @@ farm::Hello make_hello(const OwnHello& own) {
     out.set_build(std::string(kBuild) + " glibc " + gnu_get_libc_version());
     out.set_architecture(machine.machine);
     out.set_cpu_features(features());
-    out.set_name(own.name.empty() ? std::string(machine.nodename) + ":" + std::to_string(::getpid())
+    out.set_name(own.name.empty() ? util::host_name() + ":" + std::to_string(::getpid())
                                   : own.name);
     out.set_threads(static_cast<std::uint32_t>(own.threads));
     out.set_memory_bytes(own.memory_bytes);

@@ -5,12 +5,12 @@
 #include <strings.h>
 
 #include <array>
-#include <cstdio>
 #include <mutex>
 #include <string_view>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/util/text.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/serve/sockets/http_host.hpp"
 #include "voxelserver/serve/sockets/slow_clients.hpp"
@@ -34,9 +34,7 @@ public:
             .append("\n");
     }
     void value(double number, const std::string& label = {}) {
-        std::array<char, 40> text{};
-        std::snprintf(text.data(), text.size(), "%.17g", number);
-        m_out.append(m_name).append(label).append(" ").append(text.data()).append("\n");
+        m_out += m_name + label + " " + util::number_text(number, 17) + "\n";
     }
     void counter(const char* name, const char* help, double number) {
         family(name, "counter", help);

@@ -1,5 +1,7 @@
 #include "common/util/text.hpp"
 
+#include <limits>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 
@@ -16,4 +18,20 @@ TEST_CASE("a range is one number or two", "[util][range]") {
         CHECK_THROWS_WITH(util::parse_range("--frames", wrong, {0, 9}),
                           test::contains("from 0 to 9"));
     }
+}
+
+TEST_CASE("a number's text is the shortest that reads back as it", "[common][util][text]") {
+    using namespace terravox::util;
+    CHECK(number_text(0.1) == "0.1");
+    CHECK(number_text(0.1F) == "0.1");
+    CHECK(number_text(100000.0) == "1e+05");
+    CHECK(number_text(1.0 / 3) == "0.3333333333333333");
+    CHECK(number_text(-std::numeric_limits<double>::denorm_min()) == "-5e-324");
+    CHECK(number_text(1.0 / 3, 6) == "0.333333");
+    CHECK(number_text(1234567.0, 6) == "1.23457e+06");
+    CHECK(number_text(2.0, 15) == "2");
+    CHECK(number_text(std::numeric_limits<double>::infinity(), 15) == "inf");
+    CHECK(plain_number_text(100000.0) == "100000");
+    CHECK(plain_number_text(1e-7) == "0.0000001");
+    CHECK(plain_number_text(1e-300) == "1e-300");
 }

@@ -13,6 +13,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/log.hpp"
+#include "common/util/process.hpp"
 #include "common/voxel/archive/archive_parts.hpp"
 #include "common/voxel/archive/archive_reader.hpp"
 #include "voxelserver/out/country/inputs.hpp"
@@ -45,11 +46,6 @@ double used_cpu_s() {
 double used_peak_mib() {
     constexpr double kKibOfMib = 1024;
     return static_cast<double>(used().ru_maxrss) / kKibOfMib;
-}
-
-std::string host_name() {
-    std::array<char, 256> name{};
-    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
 }
 
 namespace {
@@ -155,7 +151,7 @@ public:
         m_record.begun = std::chrono::duration_cast<std::chrono::seconds>(
                              std::chrono::system_clock::now().time_since_epoch())
                              .count();
-        m_record.host = host_name();
+        m_record.host = util::host_name();
     }
 
     TaskOutcome run() {

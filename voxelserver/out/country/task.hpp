@@ -16,7 +16,6 @@ namespace terravox::country {
 [[nodiscard]] double used_cpu_s();
 /// Most resident memory of this process so far.
 [[nodiscard]] double used_peak_mib();
-[[nodiscard]] std::string host_name();
 
 /// How a task went, as far as it is known: for reports. Whether a shard is there, its file alone
 /// says.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/process_memory.hpp"
+#include "common/util/text.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/serve/http/job_routes.hpp"
 
@@ -136,9 +137,8 @@ public:
             std::string("# HELP ") + name + " " + help + "\n# TYPE " + name + " " + type + "\n";
     }
     void value(double number, const std::string& labels = "", const char* tail = "") {
-        char text[40];
-        std::snprintf(text, sizeof text, "%.17g", number);
-        m_out += m_name + tail + (labels.empty() ? "" : "{" + labels + "}") + " " + text + "\n";
+        m_out += m_name + tail + (labels.empty() ? "" : "{" + labels + "}") + " " +
+                 util::number_text(number, 17) + "\n";
     }
     void one(const char* name, const char* type, const char* help, double number) {
         family(name, type, help);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,9 +9,12 @@
 
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::jobs {
 namespace {
+
+using util::plain_number_text;
 
 using nlohmann::json;
 
@@ -21,17 +23,6 @@ constexpr std::size_t kMaxObservers = 16;
 
 [[noreturn]] void refuse(const std::string& what, const std::string& allowed) {
     throw util::UsageError("read the job: " + what + "; allowed: " + allowed);
-}
-
-/// The shortest text that is this number again.
-std::string to_text(double number) {
-    std::array<char, 40> text{};
-    char* const last = text.data() + text.size();
-    auto end = std::to_chars(text.data(), last, number, std::chars_format::fixed);
-    // Of very small numbers that is too long.
-    if (end.ec != std::errc{})
-        end = std::to_chars(text.data(), last, number);
-    return {text.data(), end.ptr};
 }
 
 /// A value for a message. Lists and objects are not printed: a value in many thousand brackets
@@ -119,14 +110,15 @@ private:
                             bool is_whole = false) {
         const double number = value.is_number() ? value.get<double>() : NAN;
         if (!(number >= min && number <= max) || (is_whole && number != std::floor(number)))
-            refuse("'" + name + "' is " + shown(value),
-                   to_text(min) + " to " + to_text(max) + (is_whole ? ", whole" : ""));
+            refuse("'" + name + "' is " + shown(value), plain_number_text(min) + " to " +
+                                                            plain_number_text(max) +
+                                                            (is_whole ? ", whole" : ""));
         return number;
     }
     void number(const char* name, const char* option, double min, double max,
                 bool is_whole = false) {
         if (const json* value = member(name))
-            add(option, to_text(to_number(*value, name, min, max, is_whole)));
+            add(option, plain_number_text(to_number(*value, name, min, max, is_whole)));
     }
     void word(const char* name, std::initializer_list<std::string_view> words) {
         const json* value = member(name);
@@ -177,7 +169,7 @@ private:
         std::string text;
         for (std::size_t i = 0; i < 4; ++i) {
             sides[i] = to_number((*area)[i], "area", -1e9, 1e9);
-            text += (i == 0 ? "" : ",") + to_text(sides[i]);
+            text += (i == 0 ? "" : ",") + plain_number_text(sides[i]);
         }
         if (!(sides[0] < sides[2] && sides[1] < sides[3]))
             refuse("'area' is empty", kArea);
@@ -186,14 +178,14 @@ private:
         const double edge_m = given == nullptr
                                   ? m_world.voxel_m
                                   : to_number(*given, "resolution_m", m_world.voxel_m, 100'000);
-        add("resolution", to_text(edge_m));
+        add("resolution", plain_number_text(edge_m));
         const double unit = m_world.crs.empty() ? 1 : m_world.crs_units_per_voxel;
         const double cell = edge_m / m_world.voxel_m * unit;
         const double columns = std::ceil((sides[2] - sides[0]) / cell) + 1;
         const double rows = std::ceil((sides[3] - sides[1]) / cell) + 1;
         if (!(columns <= kMaxSide && rows <= kMaxSide &&
               columns * rows <= static_cast<double>(m_limits.max_cells)))
-            refuse(to_text(columns) + " x " + to_text(rows) + " cells",
+            refuse(plain_number_text(columns) + " x " + plain_number_text(rows) + " cells",
                    "up to " + std::to_string(m_limits.max_cells) +
                        " in all, by a smaller area or larger cells");
         m_out.cells = static_cast<std::int64_t>(columns * rows);
@@ -227,9 +219,10 @@ private:
         for (const json& one : *observers) {
             if (!one.is_array() || one.size() != 3)
                 refuse("one of the 'observers' is not three numbers", kForm);
-            add("observer", to_text(to_number(one[0], "observers", -1e9, 1e9)) + "," +
-                                to_text(to_number(one[1], "observers", -1e9, 1e9)) + ",+" +
-                                to_text(to_number(one[2], "observers", 0, 10'000)));
+            add("observer", plain_number_text(to_number(one[0], "observers", -1e9, 1e9)) + "," +
+                                plain_number_text(to_number(one[1], "observers", -1e9, 1e9)) +
+                                ",+" +
+                                plain_number_text(to_number(one[2], "observers", 0, 10'000)));
         }
         number("target_m", "target-height", 0, 10'000);
     }

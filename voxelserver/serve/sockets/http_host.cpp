@@ -1,12 +1,12 @@
 #include "voxelserver/serve/sockets/http_host.hpp"
 
 #include <arpa/inet.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 
 #include "common/util/error.hpp"
+#include "common/util/process.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::sockets {
@@ -58,9 +58,8 @@ HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& na
                                    "'; allowed: a name without a port, such as voxels.example.org");
         m_names.push_back(name);
     }
-    std::array<char, kMaxNameBytes + 2> own{};
-    if (!is_loopback(bind) && gethostname(own.data(), own.size() - 1) == 0 && own.front() != '\0')
-        m_names.emplace_back(own.data());
+    if (std::string own = util::host_name(); !is_loopback(bind) && !own.empty())
+        m_names.push_back(std::move(own));
     for (std::string& name : m_names)
         std::transform(name.begin(), name.end(), name.begin(),
                        [](char c) { return util::lower_case(c); });

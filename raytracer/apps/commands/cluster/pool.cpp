@@ -3,7 +3,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -37,13 +36,6 @@ int free_port() {
     if (!found)
         throw util::Error(std::string("look for a free port: ") + std::strerror(code));
     return ntohs(address.sin_port);
-}
-
-std::string host_name() {
-    std::array<char, 256> name{};
-    if (::gethostname(name.data(), name.size() - 1) != 0)
-        throw util::Error(std::string("get this machine's name: ") + std::strerror(errno));
-    return name.data();
 }
 
 util::ExitCode to_code(int status) {
@@ -142,8 +134,8 @@ private:
                                   coordinator_script(m_folder.place(), coordinator(),
                                                      m_options.address, address_file()));
         else
-            pool.address = (m_options.address.empty() ? host_name() : m_options.address) + ":" +
-                           std::to_string(m_port);
+            pool.address = (m_options.address.empty() ? util::host_name() : m_options.address) +
+                           ":" + std::to_string(m_port);
         m_folder.write_script("pool.sbatch", pool_script(m_folder.place(), pool));
     }
 

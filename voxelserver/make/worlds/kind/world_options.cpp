@@ -1,24 +1,21 @@
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
-#include <charconv>
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::procedural {
 namespace {
 
-std::string to_text(double v) {
-    char text[64];
-    const auto end = std::to_chars(text, text + sizeof text, v);
-    return {text, end.ptr};
-}
+using util::number_text;
 
 void check_range(const char* field, double value, double min, double max) {
     if (value >= min && value <= max)
         return;
-    throw util::UsageError(std::string("generate the world: ") + field + " = " + to_text(value) +
-                           "; allowed: " + to_text(min) + " to " + to_text(max));
+    throw util::UsageError(std::string("generate the world: ") + field + " = " +
+                           number_text(value) + "; allowed: " + number_text(min) + " to " +
+                           number_text(max));
 }
 
 }  // namespace
@@ -30,7 +27,7 @@ void check(const Settings& s) {
     check_range("frequency", s.frequency, 1e-5, 0.1);
     check_range("smoothness", s.smoothness, 0, 1);
     if (!(s.voxel_m > 0))
-        throw util::UsageError("generate the world: voxel_m = " + to_text(s.voxel_m) +
+        throw util::UsageError("generate the world: voxel_m = " + number_text(s.voxel_m) +
                                "; allowed: above 0, up to 1000");
     check_range("voxel_m", s.voxel_m, 0, 1000);
 }

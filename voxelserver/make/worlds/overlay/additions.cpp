@@ -18,16 +18,13 @@
 namespace terravox::overlay {
 namespace {
 
+using util::number_text;
+
 /// The height of an object's top, as it was given.
 struct Height {
     double metres = 0;
     bool is_above_ground = false;
 };
-
-std::string number(double v) {
-    std::array<char, 40> text{};
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v).ptr};
-}
 
 /// Reads the additions to one world.
 class AdditionReader {
@@ -165,8 +162,8 @@ private:
         }
         constexpr double kHighest_m = 20'000;
         if (!(std::abs(top * m_info.voxel_m) <= kHighest_m))
-            refuse("a top at " + number(top * m_info.voxel_m) + " m; allowed: up to " +
-                   number(kHighest_m));
+            refuse("a top at " + number_text(top * m_info.voxel_m) + " m; allowed: up to " +
+                   number_text(kHighest_m));
         for (const Footprint::Ring& ring : footprint->rings()) {
             for (const Footprint::Point& corner : ring) {
                 m_identity.add(corner[0]);
@@ -192,9 +189,10 @@ private:
         const voxel::VoxelBounds& b = m_info.bounds;
         const bool is_placed = !m_info.crs.empty();
         const double unit = is_placed ? m_info.crs_units_per_voxel : 1;
-        refuse("it lies outside of the data; allowed: within " + number(b.min[0] * unit) + "," +
-               number(is_placed ? -b.max[2] * unit : b.min[2]) + "," + number(b.max[0] * unit) +
-               "," + number(is_placed ? -b.min[2] * unit : b.max[2]));
+        refuse("it lies outside of the data; allowed: within " + number_text(b.min[0] * unit) +
+               "," + number_text(is_placed ? -b.max[2] * unit : b.min[2]) + "," +
+               number_text(b.max[0] * unit) + "," +
+               number_text(is_placed ? -b.min[2] * unit : b.max[2]));
     }
 
     [[nodiscard]] std::optional<std::int32_t> ground_below(const Footprint& footprint) const {

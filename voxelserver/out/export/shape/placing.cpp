@@ -1,9 +1,9 @@
 #include "voxelserver/out/export/shape/placing.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 #include "common/voxel/side_car.hpp"
 
 namespace terravox::exports {
@@ -12,9 +12,7 @@ namespace {
 // The shortest text that reads back as the same number would depend on the library; 15 digits do
 // not.
 std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.15g", value);
-    return text;
+    return util::number_text(value, 15);
 }
 
 // One line: a title with a line break must not add a line to a header of lines.
