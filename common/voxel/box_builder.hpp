@@ -111,6 +111,34 @@ private:
     int m_end_y = 0;  ///< exclusive upper bound of y of solid voxels
 };
 
+/// Boxes in levels: each covers eight of the next finer level, its children. Child i of a box lies
+/// at (2 bx + dx, 2 by + dy, 2 bz + dz), i = dx + 2 dz + 4 dy.
+struct Pyramid {
+    template <class T>
+    using Children = std::array<T, 8>;
+
+    [[nodiscard]] static constexpr BoxKey child(const BoxKey& key, int i) noexcept {
+        return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                2 * key.bz + (i >> 1 & 1)};
+    }
+    [[nodiscard]] static constexpr BoxKey parent(const BoxKey& key) noexcept {
+        return {key.level + 1, key.bx >> 1, key.by >> 1, key.bz >> 1};
+    }
+    /// Which child of its parent a box is.
+    [[nodiscard]] static constexpr std::size_t place(const BoxKey& key) noexcept {
+        return static_cast<std::size_t>((key.bx & 1) + 2 * (key.bz & 1) + 4 * (key.by & 1));
+    }
+    /// @param make called with the key of each child, in order
+    /// @return what it has made
+    template <class Make>
+    [[nodiscard]] static auto children(const BoxKey& key, const Make& make) {
+        Children<decltype(make(key))> out;
+        for (int i = 0; i < 8; ++i)
+            out[static_cast<std::size_t>(i)] = make(child(key, i));
+        return out;
+    }
+};
+
 /// Makes the box of the next coarser level from its eight children, by the rule of coarse_voxels()
 /// (coarse_rule.hpp): every coarse voxel depends only on its level and its own eight children, so
 /// that boxes need no neighbours and no seams can arise.
@@ -120,11 +148,10 @@ private:
 /// shallow water: hidden voxels stay hidden, or become the rock under a bed. Cost: cells without
 /// detail (air, rock) are skipped whole; the rest takes some 64-bit operations per brick and one
 /// read of each stored attribute. Thread-safe.
-/// @param children boxes of level n-1, index = dx + 2 dz + 4 dy for the child at (2 bx + dx, 2 by +
-/// dy, 2 bz + dz); nullptr = air
+/// @param children nullptr = air
 /// @param key key of the result, level >= 1
 /// @return nullptr when nothing is solid
 [[nodiscard]] std::shared_ptr<const Box> downsample(
-    const BoxKey& key, const std::array<std::shared_ptr<const Box>, 8>& children);
+    const BoxKey& key, const Pyramid::Children<std::shared_ptr<const Box>>& children);
 
 }  // namespace terravox::voxel

@@ -1,7 +1,6 @@
 #include "common/voxel/pyramid_world.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
@@ -47,12 +46,8 @@ std::shared_ptr<const Box> PyramidWorld::coarse_box(const BoxKey& key) {
     return m_coarse.get(
         key,
         [&] {
-            std::array<std::shared_ptr<const Box>, 8> children;
-            for (int i = 0; i < 8; ++i)
-                children[static_cast<std::size_t>(i)] =
-                    box({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
-                         2 * key.bz + (i >> 1 & 1)});
-            return downsample(key, children);
+            return downsample(
+                key, Pyramid::children(key, [&](const BoxKey& child) { return box(child); }));
         },
         [](const auto& made) { return made ? made->memory_bytes() : 0; });
 }

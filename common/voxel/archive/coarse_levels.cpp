@@ -28,7 +28,7 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
         if (key.level != level - 1)
             continue;
         below.emplace(key, e);
-        parents.insert({level, floor_div(key.bx, 2), floor_div(key.by, 2), floor_div(key.bz, 2)});
+        parents.insert(Pyramid::parent(key));
     }
     const std::vector<BoxKey> keys(parents.begin(), parents.end());
     thread::in_order(
@@ -36,13 +36,11 @@ void add_level(ArchiveWriter& writer, int level, int threads, const KeptRecord& 
         [&](std::size_t i) {
             if (auto record = kept ? kept(keys[i]) : std::nullopt)
                 return std::move(*record);
-            std::array<MadeBox, 8> children;
-            for (int c = 0; c < 8; ++c) {
-                const BoxKey key = find_child(keys[i], c);
-                if (const auto found = below.find(key); found != below.end())
-                    children[static_cast<std::size_t>(c)] = read_back(writer, found->second);
-            }
-            return make_record(keys[i], coarse_box(keys[i], children));
+            const auto child = [&](const BoxKey& key) {
+                const auto found = below.find(key);
+                return found == below.end() ? MadeBox{} : read_back(writer, found->second);
+            };
+            return make_record(keys[i], coarse_box(keys[i], Pyramid::children(keys[i], child)));
         },
         [&](std::size_t, const MadeRecord& record) {
             if (!record.frame.empty())
@@ -63,8 +61,8 @@ MadeRecord make_record(const BoxKey& key, const MadeBox& made) {
     return {key, Kind::kBox, compress(*made.box, kZstdLevel)};
 }
 
-MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children) {
-    std::array<std::shared_ptr<const Box>, 8> boxes;
+MadeBox coarse_box(const BoxKey& key, const Pyramid::Children<MadeBox>& children) {
+    Pyramid::Children<std::shared_ptr<const Box>> boxes;
     for (std::size_t i = 0; i < 8; ++i) {
         if (children[i].hole)
             return {nullptr, children[i].hole};

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -10,6 +9,7 @@
 
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box.hpp"
+#include "common/voxel/box_builder.hpp"
 
 namespace terravox::voxel::archive {
 
@@ -29,12 +29,8 @@ struct MadeRecord {
 };
 [[nodiscard]] MadeRecord make_record(const BoxKey& key, const MadeBox& made);
 
-/// The key of one of eight children: i = dx + 2 dz + 4 dy.
-[[nodiscard]] constexpr BoxKey find_child(const BoxKey& key, int i) noexcept {
-    return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-}
-/// A coarse box from its children (find_child()); a hole if one of them is.
-[[nodiscard]] MadeBox coarse_box(const BoxKey& key, const std::array<MadeBox, 8>& children);
+/// A coarse box from its children; a hole if one of them is.
+[[nodiscard]] MadeBox coarse_box(const BoxKey& key, const Pyramid::Children<MadeBox>& children);
 
 /// A record of an earlier archive that is still what its children give; nullopt: it must be made.
 /// Called on several threads.

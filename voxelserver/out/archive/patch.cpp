@@ -325,11 +325,10 @@ private:
         if (!voxel::boxes_over(info().bounds, key.level).contains(key))
             return {};
         const bool is_made = is_new(key);
-        std::array<MadeBox, 8> children;
+        voxel::Pyramid::Children<MadeBox> children;
         if (key.level > 0)
-            for (int i = 0; i < 8; ++i)
-                children[static_cast<std::size_t>(i)] =
-                    place(voxel::archive::find_child(key, i), is_made, out);
+            children = voxel::Pyramid::children(
+                key, [&](const BoxKey& child) { return place(child, is_made, out); });
         if (!is_made) {
             const auto there = m_old->find(key);
             if (!there)

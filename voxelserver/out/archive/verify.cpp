@@ -1,6 +1,5 @@
 #include "voxelserver/out/archive/verify.hpp"
 
-#include <array>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -115,11 +114,6 @@ struct ChunkResult {
     std::vector<std::string> problems;
 };
 
-BoxKey find_parent(const BoxKey& key) noexcept {
-    return {key.level + 1, voxel::floor_div(key.bx, 2), voxel::floor_div(key.by, 2),
-            voxel::floor_div(key.bz, 2)};
-}
-
 bool before(const BoxKey& a, const BoxKey& b) {
     return voxel::archive::before(voxel::archive::to_key(a), voxel::archive::to_key(b));
 }
@@ -129,14 +123,13 @@ class Siblings {
 public:
     void add(const Content& content, std::shared_ptr<const Box> box) {
         const BoxKey& key = content.key;
-        m_parent = find_parent(key);
+        m_parent = voxel::Pyramid::parent(key);
         m_hole = m_hole || content.state == State::kHole;
         m_unknown = m_unknown || content.state == State::kUnknown;
-        m_children[static_cast<std::size_t>((key.bx & 1) + 2 * (key.bz & 1) + 4 * (key.by & 1))] =
-            std::move(box);
+        m_children[voxel::Pyramid::place(key)] = std::move(box);
     }
     [[nodiscard]] bool take(const BoxKey& key) const {
-        return !m_parent || *m_parent == find_parent(key);
+        return !m_parent || *m_parent == voxel::Pyramid::parent(key);
     }
     /// What their parent must hold; nullopt: air. Forgets them.
     [[nodiscard]] std::optional<Content> parent() {
@@ -158,7 +151,7 @@ public:
 
 private:
     std::optional<BoxKey> m_parent;
-    std::array<std::shared_ptr<const Box>, 8> m_children;
+    voxel::Pyramid::Children<std::shared_ptr<const Box>> m_children;
     bool m_hole = false;
     bool m_unknown = false;
 };
@@ -190,9 +183,10 @@ private:
                 for (std::size_t i = 0; i < entries.size(); ++i) {
                     const Entry& entry = entries[i];
                     auto& level = m_chunks[static_cast<std::size_t>(entry.key.level)];
-                    if (level.empty() || (count >= kChunkEntries && last &&
-                                          find_parent(voxel::archive::to_key(last->key)) !=
-                                              find_parent(voxel::archive::to_key(entry.key)))) {
+                    if (level.empty() ||
+                        (count >= kChunkEntries && last &&
+                         voxel::Pyramid::parent(voxel::archive::to_key(last->key)) !=
+                             voxel::Pyramid::parent(voxel::archive::to_key(entry.key)))) {
                         level.push_back({{leaf, i}, {}});
                         count = 0;
                     }

@@ -2,7 +2,6 @@
 
 #include <xxhash.h>
 #include <algorithm>
-#include <array>
 #include <optional>
 
 #include "common/thread/start_threads.hpp"
@@ -182,14 +181,11 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     out.reach = footprint(key);
     if (m_world.column(key.level, key.bx, key.bz).empty())
         return out;
-    std::array<std::shared_ptr<const voxel::Box>, 8> children;
-    for (int i = 0; i < 8; ++i) {
-        const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
-                                  2 * key.bz + (i >> 1 & 1)};
+    const auto children = voxel::Pyramid::children(key, [&](const voxel::BoxKey& child) {
         const auto kept = get(child, origin == Origin::kPrefetch ? origin : Origin::kParent);
         out.reach.add(kept->reach);
-        children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
-    }
+        return unpacked(*kept, child);
+    });
     std::optional<AdmissionControl::Permit> permit;
     if (origin != Origin::kPrefetch)
         permit.emplace(m_admission);

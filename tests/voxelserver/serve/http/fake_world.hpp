@@ -44,14 +44,11 @@ public:
 
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         if (key.level > 0) {
-            std::array<std::shared_ptr<const voxel::Box>, 8> children;
-            for (int i = 0; i < 8; ++i) {
-                const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1),
-                                          2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-                if (voxel::boxes_over(m_info.bounds, child.level).contains(child))
-                    children[static_cast<std::size_t>(i)] = box(child);
-            }
-            return voxel::downsample(key, children);
+            const auto made = [&](const voxel::BoxKey& child) {
+                return voxel::boxes_over(m_info.bounds, child.level).contains(child) ? box(child)
+                                                                                     : nullptr;
+            };
+            return voxel::downsample(key, voxel::Pyramid::children(key, made));
         }
         ++requests;
         {

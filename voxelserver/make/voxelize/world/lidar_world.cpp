@@ -278,13 +278,11 @@ private:
             key,
             [&] {
                 BoxWithInputs out{nullptr, footprint(key)};
-                std::array<std::shared_ptr<const Box>, 8> children;
-                for (int i = 0; i < 8; ++i) {
-                    BoxWithInputs made = child({key.level - 1, 2 * key.bx + (i & 1),
-                                                2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
+                const auto children = voxel::Pyramid::children(key, [&](const BoxKey& below) {
+                    BoxWithInputs made = child(below);
                     out.reach.add(made.reach);
-                    children[static_cast<std::size_t>(i)] = std::move(made.box);
-                }
+                    return std::move(made.box);
+                });
                 const util::StageTimes::Scope scope(m_times, "downsample");
                 out.box = voxel::downsample(key, children);
                 return std::make_shared<const BoxWithInputs>(std::move(out));

@@ -150,10 +150,8 @@ private:
     }
 
     MadeBox coarser(const BoxKey& key) {
-        std::array<MadeBox, 8> children;
-        for (int i = 0; i < 8; ++i)
-            children[static_cast<std::size_t>(i)] = made(voxel::archive::find_child(key, i));
-        return voxel::archive::coarse_box(key, children);
+        const auto child = [this](const BoxKey& below) { return made(below); };
+        return voxel::archive::coarse_box(key, voxel::Pyramid::children(key, child));
     }
 
     MadeBox finest(const BoxKey& key) {

@@ -17,12 +17,9 @@ inline std::shared_ptr<const voxel::Box> downsampled(voxel::World& world,
                                                      const voxel::BoxKey& key) {
     if (key.level == 0)
         return world.box(key);
-    std::array<std::shared_ptr<const voxel::Box>, 8> children;
-    for (int i = 0; i < 8; ++i)
-        children[static_cast<std::size_t>(i)] =
-            downsampled(world, {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
-                                2 * key.bz + (i >> 1 & 1)});
-    return voxel::downsample(key, children);
+    return voxel::downsample(key, voxel::Pyramid::children(key, [&](const voxel::BoxKey& child) {
+                                 return downsampled(world, child);
+                             }));
 }
 
 /// What a stack of boxes looks like from above.
