@@ -213,8 +213,8 @@ Crs Crs::from_text(const std::string& text) {
         fault = not_understood(text);
     if (!fault.empty())
         throw util::UsageError(
-            attempt_to_read(text) + fault +
-            "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
+            "{}{}; allowed: EPSG:<code>, WKT or a PROJ string, without names of files",
+            attempt_to_read(text), fault);
     return Crs(std::move(ogr));
 }
 
@@ -226,7 +226,7 @@ Crs Crs::from_wkt(const std::string& wkt) {
     if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE)
         fault = not_understood(wkt);
     if (!fault.empty())
-        throw util::Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
+        throw util::Error("{}{}; allowed: WKT without names of files", attempt_to_read(wkt), fault);
     return Crs(std::move(ogr));
 }
 
@@ -239,8 +239,9 @@ Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
         fault.empty() && !older.empty())
         fault = fault_of_crs_text(older);
     if (!fault.empty())
-        throw util::Error("read the coordinate reference system of " + origin + ": " + fault +
-                          "; allowed: one without names of files");
+        throw util::Error(
+            "read the coordinate reference system of {}: {}; allowed: one without names of files",
+            origin, fault);
     auto ogr = empty_reference();
     *ogr = read;
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
@@ -331,8 +332,8 @@ Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + "
     const GdalErrorScope errors;
     m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
     if (!m_ogr)
-        throw util::Error("transform coordinates from " + m_between +
-                          ": PROJ has no transformation between them");
+        throw util::Error("transform coordinates from {}: PROJ has no transformation between them",
+                          m_between);
 }
 
 Transform::~Transform() = default;
@@ -341,8 +342,7 @@ Transform& Transform::operator=(Transform&&) noexcept = default;
 
 void Transform::apply(std::span<double> x, std::span<double> y) const {
     if (x.size() != y.size())
-        throw util::Error("transform coordinates: " + std::to_string(x.size()) + " x but " +
-                          std::to_string(y.size()) + " y");
+        throw util::Error("transform coordinates: {} x but {} y", x.size(), y.size());
     if (x.empty())
         return;
     const GdalErrorScope errors;
@@ -351,9 +351,9 @@ void Transform::apply(std::span<double> x, std::span<double> y) const {
     const int ok =
         m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
     if (ok == 0 || !std::isfinite(x[0]) || !std::isfinite(y[0]))
-        throw util::Error("transform coordinates from " + m_between + ": a point near (" +
-                          std::to_string(first_x) + ", " + std::to_string(first_y) +
-                          ") lies outside the domain");
+        throw util::Error(
+            "transform coordinates from {}: a point near ({:f}, {:f}) lies outside the domain",
+            m_between, first_x, first_y);
 }
 
 std::array<double, 4> Transform::around(const std::array<double, 4>& rect) const {

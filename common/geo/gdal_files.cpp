@@ -64,7 +64,7 @@ void (*optional_driver(const char* function))() {
 
 GDALDriverH checked(GDALDriver* driver, const std::string& what) {
     if (driver == nullptr)
-        throw util::Error("write a " + what + ": this GDAL was built without them");
+        throw util::Error("write a {}: this GDAL was built without them", what);
     return driver;
 }
 

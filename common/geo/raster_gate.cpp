@@ -74,7 +74,7 @@ std::optional<std::string> find_lost_values_of_grid(const std::filesystem::path&
     if (words >= values)
         return std::nullopt;
     if (!in.eof())
-        throw util::Error("read " + file.string() + " to its end: it cannot be read");
+        throw util::Error("read {} to its end: it cannot be read", file.string());
     return "it has fewer than the " + std::to_string(values) + " values that its header states";
 }
 
@@ -140,8 +140,7 @@ void check_for_grids(const fs::path& file) {
                    [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     for (const char* const word : {"PROJ4_GRIDS", "PARAMETERFILE"})
         if (text.find(word) != std::string::npos)
-            throw util::Error("its side file " + file.filename().string() + " names files (" +
-                              word + ")");
+            throw util::Error("its side file {} names files ({})", file.filename().string(), word);
 }
 
 void check_side_files(const fs::path& raster) {
@@ -153,8 +152,8 @@ void check_side_files(const fs::path& raster) {
             continue;
         const bool stays = lies_in(side, folder) || lies_in(side, own);
         if (!fs::is_regular_file(side, failed) || !stays)
-            throw util::Error("its side file " + side.filename().string() +
-                              " is no file next to or below it");
+            throw util::Error("its side file {} is no file next to or below it",
+                              side.filename().string());
         const std::string ending = side.extension().string();
         if (ending == ".xml")
             check_aux_xml(side);

@@ -14,16 +14,18 @@ const date::time_zone& find(const std::string& zone) {
     try {
         date::get_tzdb();  // loaded once
     } catch (const std::exception& e) {
-        throw util::Error(std::string("read the system's time zones: ") + e.what() +
-                          "; install the package tzdata, or give sun.utc_offset_h");
+        throw util::Error(
+            "read the system's time zones: {}; install the package tzdata, or give "
+            "sun.utc_offset_h",
+            e.what());
     }
     try {
         return *date::locate_zone(zone);
     } catch (const std::exception&) {
-        throw util::UsageError("find the time zone: '" + zone +
-                               "' is not known; allowed: IANA names, such as Europe/Ljubljana; "
-                               "old ones, such as Europe/Kiev, may need the package "
-                               "tzdata-legacy");
+        throw util::UsageError(
+            "find the time zone: '{}' is not known; allowed: IANA names, such as Europe/Ljubljana; "
+            "old ones, such as Europe/Kiev, may need the package tzdata-legacy",
+            zone);
     }
 }
 
@@ -46,7 +48,7 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
         return std::chrono::duration<double, std::ratio<3600>>(found.get_info(time).first.offset)
             .count();
     } catch (const std::exception& e) {
-        throw util::Error("read the time zone '" + zone + "': " + e.what());
+        throw util::Error("read the time zone '{}': {}", zone, e.what());
     }
 }
 
@@ -65,7 +67,7 @@ std::vector<OffsetFrom> zone_offsets(const std::string& zone, std::int64_t begin
             at = info.end;
         } while (at.time_since_epoch().count() < end_s);
     } catch (const std::exception& e) {
-        throw util::Error("read the time zone '" + zone + "': " + e.what());
+        throw util::Error("read the time zone '{}': {}", zone, e.what());
     }
     return out;
 }

@@ -73,8 +73,7 @@ private:
         const std::string text = util::read_text(vrt, kMaxText_bytes, "its text");
         m_bytes += text.size();
         if (m_bytes > kMaxText_bytes)
-            throw util::Error("more than " + std::to_string(kMaxText_bytes >> 20) +
-                              " MiB of virtual raster");
+            throw util::Error("more than {} MiB of virtual raster", kMaxText_bytes >> 20);
         Tree tree(CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
         if (!tree)
             throw util::Error("no XML");
@@ -86,8 +85,9 @@ private:
             return;
         const std::string name = util::lower_case(node.pszValue);
         if (!is_known(name))
-            throw util::Error("a virtual raster with " + in_quotes(node.pszValue) +
-                              "; allowed: mosaics of files next to or below it");
+            throw util::Error(
+                "a virtual raster with {}; allowed: mosaics of files next to or below it",
+                in_quotes(node.pszValue));
         // Harmless with any content; references that GDAL may follow in it are checked once the
         // raster is open.
         if (name == "metadata")
@@ -111,8 +111,8 @@ private:
     void check_source(const CPLXMLNode& node, const fs::path& folder, int depth) {
         const std::string text = CPLGetXMLValue(&node, nullptr, "");
         const auto refuse = [&](const char* why) {
-            throw util::Error("the source " + in_quotes(text) + " " + why +
-                              "; allowed: files next to or below the .vrt");
+            throw util::Error("the source {} {}; allowed: files next to or below the .vrt",
+                              in_quotes(text), why);
         };
         if (node.eType != CXT_Element || text.empty())
             refuse("is no file's name");

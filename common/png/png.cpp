@@ -52,8 +52,7 @@ std::string text_chunk(const Text& text) {
     if (text.value.find('\0') != std::string::npos)
         throw util::Error(attempt + "a byte of 0 in it; allowed: UTF-8 without");
     if (text.value.size() > kMaxLength)
-        throw util::Error(attempt + std::to_string(text.value.size()) + " bytes; allowed: up to " +
-                          std::to_string(kMaxLength));
+        throw util::Error("{}{} bytes; allowed: up to {}", attempt, text.value.size(), kMaxLength);
     if (is_ascii(text.value))
         return chunk("tEXt", text.keyword + '\0' + text.value);
     const std::string not_compressed(2, '\0');
@@ -70,8 +69,8 @@ std::string text_chunk(const Text& text) {
 std::string encode(std::span<const std::uint8_t> samples, const Shape& shape,
                    std::span<const Text> texts) {
     const auto fail = [&](const std::string& what) -> void {
-        throw util::Error("write a PNG of " + std::to_string(shape.width_px) + " x " +
-                          std::to_string(shape.height_px) + " pixels: " + what);
+        throw util::Error("write a PNG of {} x {} pixels: {}", shape.width_px, shape.height_px,
+                          what);
     };
     if (shape.width_px < 1 || shape.height_px < 1 || (shape.channels != 3 && shape.channels != 4))
         fail(std::to_string(shape.channels) + " channels; allowed: 1 pixel and more, 3 or 4");

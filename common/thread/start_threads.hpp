@@ -52,7 +52,7 @@ void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work
     try {
         threads.emplace_back(std::forward<Work>(work));
     } catch (const std::system_error&) {
-        throw util::Error(std::string("start a thread for ") + what + ": " +
+        throw util::Error("start a thread for {}: {}", what,
                           util::to_message(std::current_exception()));
     }
 }

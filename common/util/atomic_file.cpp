@@ -59,40 +59,40 @@ void check_place(const std::filesystem::path& name, const std::filesystem::path&
     std::error_code ignored;
     const auto type = std::filesystem::symlink_status(file, ignored).type();
     if (file.filename().empty() || type == std::filesystem::file_type::directory)
-        throw UsageError("write " + name.string() + ": this is a folder; give a file name");
+        throw UsageError("write {}: this is a folder; give a file name", name.string());
     // A file would be renamed over it.
     if (type == std::filesystem::file_type::block ||
         type == std::filesystem::file_type::character || type == std::filesystem::file_type::fifo ||
         type == std::filesystem::file_type::socket)
-        throw UsageError("write " + name.string() +
-                         ": this is a device, a pipe or a socket; give a file name");
+        throw UsageError("write {}: this is a device, a pipe or a socket; give a file name",
+                         name.string());
     const auto folder = find_folder(file);
     std::filesystem::create_directories(folder, failed);
     if (!std::filesystem::is_directory(folder, ignored))
-        throw Error("write " + name.string() + ": cannot make the folder " + folder.string() +
-                    ": " + (failed ? failed.message() : "a file of that name exists"));
+        throw Error("write {}: cannot make the folder {}: {}", name.string(), folder.string(),
+                    failed ? failed.message() : "a file of that name exists");
     if (::access(folder.c_str(), W_OK) != 0)
-        throw Error("write " + name.string() + ": the folder " + folder.string() +
-                    " is not writable: " + reason(errno));
+        throw Error("write {}: the folder {} is not writable: {}", name.string(), folder.string(),
+                    reason(errno));
 }
 
 void flush_to_disk(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0)
-        throw Error("write " + path.string() + ": " + reason(errno));
+        throw Error("write {}: {}", path.string(), reason(errno));
     const int failed = ::fsync(fd) == 0 ? 0 : errno;
     ::close(fd);
     // Some file systems (network, FUSE) do not support fsync: that is not an error.
     if (failed != 0 && failed != EINVAL && failed != ENOTSUP)
-        throw Error("write " + path.string() + ": " + reason(failed));
+        throw Error("write {}: {}", path.string(), reason(failed));
 }
 
 void rename_file(const std::filesystem::path& from, const std::filesystem::path& target) {
     std::error_code failed;
     std::filesystem::rename(from, target, failed);
     if (failed)
-        throw Error("write " + target.string() +
-                    ": cannot rename the finished file: " + failed.message());
+        throw Error("write {}: cannot rename the finished file: {}", target.string(),
+                    failed.message());
 }
 
 }  // namespace
@@ -110,15 +110,15 @@ std::filesystem::path follow_links(const std::filesystem::path& name) {
             return at;
         const std::filesystem::path to = std::filesystem::read_symlink(at, failed);
         if (failed)
-            throw Error("write " + name.string() + ": " + failed.message());
+            throw Error("write {}: {}", name.string(), failed.message());
         if (!is_trusted(at))
-            throw Error("write " + name.string() + ": " + at.string() +
-                        " is a symbolic link of another user, in a folder that others may write "
-                        "to; allowed: the name that it leads to, " +
-                        to.string());
+            throw Error(
+                "write {}: {} is a symbolic link of another user, in a folder that others may "
+                "write to; allowed: the name that it leads to, {}",
+                name.string(), at.string(), to.string());
         at = at.parent_path() / to;
     }
-    throw Error("write " + name.string() + ": too many symbolic links");
+    throw Error("write {}: too many symbolic links", name.string());
 }
 
 AtomicFile::AtomicFile(const std::filesystem::path& target, Links links)
@@ -150,12 +150,12 @@ void AtomicFile::append(std::span<const std::byte> bytes) {
         m_is_begun = true;
     }
     if (const int failed = write_all(m_fd, bytes); failed != 0)
-        throw Error("write " + m_target.string() + ": " + reason(failed));
+        throw Error("write {}: {}", m_target.string(), reason(failed));
 }
 
 void AtomicFile::close() {
     if (m_fd >= 0 && ::close(std::exchange(m_fd, -1)) != 0)
-        throw Error("write " + m_target.string() + ": " + reason(errno));
+        throw Error("write {}: {}", m_target.string(), reason(errno));
 }
 
 void AtomicFile::commit(Flush flush) {
@@ -178,10 +178,9 @@ void AtomicFile::commit_as_new() {
             ::unlink(m_temporary.c_str());
     }
     if (!is_renamed && errno == EEXIST)
-        throw UsageError("write " + m_target.string() +
-                         ": it is there already; allowed: another name");
+        throw UsageError("write {}: it is there already; allowed: another name", m_target.string());
     if (!is_renamed)
-        throw Error("write " + m_target.string() + ": " + reason(errno));
+        throw Error("write {}: {}", m_target.string(), reason(errno));
     m_committed = true;
 }
 

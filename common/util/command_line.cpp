@@ -344,13 +344,14 @@ std::string help_text(const CLI::App& app, Arguments arguments) {
         if (words.back() == lower_case(*topic))
             return formatter.group(command, group).substr(1);
     }
-    throw UsageError(attempt(path) + "--help " + *topic + allowed_words(*topic, words));
+    throw UsageError("{}--help {}{}", attempt(path), *topic, allowed_words(*topic, words));
 }
 
 void refuse_removed_option(CLI::App& command, const std::string& name, const std::string& instead) {
     command
         .add_flag_callback(
-            name, [name, instead] { throw UsageError(name + " was removed; allowed: " + instead); })
+            name,
+            [name, instead] { throw UsageError("{} was removed; allowed: {}", name, instead); })
         ->trigger_on_parse()
         ->group("");
 }
@@ -366,14 +367,14 @@ void refuse_misread_arguments(const CLI::App& app, Arguments arguments) {
                                        ? path.back()->get_option_no_throw(name_in(text))
                                        : nullptr;
         if (takes_next != nullptr && is_long_option(text) && named != nullptr)
-            throw UsageError(attempt(path) + typed_names(*takes_next, arguments) +
-                             ": its value is missing, " + name_in(text) +
-                             " follows; allowed: " + takes_next->get_description());
+            throw UsageError("{}{}: its value is missing, {} follows; allowed: {}", attempt(path),
+                             typed_names(*takes_next, arguments), name_in(text),
+                             takes_next->get_description());
         const bool has_one_hyphen = text.size() > 2 && text[0] == '-' && text[1] != '-';
         if (has_one_hyphen && takes_next == nullptr &&
             path.back()->get_option_no_throw("-" + name_in(text)) != nullptr)
-            throw UsageError(attempt(path) + "unknown option " + name_in(text) +
-                             "; did you mean -" + name_in(text) + "?");
+            throw UsageError("{}unknown option {}; did you mean -{}?", attempt(path), name_in(text),
+                             name_in(text));
         const bool was_value = takes_next != nullptr;
         const bool has_own_value = text.find('=') != std::string::npos;
         takes_next = named != nullptr && !has_own_value && named->get_items_expected_min() > 0
@@ -429,8 +430,8 @@ void go_on_as(const CommandWithProgram& command, int argc, char** argv) {
     std::string program = beside_program(command.program).string();
     argv[1] = program.data();
     ::execv(program.c_str(), argv + 1);
-    throw Error(std::string("run ") + command.name + ": cannot start " + program + ": " +
-                std::strerror(errno) + "; it belongs in the folder of this program");
+    throw Error("run {}: cannot start {}: {}; it belongs in the folder of this program",
+                command.name, program, std::strerror(errno));
 }
 
 }  // namespace terravox::util

@@ -95,6 +95,10 @@ void load_unwinder() noexcept {
 
 }  // namespace
 
+std::string write_message(fmt::string_view format, fmt::format_args arguments) {
+    return fmt::vformat(format, arguments);
+}
+
 std::string to_message(const std::exception_ptr& error) {
     try {
         std::rethrow_exception(error);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -22,11 +24,17 @@ enum class ExitCode : int {
     return text;
 }
 
+[[nodiscard]] std::string write_message(fmt::string_view format, fmt::format_args arguments);
+
 /// The unit of work (request, tile, file, run) cannot continue. The message is one line: attempt,
 /// object, value, allowed range.
 class Error : public std::runtime_error {
 public:
     explicit Error(const std::string& message) : std::runtime_error(with_visible_zeros(message)) {}
+    /// The message in the syntax of the library fmt.
+    template <class First, class... More>
+    explicit Error(fmt::format_string<First, More...> format, First&& first, More&&... more)
+        : Error(write_message(format, fmt::make_format_args(first, more...))) {}
     [[nodiscard]] virtual ExitCode exit_code() const noexcept { return ExitCode::kFailed; }
 };
 

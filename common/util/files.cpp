@@ -71,8 +71,7 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
     for (const fs::path& path : paths) {
         std::error_code failed;
         if (!fs::exists(path, failed))
-            throw UsageError("open the " + std::string(what) + " " + path.string() +
-                             ": no such file or folder");
+            throw UsageError("open the {} {}: no such file or folder", what, path.string());
         if (!fs::is_directory(path, failed)) {
             add(path);
             continue;
@@ -87,14 +86,13 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
                 inside.push_back(entry.path());
         }
         if (failed)
-            throw Error("open the " + std::string(what) + " in " + path.string() + ": " +
-                        failed.message());
+            throw Error("open the {} in {}: {}", what, path.string(), failed.message());
         if (inside.empty()) {
             std::string allowed;
             for (const auto& e : endings)
                 allowed += (allowed.empty() ? "" : " ") + std::string(e);
-            throw UsageError("open the " + std::string(what) + " in " + path.string() +
-                             ": the folder holds none of " + allowed);
+            throw UsageError("open the {} in {}: the folder holds none of {}", what, path.string(),
+                             allowed);
         }
         std::sort(inside.begin(), inside.end());
         for (const fs::path& file : inside)
@@ -191,15 +189,16 @@ int open_to_write(const fs::path& file, int flags, unsigned mode, const std::str
     const int why = errno;
     std::error_code ignored;
     if (fd < 0 && fs::is_symlink(file, ignored))
-        throw Error(attempt + ": " + file.string() +
-                    " is a symbolic link, which is not followed; allowed: a plain file, or none");
+        throw Error(
+            "{}: {} is a symbolic link, which is not followed; allowed: a plain file, or none",
+            attempt, file.string());
     if (fd < 0)
         throw Error(attempt + ": " + std::strerror(why));
     struct stat facts{};
     if (::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode))
         return fd;
     ::close(fd);
-    throw Error(attempt + ": " + file.string() + " is not a plain file; allowed: one, or none");
+    throw Error("{}: {} is not a plain file; allowed: one, or none", attempt, file.string());
 }
 
 int open_unnamed(const fs::path& near, const std::string& attempt) {
@@ -207,7 +206,7 @@ int open_unnamed(const fs::path& near, const std::string& attempt) {
     std::string name = (folder / ("." + near.filename().string() + ".spool-XXXXXX")).string();
     const int fd = ::mkostemp(name.data(), O_CLOEXEC);
     if (fd < 0)
-        throw Error(attempt + ": no file can be made in " + folder.string() + ": " +
+        throw Error("{}: no file can be made in {}: {}", attempt, folder.string(),
                     std::strerror(errno));
     ::unlink(name.c_str());
     return fd;
@@ -243,7 +242,7 @@ void raise_open_file_limit() noexcept {
 
 std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& path) {
     const auto fail = [&](const char* what) {
-        return Error("map the file " + path.string() + ": " + what);
+        return Error("map the file {}: {}", path.string(), what);
     };
     // Opening a pipe would block until it has a writer.
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -303,7 +302,7 @@ struct flock whole_file() noexcept {
 }
 
 Error failed(const std::filesystem::path& file) {
-    return Error("lock " + file.string() + ": " + std::strerror(errno));
+    return Error("lock {}: {}", file.string(), std::strerror(errno));
 }
 
 /// Writes the process and the machine into the file; only messages show it, so a full disk does not

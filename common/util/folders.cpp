@@ -55,8 +55,7 @@ void* open_module(std::string_view name, std::string_view what) {
     if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
         return library;
     const char* why = dlerror();
-    throw Error("load the " + std::string(what) + " " + file.string() + ": " +
-                (why != nullptr ? why : "unknown error"));
+    throw Error("load the {} {}: {}", what, file.string(), why != nullptr ? why : "unknown error");
 }
 
 std::filesystem::path config_dir() {
@@ -68,8 +67,8 @@ std::filesystem::path config_dir() {
     if (const char* folder = std::getenv("TERRAVOX_CONFIG"); folder != nullptr && *folder != '\0') {
         if (holds_config(folder))
             return folder;
-        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(folder) +
-                         "' holds no materials.toml");
+        throw UsageError("find the configuration: TERRAVOX_CONFIG = '{}' holds no materials.toml",
+                         folder);
     }
     const fs::path program = own_file();
     std::vector<fs::path> places{"config", "share/terravox/config"};
@@ -86,7 +85,7 @@ std::filesystem::path config_dir() {
                 return candidate;
             tried += (tried.empty() ? "" : ", ") + candidate.string();
         }
-    throw Error("find the configuration: no materials.toml in " + tried + "; set TERRAVOX_CONFIG");
+    throw Error("find the configuration: no materials.toml in {}; set TERRAVOX_CONFIG", tried);
 }
 
 std::vector<std::string> toml_id_list(const std::filesystem::path& folder) {
@@ -200,8 +199,8 @@ TemporaryFolder TemporaryFolder::make(const std::string& attempt) {
         }
         ::rmdir(name.c_str());
     }
-    throw Error(attempt + ": no folder can be made in " + in.string() +
-                "; TMPDIR names another place");
+    throw Error("{}: no folder can be made in {}; TMPDIR names another place", attempt,
+                in.string());
 }
 
 TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept

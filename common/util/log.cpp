@@ -91,7 +91,7 @@ spdlog::level::level_enum to_level(LogLevel level) noexcept {
 void set_up_log(const std::string& level, LogFormat format) {
     const std::vector<std::string> levels = {"trace", "debug", "info", "warn", "error", "off"};
     if (std::find(levels.begin(), levels.end(), level) == levels.end())
-        throw UsageError("set the log level: --log '" + level + "'" + allowed_words(level, levels));
+        throw UsageError("set the log level: --log '{}'{}", level, allowed_words(level, levels));
     auto logger = std::make_shared<spdlog::logger>(
         "terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     logger->set_formatter(log_formatter(format));

@@ -172,9 +172,7 @@ std::filesystem::path find_program(const std::string& name) {
 
 Process::Process(const Start& start) {
     const std::string& name = start.command.front();
-    const auto failed = [&](int code) {
-        return Error("start " + name + ": " + std::strerror(code));
-    };
+    const auto failed = [&](int code) { return Error("start {}: {}", name, std::strerror(code)); };
     const std::string program =
         name.find('/') != std::string::npos ? name : find_program(name).string();
     if (program.empty())

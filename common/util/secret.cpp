@@ -33,10 +33,10 @@ std::string read_variable(const char* name) {
 void refuse_old_name() {
     if (read_variable("TERRAVOX_TOKEN").empty())
         return;
-    throw UsageError(std::string("read the environment variable TERRAVOX_TOKEN: it was one name "
-                                 "for two secrets; allowed: ") +
-                     kFarmTokenVariable + " for a coordinator and its workers, " +
-                     kServerTokenVariable + " for a voxel server and its clients");
+    throw UsageError(
+        "read the environment variable TERRAVOX_TOKEN: it was one name for two secrets; allowed: "
+        "{} for a coordinator and its workers, {} for a voxel server and its clients",
+        kFarmTokenVariable, kServerTokenVariable);
 }
 
 // A file that systemd passes to a service (LoadCredential=): in a folder that only this service can
@@ -113,12 +113,10 @@ void check_token(std::string_view token, const std::string& attempt) {
     const std::string fault = describe_fault(token);
     if (fault.empty())
         return;
-    throw UsageError(attempt + ": the token has " + fault +
-                     "; allowed: " + std::to_string(kMinToken) + " to " +
-                     std::to_string(kMaxToken) + " letters, digits and " + std::string(kMarks) +
-                     ", at least " + std::to_string(kMinDifferent) +
-                     " of them different, with both letters and digits; `terravox farm token` "
-                     "makes one");
+    throw UsageError(
+        "{}: the token has {}; allowed: {} to {} letters, digits and {}, at least {} of them "
+        "different, with both letters and digits; `terravox farm token` makes one",
+        attempt, fault, kMinToken, kMaxToken, kMarks, kMinDifferent);
 }
 
 std::filesystem::path find_credential(const std::string& name) {

@@ -147,9 +147,8 @@ IntRange parse_range(const std::string& what, const std::string& text, IntRange 
     }
     if (begin == end || out.first < allowed.first || out.last < out.first ||
         out.last > allowed.last)
-        throw UsageError(what + " " + text +
-                         "; allowed: one number or two with a dash between, from " +
-                         std::to_string(allowed.first) + " to " + std::to_string(allowed.last));
+        throw UsageError("{} {}; allowed: one number or two with a dash between, from {} to {}",
+                         what, text, allowed.first, allowed.last);
     return out;
 }
 

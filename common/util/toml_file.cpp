@@ -30,7 +30,7 @@ toml::table parse_toml(std::string_view text, const std::string& name,
         fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) +
              ")");
     }
-    throw Error("read " + name + ": failed");  // reached only if `fail` has not thrown
+    throw Error("read {}: failed", name);  // reached only if `fail` has not thrown
 }
 
 std::string toml_value(const toml::node& node) {

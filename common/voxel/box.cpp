@@ -107,7 +107,7 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
 std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
                                           const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw util::Error("read the box " + origin + ": " + what);
+        throw util::Error("read the box {}: {}", origin, what);
     };
     BlobHeader header;
     if (blob.size() < sizeof header)
@@ -226,8 +226,7 @@ std::vector<std::byte> compress(const Box& box, int zstd_level) {
     const std::size_t size =
         ZSTD_compress(out.data(), out.size(), blob.data(), blob.size(), zstd_level);
     if (ZSTD_isError(size) != 0)
-        throw util::Error("compress the box " + to_string(box.key()) + ": " +
-                          ZSTD_getErrorName(size));
+        throw util::Error("compress the box {}: {}", to_string(box.key()), ZSTD_getErrorName(size));
     out.resize(size);
     return out;
 }
@@ -236,17 +235,17 @@ std::shared_ptr<const Box> decompress_box(std::span<const std::byte> frame,
                                           const std::string& origin) {
     const unsigned long long claimed = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (claimed == ZSTD_CONTENTSIZE_ERROR || claimed == ZSTD_CONTENTSIZE_UNKNOWN)
-        throw util::Error("read the box " + origin + ": not a zstd frame with a known size");
+        throw util::Error("read the box {}: not a zstd frame with a known size", origin);
     if (claimed > kMaxBytes)
-        throw util::Error("read the box " + origin + ": claims " + std::to_string(claimed) +
-                          " bytes; allowed: up to " + std::to_string(kMaxBytes));
+        throw util::Error("read the box {}: claims {} bytes; allowed: up to {}", origin, claimed,
+                          kMaxBytes);
     std::vector<std::byte> blob(static_cast<std::size_t>(claimed));
     const std::size_t size = ZSTD_decompress(blob.data(), blob.size(), frame.data(), frame.size());
     if (ZSTD_isError(size) != 0)
-        throw util::Error("read the box " + origin + ": " + ZSTD_getErrorName(size));
+        throw util::Error("read the box {}: {}", origin, ZSTD_getErrorName(size));
     if (size != blob.size())
-        throw util::Error("read the box " + origin + ": " + std::to_string(size) +
-                          " bytes; the frame promised " + std::to_string(blob.size()));
+        throw util::Error("read the box {}: {} bytes; the frame promised {}", origin, size,
+                          blob.size());
     return Box::from_blob(blob, origin);
 }
 

@@ -20,8 +20,7 @@ voxel::Fingerprint to_fingerprint(std::string_view bytes) noexcept {
 voxel::Fingerprint file_identity(const fs::path& file, const char* what) {
     constexpr std::uintmax_t kEnds = 65536;
     const auto fail = [&] {
-        return util::Error("read the " + std::string(what) + " " + file.string() +
-                           ": cannot be read");
+        return util::Error("read the {} {}: cannot be read", what, file.string());
     };
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(file, failed);

@@ -54,7 +54,7 @@ std::string appearance_fields() {
 
 Palette load_palette(const std::filesystem::path& file) {
     const auto fail = [&](const std::string& what) -> void {
-        throw util::UsageError("read the materials " + file.string() + ": " + what);
+        throw util::UsageError("read the materials {}: {}", file.string(), what);
     };
     const toml::table root = util::read_toml(file, fail);
     Palette palette;

@@ -18,8 +18,8 @@ int levels_for(const VoxelBounds& bounds) noexcept {
 
 std::shared_ptr<const Box> PyramidWorld::box(const BoxKey& key) {
     if (key.level < 0 || key.level >= info().levels)
-        throw util::UsageError("make a box: level " + std::to_string(key.level) +
-                               "; allowed: 0 to " + std::to_string(info().levels - 1));
+        throw util::UsageError("make a box: level {}; allowed: 0 to {}", key.level,
+                               info().levels - 1);
     if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) ||
         !may_hold_column(key.level, key.bx, key.bz))
         return nullptr;

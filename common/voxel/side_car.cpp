@@ -59,7 +59,7 @@ void write_side_car(const std::filesystem::path& file, const SideCar& car) {
 
 SideCar side_car_from_json(const std::string& text, const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw util::Error("read the side-car " + origin + ": " + what);
+        throw util::Error("read the side-car {}: {}", origin, what);
     };
     SideCar car;
     try {

@@ -17,10 +17,8 @@ namespace {
 double angle(const nlohmann::json& in, const char* name, double limit_deg) {
     const auto value = in.at(name).get<double>();
     if (!(value >= -limit_deg && value <= limit_deg))
-        throw util::Error("read the centre of a world: " + std::string(name) + " = " +
-                          std::to_string(value) +
-                          "; allowed: " + std::to_string(static_cast<int>(-limit_deg)) + " to " +
-                          std::to_string(static_cast<int>(limit_deg)));
+        throw util::Error("read the centre of a world: {} = {:f}; allowed: {} to {}", name, value,
+                          static_cast<int>(-limit_deg), static_cast<int>(limit_deg));
     return value;
 }
 
@@ -96,7 +94,7 @@ std::string world_to_json(const WorldInfo& info) {
 
 WorldInfo world_from_json(const std::string& text, const std::string& origin) {
     const auto fail = [&](const std::string& what) {
-        throw util::Error("read the world of " + origin + ": " + what);
+        throw util::Error("read the world of {}: {}", origin, what);
     };
     WorldInfo info;
     try {

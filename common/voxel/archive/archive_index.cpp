@@ -42,7 +42,7 @@ ArchiveIndex::ArchiveIndex(ByteSource& source, Of of) : m_source(source) {
 }
 
 void ArchiveIndex::fail(const std::string& what) const {
-    throw util::Error("open the box archive " + m_source.name() + ": " + what);
+    throw util::Error("open the box archive {}: {}", m_source.name(), what);
 }
 
 void ArchiveIndex::read_header(Of of) {
@@ -132,8 +132,8 @@ std::vector<Entry> ArchiveIndex::entries(std::size_t index) const {
     std::vector<std::byte> room;
     const auto frame = m_source.read(leaf.offset, leaf.bytes, room);
     const auto wrong = [&](const std::string& what) {
-        return util::Error("read the index of the box archive " + m_source.name() + ": leaf " +
-                           std::to_string(index) + what);
+        return util::Error("read the index of the box archive {}: leaf {}{}", m_source.name(),
+                           index, what);
     };
     const auto damaged = [&] { return wrong(" is damaged"); };
     if (XXH64(frame.data(), frame.size(), 0) != leaf.checksum)

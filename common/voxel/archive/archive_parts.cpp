@@ -14,8 +14,7 @@ namespace terravox::voxel::archive {
 nlohmann::json end_json(ByteSource& source, const ArchiveIndex& index, const char* what) {
     constexpr std::uint64_t kMax_bytes = 16 << 20;
     const auto damaged = [&] {
-        return util::Error(std::string("open the ") + what + " " + source.name() +
-                           ": its end is damaged");
+        return util::Error("open the {} {}: its end is damaged", what, source.name());
     };
     const Header& header = index.header();
     const std::uint64_t begin = header.root_offset + header.root_bytes;
@@ -57,7 +56,7 @@ std::string to_json(const Shard& shard) {
 
 Shard read_shard(ByteSource& source, const ArchiveIndex& index) {
     const auto damaged = [&] {
-        return util::Error("open the shard " + source.name() + ": its end is damaged");
+        return util::Error("open the shard {}: its end is damaged", source.name());
     };
     const nlohmann::json json = end_json(source, index, "shard");
     try {
@@ -155,7 +154,7 @@ Change read_change(ByteSource& source, const ArchiveIndex& index) {
         json.at("damage").get_to(out.damage);
         return out;
     } catch (const std::exception&) {
-        throw util::Error("open the change " + source.name() + ": its end is damaged");
+        throw util::Error("open the change {}: its end is damaged", source.name());
     }
 }
 

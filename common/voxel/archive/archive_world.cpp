@@ -25,9 +25,8 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         if (key.level < 0 || key.level >= m_info.levels)
-            throw util::UsageError("read a box of " + m_source->name() + ": level " +
-                                   std::to_string(key.level) + "; allowed: 0 to " +
-                                   std::to_string(m_info.levels - 1));
+            throw util::UsageError("read a box of {}: level {}; allowed: 0 to {}", m_source->name(),
+                                   key.level, m_info.levels - 1);
         const auto entry = m_finder.find(key);
         if (!entry)
             return nullptr;
@@ -36,12 +35,12 @@ public:
         const auto frame = m_source->read(entry->offset, entry->bytes, room);
         if (entry->kind == Kind::kHole)
             throw util::Error(
-                "read " + name + ": it could not be read when the archive was made: " +
+                "read {}: it could not be read when the archive was made: {}", name,
                 std::string(reinterpret_cast<const char*>(frame.data()), frame.size()));
         auto box = decompress_box(frame, name);
         if (box->key() != key)
-            throw util::Error("read " + name + ": the archive holds box " + to_string(box->key()) +
-                              " there");
+            throw util::Error("read {}: the archive holds box {} there", name,
+                              to_string(box->key()));
         return box;
     }
 

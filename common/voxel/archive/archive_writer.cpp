@@ -66,7 +66,7 @@ ArchiveWriter::~ArchiveWriter() {
 }
 
 void ArchiveWriter::fail(const char* what) const {
-    throw util::Error("write the box archive " + m_file.string() + ": " + what);
+    throw util::Error("write the box archive {}: {}", m_file.string(), what);
 }
 
 // Two writers of one file would corrupt it, so each locks it. One that finishes while another opens
@@ -151,8 +151,9 @@ std::uint64_t ArchiveWriter::flush() {
 
 void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte> frame) {
     if (!in_range(to_key(key)))
-        throw util::Error("write the box archive " + m_file.string() + ": box " + to_string(key) +
-                          "; allowed: up to 2^20 boxes from the origin");
+        throw util::Error(
+            "write the box archive {}: box {}; allowed: up to 2^20 boxes from the origin",
+            m_file.string(), to_string(key));
     const Record record{to_key(key), static_cast<std::uint32_t>(frame.size()), kind,
                         XXH64(frame.data(), frame.size(), 0)};
     write(to_bytes(record));

@@ -16,7 +16,7 @@ namespace terravox::voxel::archive {
 namespace {
 
 [[noreturn]] void fail_to_open(const std::filesystem::path& path, const std::string& what) {
-    throw util::Error("open the box archive " + path.string() + ": " + what);
+    throw util::Error("open the box archive {}: {}", path.string(), what);
 }
 
 /// @return nullopt for what is not a plain file
@@ -89,7 +89,7 @@ public:
 
 private:
     [[nodiscard]] util::Error fail(const std::string& what) const {
-        return util::Error("read the box archive " + m_name + ": " + what);
+        return util::Error("read the box archive {}: {}", m_name, what);
     }
     [[nodiscard]] ChangedError changed(const std::string& what) const {
         return ChangedError(fail(what).what());

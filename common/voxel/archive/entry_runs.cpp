@@ -50,8 +50,8 @@ private:
             if (count < 0 && errno == EINTR)
                 continue;
             if (count <= 0)
-                throw util::Error(m_attempt + ": its entries cannot be read back: " +
-                                  (count < 0 ? std::strerror(errno) : "they are gone"));
+                throw util::Error("{}: its entries cannot be read back: {}", m_attempt,
+                                  count < 0 ? std::strerror(errno) : "they are gone");
             to = to.subspan(static_cast<std::size_t>(count));
             at += static_cast<std::uint64_t>(count);
         }

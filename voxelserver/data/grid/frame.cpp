@@ -15,11 +15,11 @@ namespace terravox::grid {
 Frame::Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n)
     : m_crs(std::move(crs)), m_voxel_m(voxel_m) {
     if (!(voxel_m > 0 && voxel_m <= 1000))
-        throw util::UsageError("set the voxel size: " + std::to_string(voxel_m) +
-                               " m; allowed: above 0, up to 1000");
+        throw util::UsageError("set the voxel size: {:f} m; allowed: above 0, up to 1000", voxel_m);
     if (m_crs.geographic())
-        throw util::UsageError("make voxels in " + m_crs.name() +
-                               ": its units are degrees; give a projected system with --crs");
+        throw util::UsageError(
+            "make voxels in {}: its units are degrees; give a projected system with --crs",
+            m_crs.name());
     double metres_per_unit = m_crs.metres_per_unit();
     // Web Mercator's "metres" are longer than metres by 1 / cos(latitude).
     if (m_crs.pseudo_mercator())
@@ -32,10 +32,10 @@ geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_
     if (!file_crs.geographic())
         return file_crs;
     if (!(std::abs(centre_x) <= 360 && std::abs(centre_y) <= 90))
-        throw util::UsageError("place the data: " + file_crs.name() +
-                               " has degrees, but the middle of the data is " +
-                               fmt::format("{:.1f}, {:.1f}", centre_x, centre_y) +
-                               "; allowed: --crs with the system in metres that the data are in");
+        throw util::UsageError(
+            "place the data: {} has degrees, but the middle of the data is {}; allowed: --crs with "
+            "the system in metres that the data are in",
+            file_crs.name(), fmt::format("{:.1f}, {:.1f}", centre_x, centre_y));
     const int zone = std::clamp(static_cast<int>(std::floor((centre_x + 180) / 6)) + 1, 1, 60);
     const std::string name = "EPSG:" + std::to_string((centre_y < 0 ? 32700 : 32600) + zone);
     util::log_info("coordinates in degrees ({}): drawn in {}", file_crs.name(), name);

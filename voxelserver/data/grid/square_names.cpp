@@ -41,7 +41,7 @@ std::string_view take_while(std::string_view& text, const Is& is) {
 
 toml::table read_source(const fs::path& file) {
     return util::read_toml(file, [&](const std::string& what) {
-        throw util::UsageError("read the source " + file.string() + ": " + what);
+        throw util::UsageError("read the source {}: {}", file.string(), what);
     });
 }
 

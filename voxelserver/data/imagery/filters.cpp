@@ -308,8 +308,8 @@ std::vector<int> list_radii(const Filters& filters, double voxel_m) {
     while (longest_chain(filters, radii) > kMaxMargin) {
         const auto widest = std::max_element(radii.rbegin(), radii.rend());
         if (*widest <= 1)
-            throw util::Error("run the neighbourhood filters: " + std::to_string(filters.size()) +
-                              " rows; allowed: up to 24");
+            throw util::Error("run the neighbourhood filters: {} rows; allowed: up to 24",
+                              filters.size());
         --*widest;
     }
     return radii;
@@ -325,16 +325,15 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
     const bool complete =
         grid.material.size() == columns && (grid.flags.empty() || grid.flags.size() == columns);
     if (!complete || grid.width < 2 * grid.margin || grid.height < 2 * grid.margin)
-        throw util::Error("run the neighbourhood filters: a grid of " + std::to_string(grid.width) +
-                          " x " + std::to_string(grid.height) + " with a margin of " +
-                          std::to_string(grid.margin) + " has " +
-                          std::to_string(grid.material.size()) + " materials");
+        throw util::Error(
+            "run the neighbourhood filters: a grid of {} x {} with a margin of {} has {} materials",
+            grid.width, grid.height, grid.margin, grid.material.size());
     const auto radii = list_radii(filters, voxel_m);
     const auto reaches = measure_reaches(filters, radii);
     if (const int margin = longest_chain(filters, radii); grid.margin < margin)
-        throw util::Error("run the neighbourhood filters: the grid's margin is " +
-                          std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
-                          " or more");
+        throw util::Error(
+            "run the neighbourhood filters: the grid's margin is {}; allowed: {} or more",
+            grid.margin, margin);
     if (columns == 0)
         return;
     MaterialSet present = materials_in(grid.material);

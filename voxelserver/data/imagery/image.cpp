@@ -118,7 +118,7 @@ std::mutex& gdal_mutex() {
 }
 
 void Image::fail(const std::string& what) const {
-    throw util::Error("read the orthophoto " + m_path.string() + ": " + what);
+    throw util::Error("read the orthophoto {}: {}", m_path.string(), what);
 }
 
 Image::Image(const fs::path& path, const grid::NamedSquare* square) : m_path(path) {

@@ -31,9 +31,9 @@ struct Orthophotos::Layer {
         map = PixelMap(frame, image);
         pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
         if (!(map.pixels_per_voxel() <= kMax))
-            throw util::Error("read the orthophoto " + path.string() + ": " +
-                              std::to_string(map.pixels_per_voxel()) +
-                              " pixels to a voxel's edge; allowed: up to 4096");
+            throw util::Error(
+                "read the orthophoto {}: {:f} pixels to a voxel's edge; allowed: up to 4096",
+                path.string(), map.pixels_per_voxel());
         if (image.placed_by_name())
             util::log_info(
                 "orthophoto {}: not georeferenced; placed by its name on the square of {} (source "
@@ -260,8 +260,8 @@ void Orthophotos::add_layer(std::size_t index, const ColumnRect& whole, Raster& 
 Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
     constexpr int kMaxColumns = 65536;
     if (width < 1 || height < 1 || width > kMaxColumns || height > kMaxColumns)
-        throw util::Error("read orthophotos: " + std::to_string(width) + " x " +
-                          std::to_string(height) + " columns; allowed: 1 to 65536 each");
+        throw util::Error("read orthophotos: {} x {} columns; allowed: 1 to 65536 each", width,
+                          height);
     Raster raster;
     raster.width = width;
     raster.height = height;

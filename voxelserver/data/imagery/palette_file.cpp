@@ -17,7 +17,7 @@ PaletteFile::PaletteFile(fs::path path)
       m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
 
 void PaletteFile::fail(const std::string& what) const {
-    throw util::UsageError("read the palette " + m_path.string() + ": " + what);
+    throw util::UsageError("read the palette {}: {}", m_path.string(), what);
 }
 
 double PaletteFile::number(const toml::table& table, const std::string& where, const char* field,
@@ -92,10 +92,10 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "palettes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError("find the palette '" + id_or_path + "': allowed: " +
-                                   util::toml_ids(folder) + ", or a path to a .toml file");
+            throw util::UsageError("find the palette '{}': allowed: {}, or a path to a .toml file",
+                                   id_or_path, util::toml_ids(folder));
     } else if (!fs::exists(file)) {
-        throw util::UsageError("read the palette " + file.string() + ": no such file");
+        throw util::UsageError("read the palette {}: no such file", file.string());
     }
     std::vector<PaletteFile> out;
     for (;;) {

@@ -55,8 +55,8 @@ PixelMap::PixelMap(const grid::Frame& frame, const Image& image) : m_frame(&fram
             geo::Transform(*image.crs(), frame.crs()).apply(x, y);
             m_to_image = std::make_unique<geo::Transform>(frame.crs(), *image.crs());
         } catch (const util::Error& e) {
-            throw util::Error("read the orthophoto " + image.path().string() +
-                              ": cannot be moved to " + frame.crs().name() + ": " + e.what());
+            throw util::Error("read the orthophoto {}: cannot be moved to {}: {}",
+                              image.path().string(), frame.crs().name(), e.what());
         }
     }
     const auto [west, east] = std::minmax_element(x.begin(), x.end());

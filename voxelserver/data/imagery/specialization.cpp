@@ -34,8 +34,8 @@ void check(const SurfaceColumns& c, const Raster& raster) {
     const bool image = raster.empty() || (raster.width == c.width && raster.height == c.height);
     if (!fits(c.group.size()) || !fits(c.material.size()) ||
         !(c.covered.empty() || fits(c.covered.size())) || !points || !image)
-        throw util::Error("specialize surfaces: lists and image do not have the " +
-                          std::to_string(c.width) + " x " + std::to_string(c.height) + " columns");
+        throw util::Error("specialize surfaces: lists and image do not have the {} x {} columns",
+                          c.width, c.height);
 }
 
 }  // namespace
@@ -79,11 +79,9 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
     const auto count = static_cast<std::size_t>(std::max(width, 0)) *
                        static_cast<std::size_t>(std::max(height, 0));
     if (material.size() != count || (!reported.empty() && reported.size() != count))
-        throw util::Error("find wet cells: lists do not have the " + std::to_string(width) + " x " +
-                          std::to_string(height) + " columns");
+        throw util::Error("find wet cells: lists do not have the {} x {} columns", width, height);
     if (cell < 1 || cell > 4096)
-        throw util::Error("find wet cells: cells of " + std::to_string(cell) +
-                          " columns; allowed: 1 to 4096");
+        throw util::Error("find wet cells: cells of {} columns; allowed: 1 to 4096", cell);
     const int across = (width + cell - 1) / cell;
     const int down = (height + cell - 1) / cell;
     std::vector<std::uint8_t> out;

@@ -264,9 +264,8 @@ void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
     std::optional<BatchReader> reader;
     for (const PointRange& range : ranges) {
         if (range.end > info.point_count)
-            throw util::Error("read the point cloud " + info.path.string() + ": points " +
-                              std::to_string(range.begin) + " to " + std::to_string(range.end) +
-                              "; it has " + std::to_string(info.point_count));
+            throw util::Error("read the point cloud {}: points {} to {}; it has {}",
+                              info.path.string(), range.begin, range.end, info.point_count);
         if (range.begin >= range.end)
             continue;
         if (!reader)

@@ -31,12 +31,11 @@ void copy_text(laszip_CHAR (&field)[32], const std::string& text) {
 void check(const LasWriterOptions& options, const std::filesystem::path& path) {
     const int format = options.point_format;
     if (format < 0 || format > 8 || kRecordBytes[static_cast<std::size_t>(format)] == 0)
-        throw util::UsageError("write " + path.string() + ": point format " +
-                               std::to_string(format) + "; allowed: 0-3, 6-8");
+        throw util::UsageError("write {}: point format {}; allowed: 0-3, 6-8", path.string(),
+                               format);
     for (const double scale : options.scale)
         if (!(scale > 0))
-            throw util::UsageError("write " + path.string() + ": scale " + std::to_string(scale) +
-                                   "; allowed: above 0");
+            throw util::UsageError("write {}: scale {:f}; allowed: above 0", path.string(), scale);
 }
 
 /// A LASzip writer that is neither closed nor deleted (State::broken). The list keeps it reachable,
@@ -68,7 +67,7 @@ struct LasWriter::State {
     State(const std::filesystem::path& path, LasWriterOptions o)
         : file(path), options(std::move(o)) {
         if (laszip_create(&laszip) != 0)
-            throw util::Error("write " + path.string() + ": cannot create a LASzip writer");
+            throw util::Error("write {}: cannot create a LASzip writer", path.string());
     }
     ~State() {
         if (laszip == nullptr)
@@ -90,7 +89,7 @@ struct LasWriter::State {
 
     [[nodiscard]] bool extended() const noexcept { return options.point_format >= 6; }
     [[noreturn]] void fail(const std::string& what) const {
-        throw util::Error("write " + file.target().string() + ": " + what);
+        throw util::Error("write {}: {}", file.target().string(), what);
     }
     void require(laszip_I32 result, const char* what) {
         if (result == 0)

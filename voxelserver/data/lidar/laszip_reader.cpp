@@ -25,7 +25,7 @@ laszip_U32 selection(WantedFields fields) {
 
 LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields fields) : m_path(path) {
     if (laszip_create(&m_reader) != 0)
-        throw util::Error("read the point cloud " + path.string() + ": LASzip could not start");
+        throw util::Error("read the point cloud {}: LASzip could not start", path.string());
     try {
         check(laszip_decompress_selective(m_reader, selection(fields)));
         // LASzip keeps the messages of all its readers in one unsynchronised map, and writes to it
@@ -63,7 +63,7 @@ void LaszipReader::fail() const {
     std::string reason = text != nullptr ? text : "LASzip failed";
     while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.'))
         reason.pop_back();
-    throw util::Error("read the point cloud " + m_path.string() + ": " + reason);
+    throw util::Error("read the point cloud {}: {}", m_path.string(), reason);
 }
 
 }  // namespace terravox::lidar

@@ -45,7 +45,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw util::Error("read the spatial index " + m_path.string() + ": " + what);
+        throw util::Error("read the spatial index {}: {}", m_path.string(), what);
     }
     void skip(std::size_t count) {
         if (m_bytes.size() - m_at < count)
@@ -216,9 +216,9 @@ void check_by_points(const LasInfo& info, const SpatialIndex& index) {
                     return r.begin <= wanted && wanted < r.end;
                 }))
                 throw util::Error(
-                    "read " + index.source() + ": by it point " + std::to_string(wanted) + " of " +
-                    info.path.string() +
-                    " lies elsewhere; one of the two is damaged, or they do not belong together");
+                    "read {}: by it point {} of {} lies elsewhere; one of the two is damaged, or "
+                    "they do not belong together",
+                    index.source(), wanted, info.path.string());
         }
     });
 }

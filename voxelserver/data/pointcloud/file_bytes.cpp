@@ -50,7 +50,7 @@ void FileBytes::read(std::uint64_t offset, std::span<unsigned char> out) const {
 }
 
 void FileBytes::fail(const std::string& what) const {
-    throw util::Error("read the point cloud " + m_path.string() + ": " + what);
+    throw util::Error("read the point cloud {}: {}", m_path.string(), what);
 }
 
 }  // namespace terravox::pointcloud

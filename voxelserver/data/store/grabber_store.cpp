@@ -233,7 +233,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw util::Error("read the store's list " + m_file.string() + ": " + what);
+        throw util::Error("read the store's list {}: {}", m_file.string(), what);
     }
 
     /// @return empty for NULL, when `required` is not set
@@ -374,7 +374,7 @@ std::vector<const StoredSquare*> GrabberStore::fetched() const {
 
 GrabberStore read_grabber_store(const fs::path& folder) {
     const auto fail = [&](const std::string& what) {
-        return util::Error("read the store " + folder.string() + ": " + what);
+        return util::Error("read the store {}: {}", folder.string(), what);
     };
     std::error_code failed;
     if (!fs::is_directory(folder, failed))

@@ -86,9 +86,9 @@ std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
     // the program.
     if (!m_checked &&
         (!util::readable(std::as_bytes(out)) || compute_checksum(out) != found->checksum))
-        throw util::Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
-                          std::to_string(patch.pz) +
-                          " is damaged on disk; remove the cache folder");
+        throw util::Error(
+            "read a prepared square: patch {}, {} is damaged on disk; remove the cache folder",
+            patch.px, patch.pz);
     return out;
 }
 

@@ -81,7 +81,7 @@ template <class MakeLayout>
 Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
             const MakeLayout& make_layout) {
     const auto fail = [&](const std::string& what) {
-        return util::Error("read the prepared square " + path.string() + ": " + what);
+        return util::Error("read the prepared square {}: {}", path.string(), what);
     };
     Opened out{util::MappedFile::open(path), {}};
     if (!out.file)
@@ -147,12 +147,11 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
     std::uint64_t at = 0;
     for (const PatchEntry& p : patches) {
         if (p.begin != at || p.count > points.size() - at)
-            throw util::Error("read the prepared square " + path.string() +
-                              ": damaged (directory)");
+            throw util::Error("read the prepared square {}: damaged (directory)", path.string());
         at += p.count;
     }
     if (at != points.size())
-        throw util::Error("read the prepared square " + path.string() + ": damaged (directory)");
+        throw util::Error("read the prepared square {}: damaged (directory)", path.string());
     return std::make_shared<Square>(holder, patches, points, opened.header.counts,
                                     opened.file->bytes().size() + patches.size_bytes(), false);
 }
@@ -185,7 +184,7 @@ std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
     if (!opened.file)
         return std::nullopt;
     const auto damaged = [&] {
-        return util::Error("read the chunk index " + path.string() + ": damaged");
+        return util::Error("read the chunk index {}: damaged", path.string());
     };
     const std::byte* at = opened.file->bytes().data() + sizeof(Header);
     const std::byte* patches_at = at + opened.header.count * sizeof(ChunkRecord);

@@ -17,10 +17,8 @@ std::shared_ptr<const CellPatch> checked_cells(CellSource& source, PatchIndex pa
     auto cells = source.cells(patch.x, patch.z);
     if (!cells || cells->side != side ||
         cells->cells.size() != static_cast<std::size_t>(side) * static_cast<std::size_t>(side))
-        throw util::Error(
-            "find water: patch " + std::to_string(patch.x) + ", " + std::to_string(patch.z) +
-            " has " + (cells ? std::to_string(cells->cells.size()) : "no") + " cells; expected " +
-            std::to_string(side) + " x " + std::to_string(side));
+        throw util::Error("find water: patch {}, {} has {} cells; expected {} x {}", patch.x,
+                          patch.z, cells ? std::to_string(cells->cells.size()) : "no", side, side);
     return cells;
 }
 
@@ -279,8 +277,8 @@ private:
         Exploration cut(m_source, m_side, m_options.evidence);
         const std::int32_t edge = square_edge(m_options.max_body_patches);
         if (!cut.run(start, {m_options.max_body_patches, edge, nullptr}))
-            throw util::Error("find water: a square of " + std::to_string(edge) +
-                              " patches exceeds " + std::to_string(m_options.max_body_patches));
+            throw util::Error("find water: a square of {} patches exceeds {}", edge,
+                              m_options.max_body_patches);
         return remember(cut, kAnywhere, start);
     }
 

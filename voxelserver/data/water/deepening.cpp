@@ -85,11 +85,10 @@ private:
 
 void check_shape(const Deepening& s, double voxel_m) {
     if (!(s.slope >= 0 && s.min_depth_m >= 0 && s.max_depth_m >= s.min_depth_m && voxel_m > 0))
-        throw util::Error("deepen water: slope " + std::to_string(s.slope) + ", depth " +
-                          std::to_string(s.min_depth_m) + " to " + std::to_string(s.max_depth_m) +
-                          " m, voxel " + std::to_string(voxel_m) +
-                          " m; allowed: slope and depths 0 or more, least depth no more than the "
-                          "greatest, voxel above 0");
+        throw util::Error(
+            "deepen water: slope {:f}, depth {:f} to {:f} m, voxel {:f} m; allowed: slope and "
+            "depths 0 or more, least depth no more than the greatest, voxel above 0",
+            s.slope, s.min_depth_m, s.max_depth_m, voxel_m);
 }
 
 }  // namespace
@@ -98,12 +97,11 @@ std::vector<float> shore_distance(const std::vector<std::uint8_t>& mask, int wid
                                   int reach_voxels) {
     if (width < 0 || height < 0 ||
         mask.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-        throw util::Error("deepen water: mask of " + std::to_string(mask.size()) +
-                          " columns; expected " + std::to_string(width) + " x " +
-                          std::to_string(height));
+        throw util::Error("deepen water: mask of {} columns; expected {} x {}", mask.size(), width,
+                          height);
     if (reach_voxels < 1 || reach_voxels > kLongestReach)
-        throw util::Error("deepen water: reach of " + std::to_string(reach_voxels) +
-                          " voxels; allowed: 1 to " + std::to_string(kLongestReach));
+        throw util::Error("deepen water: reach of {} voxels; allowed: 1 to {}", reach_voxels,
+                          kLongestReach);
     std::vector<float> out(mask.size());
     if (mask.empty())
         return out;

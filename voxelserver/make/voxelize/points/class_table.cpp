@@ -40,7 +40,7 @@ void allow_only(const toml::table& table, const std::string& where,
 
 void apply(const fs::path& file, ClassTable& table, int depth) {
     const auto fail = [&](const std::string& what) {
-        throw util::UsageError("read the class table " + file.string() + ": " + what);
+        throw util::UsageError("read the class table {}: {}", file.string(), what);
     };
     constexpr int kMaxExtends = 8;
     if (depth > kMaxExtends)
@@ -109,10 +109,11 @@ ClassTable load_class_table(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "classes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError("find the class table '" + id_or_path + "': allowed: " +
-                                   util::toml_ids(folder) + ", or a path to a .toml file");
+            throw util::UsageError(
+                "find the class table '{}': allowed: {}, or a path to a .toml file", id_or_path,
+                util::toml_ids(folder));
     } else if (!fs::exists(file)) {
-        throw util::UsageError("read the class table " + file.string() + ": no such file");
+        throw util::UsageError("read the class table {}: no such file", file.string());
     }
     apply(file, table, 0);
     return table;

@@ -37,8 +37,8 @@ const char* find_authority(const PointCloudInfo& info) {
 }
 
 [[noreturn]] void refuse(const PointCloudInfo& info, const std::string& why) {
-    throw util::Error("place the point cloud " + info.path.string() + ": " + find_authority(info) +
-                      " " + to_text(info.min, info.max) + ", " + why + "; the header needs repair");
+    throw util::Error("place the point cloud {}: {} {}, {}; the header needs repair",
+                      info.path.string(), find_authority(info), to_text(info.min, info.max), why);
 }
 
 Place find_place(const Point& p) {
@@ -204,9 +204,9 @@ void add_all(Cells& to, const Cells& from, const pointcloud::PointSource& source
     for (const auto& [key, cell] : from)
         add(to[key], cell);
     if (to.size() > kMaxCells)
-        throw util::Error("place the point cloud " + source.info().path.string() +
-                          ": its points are strewn over more than " + std::to_string(kMaxCells) +
-                          " squares of 256 m");
+        throw util::Error(
+            "place the point cloud {}: its points are strewn over more than {} squares of 256 m",
+            source.info().path.string(), kMaxCells);
 }
 
 // Neighbours in a file are neighbours in space: the cell is mostly that of the previous point.

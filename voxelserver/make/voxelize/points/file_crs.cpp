@@ -82,9 +82,9 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
             info.crs = fallback;
         if (!info.crs)
             throw util::UsageError(
-                "place the point cloud " + info.path.string() +
-                ": the file carries no coordinate reference system and class table '" + classes.id +
-                "' names none; give one with --crs EPSG:<code>");
+                "place the point cloud {}: the file carries no coordinate reference system and "
+                "class table '{}' names none; give one with --crs EPSG:<code>",
+                info.path.string(), classes.id);
     }
     for (const auto& [crs, names] : by_name)
         util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),

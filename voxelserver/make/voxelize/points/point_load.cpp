@@ -25,8 +25,9 @@ struct Part {
 void check_unchanged(const SquareSource& source) {
     if (source.identity != voxel::Fingerprint{} &&
         voxel::file_identity(source.info.path, "point cloud") != source.identity)
-        throw util::Error("read the point cloud " + source.info.path.string() +
-                          ": it has changed since it was opened; start again");
+        throw util::Error(
+            "read the point cloud {}: it has changed since it was opened; start again",
+            source.info.path.string());
 }
 
 Part load_part(const SquareSource& source, std::span<const pointcloud::PointRange> ranges,

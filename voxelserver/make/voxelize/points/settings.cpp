@@ -181,7 +181,7 @@ Settings load_settings(const std::filesystem::path& given, std::string_view step
                        std::string_view photo) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
     const auto fail = [&](const std::string& what) {
-        throw util::UsageError("read the voxelization settings " + file.string() + ": " + what);
+        throw util::UsageError("read the voxelization settings {}: {}", file.string(), what);
     };
     Settings out;
     read_root(util::read_toml(file, fail), list_fields(out), fail);
@@ -190,8 +190,7 @@ Settings load_settings(const std::filesystem::path& given, std::string_view step
                          out.water.min_depth_m, out.water.max_depth_m));
     switch_steps(steps, out.steps);
     if (!photo.empty() && photo != "albedo" && photo != "raw")
-        throw util::UsageError("read the option --photo: '" + std::string(photo) +
-                               "'; allowed: albedo, raw");
+        throw util::UsageError("read the option --photo: '{}'; allowed: albedo, raw", photo);
     if (!photo.empty())
         out.orthophoto.albedo = photo == "albedo";
     return out;
@@ -218,9 +217,10 @@ void switch_all(bool on, Settings::Steps& steps) {
     std::vector<std::string> allowed{std::string(kAll), std::string(kNone)};
     for (const StepSwitch& step : kStepSwitches)
         allowed.push_back(to_key(step));
-    throw util::UsageError("choose the steps of voxelization: '" + std::string(word) +
-                           "' is no step" + util::allowed_words(word, allowed) +
-                           ", each step also with - before it to leave it out");
+    throw util::UsageError(
+        "choose the steps of voxelization: '{}' is no step{}, each step also with - before it to "
+        "leave it out",
+        word, util::allowed_words(word, allowed));
 }
 
 /// Applies one word to the switches.

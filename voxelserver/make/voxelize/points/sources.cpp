@@ -30,7 +30,7 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
             return 0.3048;
         if (*unit == "us-ft")
             return 1200.0 / 3937.0;
-        throw util::UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
+        throw util::UsageError("set the vertical unit: '{}'; allowed: m, ft, us-ft", *unit);
     }
     // Without a vertical system, surveys in feet use feet for heights as well.
     return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
@@ -61,8 +61,7 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options, const Kno
         return file.info.point_count == 0;
     });
     if (files.empty())
-        throw util::Error("open the LiDAR data: none of the " + std::to_string(paths.size()) +
-                          " files holds a point");
+        throw util::Error("open the LiDAR data: none of the {} files holds a point", paths.size());
     return files;
 }
 
@@ -125,9 +124,8 @@ grid::ColumnRect columns_over(const PlanRect& rect, const SquareSource& source,
     constexpr double kFarthest = 1.0e9;
     if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
           std::abs(south) < kFarthest))
-        throw util::Error("place the point cloud " + source.info.path.string() +
-                          ": coordinates beyond 32-bit voxels of " +
-                          std::to_string(frame.voxel_m()) + " m");
+        throw util::Error("place the point cloud {}: coordinates beyond 32-bit voxels of {:f} m",
+                          source.info.path.string(), frame.voxel_m());
     return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(north),
             static_cast<std::int32_t>(east), static_cast<std::int32_t>(south)};
 }
@@ -159,10 +157,10 @@ void check_apart(const Sources& sources) {
             const double apart_m =
                 static_cast<double>(s.begin - farthest.end) * sources.frame.voxel_m();
             if (apart_m > kFarthest_m)
-                throw util::UsageError(fmt::format(
+                throw util::UsageError(
                     "put the LiDAR data into one world: {} and {} lie {:.0f} km apart with nothing "
                     "between; allowed: up to {:.0f} km",
-                    farthest.path->string(), s.path->string(), apart_m / 1000, kFarthest_m / 1000));
+                    farthest.path->string(), s.path->string(), apart_m / 1000, kFarthest_m / 1000);
             if (s.end > farthest.end)
                 farthest = s;
         }
@@ -265,9 +263,9 @@ void sum_up(Sources& sources, const std::vector<SquareSample>& samples) {
 void set_heights(Sources& sources, const AllHeights& range, double ground_depth_m) {
     constexpr double kMaxY = 500'000;  // fixed point holds 524,287
     if (!(range.lowest > -kMaxY && range.highest < kMaxY))
-        throw util::Error("place the LiDAR data: heights from " + std::to_string(range.lowest) +
-                          " to " + std::to_string(range.highest) +
-                          " voxels; allowed: -500,000 to 500,000");
+        throw util::Error(
+            "place the LiDAR data: heights from {:f} to {:f} voxels; allowed: -500,000 to 500,000",
+            range.lowest, range.highest);
     sources.floor_y = static_cast<std::int32_t>(
         std::floor(range.floor - ground_depth_m / sources.frame.voxel_m()));
     sources.lowest_y =

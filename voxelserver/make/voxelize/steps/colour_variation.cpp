@@ -34,10 +34,10 @@ fs::path make_file(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "tints";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError("find the tints '" + id_or_path + "': allowed: " +
-                                   util::toml_ids(folder) + ", or a path to a .toml file");
+            throw util::UsageError("find the tints '{}': allowed: {}, or a path to a .toml file",
+                                   id_or_path, util::toml_ids(folder));
     } else if (!fs::exists(file)) {
-        throw util::UsageError("read the tints " + file.string() + ": no such file");
+        throw util::UsageError("read the tints {}: no such file", file.string());
     }
     return file;
 }
@@ -64,7 +64,7 @@ std::optional<voxel::Rgb8> parse_colour(const std::string& text) {
 Tints Tints::load(const std::string& id_or_path) {
     const fs::path file = make_file(id_or_path);
     const auto fail = [&](const std::string& what) {
-        throw util::UsageError("read the tints " + file.string() + ": " + what);
+        throw util::UsageError("read the tints {}: {}", file.string(), what);
     };
     const toml::table root = util::read_toml(file, fail);
     Tints out;

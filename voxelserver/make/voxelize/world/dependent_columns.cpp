@@ -254,17 +254,16 @@ std::set<std::size_t> squares_named(const LidarWorld& world, std::span<const std
             if (squares[i].name != name)
                 continue;
             if (found < squares.size())
-                throw util::UsageError("look for the square " + name +
-                                       ": two files have this name, " +
-                                       squares[found].file.string() + " and " +
-                                       squares[i].file.string() + "; allowed: one");
+                throw util::UsageError(
+                    "look for the square {}: two files have this name, {} and {}; allowed: one",
+                    name, squares[found].file.string(), squares[i].file.string());
             found = i;
         }
         if (found == squares.size())
-            throw util::UsageError("look for the square " + name + " among " +
-                                   std::to_string(squares.size()) +
-                                   ": there is none; allowed: names of files without folder and "
-                                   "ending");
+            throw util::UsageError(
+                "look for the square {} among {}: there is none; allowed: names of files without "
+                "folder and ending",
+                name, squares.size());
         out.insert(found);
     }
     return out;

@@ -24,9 +24,10 @@ std::string common_class_table(const std::vector<const StoredSquare*>& squares) 
         if (!square->class_table.empty())
             tables.insert(square->class_table);
     if (tables.size() > 1)
-        throw util::UsageError("open the store: its squares have " + std::to_string(tables.size()) +
-                               " different class tables, such as '" + *tables.begin() + "' and '" +
-                               *tables.rbegin() + "'; allowed: one, or say which with --classes");
+        throw util::UsageError(
+            "open the store: its squares have {} different class tables, such as '{}' and '{}'; "
+            "allowed: one, or say which with --classes",
+            tables.size(), *tables.begin(), *tables.rbegin());
     return tables.empty() ? "" : *tables.begin();
 }
 

@@ -111,8 +111,7 @@ voxel::WorldInfo world_info(voxel::ByteReader& in) {
 void WorldFacts::check_level(int level) const {
     if (level >= 0 && level < info.levels)
         return;
-    throw util::UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " +
-                           std::to_string(info.levels - 1));
+    throw util::UsageError("make a box: level {}; allowed: 0 to {}", level, info.levels - 1);
 }
 
 // Between distant files there is nothing: without this test, a coarse box would be subdivided down

@@ -137,9 +137,8 @@ public:
             return std::span(m_head).subspan(static_cast<std::size_t>(offset), bytes);
         room = fetch(offset, bytes);
         if (room.size() != bytes)
-            throw util::Error("read the box archive " + m_url + ": bytes " +
-                              std::to_string(offset) + " to " + std::to_string(offset + bytes) +
-                              "; it ends before");
+            throw util::Error("read the box archive {}: bytes {} to {}; it ends before", m_url,
+                              offset, offset + bytes);
         return room;
     }
     [[nodiscard]] std::string edition() const override { return m_state.text(); }
@@ -164,7 +163,7 @@ private:
             if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply)))
                 throw changed();
             if (reply.status == kNoSuchRange)
-                throw util::Error("fetch " + m_url + ": " + remote::find_problem(reply));
+                throw util::Error("fetch {}: {}", m_url, remote::find_problem(reply));
             return std::move(reply.body);
         } catch (const remote::WholeFileError& e) {
             FileState now = FileState::of(e.head());
@@ -185,8 +184,8 @@ private:
                                    reply.status != kNoSuchRange;
                 if (whole && offset != 0 && !m_state.differs_from(FileState::of(reply)))
                     throw util::Error(
-                        "fetch " + m_url +
-                        ": the server sent the whole file where a part of it was requested");
+                        "fetch {}: the server sent the whole file where a part of it was requested",
+                        m_url);
                 return reply;
             });
     }

@@ -53,7 +53,7 @@ std::optional<double> to_unit(const std::string& written) {
 }  // namespace
 
 void HeightFile::fail(const std::string& what) const {
-    throw util::Error("read the heights of " + m_reading.path.string() + ": " + what);
+    throw util::Error("read the heights of {}: {}", m_reading.path.string(), what);
 }
 
 HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {

@@ -92,8 +92,9 @@ Survey survey(const HeightmapOptions& options) {
             out.attribution = opened.copyright();
         if (!range) {
             if (found.size() == 1)
-                throw util::Error("open the heightmap " + f.reading.path.string() +
-                                  ": no heights in it, none between -12000 m and 10000 m");
+                throw util::Error(
+                    "open the heightmap {}: no heights in it, none between -12000 m and 10000 m",
+                    f.reading.path.string());
             util::log_warn("heightmap {}: no heights in it", f.reading.path.string());
             continue;
         }
@@ -114,8 +115,7 @@ Survey survey(const HeightmapOptions& options) {
         any = true;
     }
     if (!any)
-        throw util::Error("open the heightmap: no heights in any of " +
-                          std::to_string(found.size()) + " rasters");
+        throw util::Error("open the heightmap: no heights in any of {} rasters", found.size());
     return out;
 }
 
@@ -139,7 +139,7 @@ public:
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check_level(key.level);
         if (m_stopped)
-            throw util::Error("make box " + to_string(key) + ": interrupted");
+            throw util::Error("make box {}: interrupted", to_string(key));
         if (!boxes_over(m_info.bounds, key.level).contains(key))
             return nullptr;
         const auto columns = m_columns.get(
@@ -161,8 +161,8 @@ public:
 private:
     void check_level(int level) const {
         if (level < 0 || level >= m_info.levels)
-            throw util::UsageError("make a box: level " + std::to_string(level) +
-                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
+            throw util::UsageError("make a box: level {}; allowed: 0 to {}", level,
+                                   m_info.levels - 1);
     }
 
     void describe(const Survey& found) {
@@ -170,9 +170,9 @@ private:
         const auto voxel_at = [&](double v, const char* what) {
             constexpr double kMax = 1 << 29;  // room for coarse voxels that extend beyond
             if (!(std::abs(v) < kMax))
-                throw util::Error("open the heightmap " +
-                                  found.files.front().reading.path.string() + ": its " + what +
-                                  " is " + std::to_string(v) + " voxels; allowed: within +-2^29");
+                throw util::Error(
+                    "open the heightmap {}: its {} is {:f} voxels; allowed: within +-2^29",
+                    found.files.front().reading.path.string(), what, v);
             return static_cast<std::int32_t>(std::floor(v));
         };
         const std::int32_t low = voxel_at(m_frame.y(found.range.low_m), "lowest height");
@@ -252,10 +252,11 @@ private:
         const auto metres = [&](std::int64_t y) {
             return std::to_string(static_cast<double>(y) * m_info.voxel_m);
         };
-        throw util::Error("make boxes " + to_string(BoxKey{level, bx, 0, bz}) + ": heights up to " +
-                          metres(high) + " m and down to " + metres(low) +
-                          " m; by its overviews: " + metres(m_info.bounds.min[1]) + " to " +
-                          metres(m_info.bounds.max[1]) + "; make them anew with gdaladdo");
+        throw util::Error(
+            "make boxes {}: heights up to {} m and down to {} m; by its overviews: {} to {}; make "
+            "them anew with gdaladdo",
+            to_string(BoxKey{level, bx, 0, bz}), metres(high), metres(low),
+            metres(m_info.bounds.min[1]), metres(m_info.bounds.max[1]));
     }
 
     [[nodiscard]] std::shared_ptr<const Box> make_box(const BoxKey& key,
@@ -297,15 +298,15 @@ private:
 
 std::unique_ptr<voxel::World> open_heightmap_world(const HeightmapOptions& options) {
     if (!(options.voxel_m > 0 && options.voxel_m <= 1000))
-        throw util::UsageError("open a heightmap: voxel_m = " + std::to_string(options.voxel_m) +
-                               "; allowed: above 0, up to 1000");
+        throw util::UsageError("open a heightmap: voxel_m = {:f}; allowed: above 0, up to 1000",
+                               options.voxel_m);
     if (options.height_unit_m && !(*options.height_unit_m > 0 && *options.height_unit_m <= 1000))
         throw util::UsageError(
-            "open a heightmap: height_unit_m = " + std::to_string(*options.height_unit_m) +
-            "; allowed: above 0, up to 1000");
+            "open a heightmap: height_unit_m = {:f}; allowed: above 0, up to 1000",
+            *options.height_unit_m);
     if (options.base_m && !(std::abs(*options.base_m) <= 1e5))
-        throw util::UsageError("open a heightmap: base_m = " + std::to_string(*options.base_m) +
-                               "; allowed: -100000 to 100000");
+        throw util::UsageError("open a heightmap: base_m = {:f}; allowed: -100000 to 100000",
+                               *options.base_m);
     return std::make_unique<HeightmapWorld>(options, survey(options));
 }
 

@@ -13,9 +13,8 @@ using util::number_text;
 void check_range(const char* field, double value, double min, double max) {
     if (value >= min && value <= max)
         return;
-    throw util::UsageError(std::string("generate the world: ") + field + " = " +
-                           number_text(value) + "; allowed: " + number_text(min) + " to " +
-                           number_text(max));
+    throw util::UsageError("generate the world: {} = {}; allowed: {} to {}", field,
+                           number_text(value), number_text(min), number_text(max));
 }
 
 }  // namespace
@@ -27,8 +26,8 @@ void check(const Settings& s) {
     check_range("frequency", s.frequency, 1e-5, 0.1);
     check_range("smoothness", s.smoothness, 0, 1);
     if (!(s.voxel_m > 0))
-        throw util::UsageError("generate the world: voxel_m = " + number_text(s.voxel_m) +
-                               "; allowed: above 0, up to 1000");
+        throw util::UsageError("generate the world: voxel_m = {}; allowed: above 0, up to 1000",
+                               number_text(s.voxel_m));
     check_range("voxel_m", s.voxel_m, 0, 1000);
 }
 
@@ -42,9 +41,8 @@ void check_flags(const std::string& input, std::string_view noun, std::string_vi
     for (const std::string& flag : given) {
         if (padded.find(" " + flag + " ") != std::string::npos)
             continue;
-        throw util::UsageError(
-            "open the world " + input + ": " + flag + " with " + std::string(noun) +
-            "; allowed: " + (suitable.empty() ? "none such" : std::string(suitable)));
+        throw util::UsageError("open the world {}: {} with {}; allowed: {}", input, flag, noun,
+                               suitable.empty() ? "none such" : std::string(suitable));
     }
 }
 

@@ -117,8 +117,8 @@ std::string to_json(const WorldFacts& facts) {
 worlds::Description describe(const worlds::DescribeRequest& request,
                              const minecraft::BlockTable& nodes) {
     if (request.with_blocks)
-        throw util::UsageError("world info --blocks: " + request.input +
-                               " is a Luanti world; allowed: a Minecraft world");
+        throw util::UsageError(
+            "world info --blocks: {} is a Luanti world; allowed: a Minecraft world", request.input);
     WorldFacts facts;
     facts.path = request.input;
     facts.files = find_world_files(request.input);

@@ -52,8 +52,8 @@ void check(const fs::path& folder, const Settings& settings, const char* key,
     const auto found = settings.find(key);
     if (found == settings.end() || found->second == allowed)
         return;
-    throw util::UsageError("open the Luanti world " + folder.string() + ": " + key + " = " +
-                           found->second + " in its world.mt; allowed: " + allowed);
+    throw util::UsageError("open the Luanti world {}: {} = {} in its world.mt; allowed: {}",
+                           folder.string(), key, found->second, allowed);
 }
 
 std::string find_value(const Settings& settings, std::string_view key) {
@@ -97,8 +97,9 @@ WorldFiles find_world_files(const fs::path& path) {
     if (out.title.empty())
         out.title = name_of_folder(folder);
     if (!fs::is_regular_file(out.map, failed))
-        throw util::UsageError("open the Luanti world " + folder.string() +
-                               ": no map.sqlite; allowed: a world that the game has saved");
+        throw util::UsageError(
+            "open the Luanti world {}: no map.sqlite; allowed: a world that the game has saved",
+            folder.string());
     return out;
 }
 
@@ -130,9 +131,8 @@ public:
             throw util::UsageError(opening(options) +
                                    "it has no map blocks; allowed: at least one");
         if (survey.damaged == survey.looked_at)
-            throw util::Error(opening(options) +
-                              "none of its map blocks can be read; the first reason: " +
-                              m_damage.lines().front());
+            throw util::Error("{}none of its map blocks can be read; the first reason: {}",
+                              opening(options), m_damage.lines().front());
         m_info.title = m_files.title;
         m_info.bounds = survey.bounds;
         m_info.framed = survey.framed;
@@ -224,9 +224,8 @@ private:
 std::unique_ptr<voxel::World> open_luanti_world(const LuantiWorldOptions& options,
                                                 const minecraft::BlockTable& nodes) {
     if (options.memory_bytes < kMinMemoryBytes)
-        throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
-                               " MiB of memory; allowed: at least " +
-                               std::to_string(kMinMemoryBytes >> 20));
+        throw util::UsageError("{}{} MiB of memory; allowed: at least {}", opening(options),
+                               options.memory_bytes >> 20, kMinMemoryBytes >> 20);
     if (options.max_surveyed == 0)
         throw util::UsageError(opening(options) +
                                "looks through 0 map blocks; allowed: at least 1");

@@ -16,8 +16,8 @@ constexpr std::size_t kFirstBytes = std::size_t{64} << 10;
 constexpr int kMaxWindowLog = 24;
 
 [[noreturn]] void fail_too_large() {
-    throw util::Error("decompresses to more than " + std::to_string(Unpacker::kLimitBytes >> 20) +
-                      " MiB; allowed: up to that");
+    throw util::Error("decompresses to more than {} MiB; allowed: up to that",
+                      Unpacker::kLimitBytes >> 20);
 }
 
 }  // namespace
@@ -107,8 +107,7 @@ public:
 
     Bytes take(std::size_t count) {
         if (count > m_left.size())
-            throw util::Error("ends too early: " + std::to_string(m_left.size()) +
-                              " bytes left of " + std::to_string(count));
+            throw util::Error("ends too early: {} bytes left of {}", m_left.size(), count);
         const Bytes out = m_left.first(count);
         m_left = m_left.subspan(count);
         return out;
@@ -127,8 +126,7 @@ private:
 
 void expect(const char* what, int value, int allowed) {
     if (value != allowed)
-        throw util::Error(std::string(what) + " is " + std::to_string(value) +
-                          "; allowed: " + std::to_string(allowed));
+        throw util::Error("{} is {}; allowed: {}", what, value, allowed);
 }
 
 void read_widths(Cursor& in) {
@@ -140,15 +138,14 @@ void read_names(Cursor& in, std::vector<MapBlock::Name>& names) {
     expect("the version of the node names", in.u8(), 0);
     const std::size_t count = in.u16();
     if (count > kMaxNames)
-        throw util::Error("names " + std::to_string(count) + " nodes; allowed: up to " +
-                          std::to_string(kMaxNames));
+        throw util::Error("names {} nodes; allowed: up to {}", count, kMaxNames);
     for (std::size_t i = 0; i < count; ++i) {
         MapBlock::Name& entry = names.emplace_back();
         entry.id = in.u16();
         const std::size_t length = in.u16();
         if (length == 0 || length > MapBlock::kMaxNameBytes)
-            throw util::Error("a node name of " + std::to_string(length) +
-                              " bytes; allowed: 1 to " + std::to_string(MapBlock::kMaxNameBytes));
+            throw util::Error("a node name of {} bytes; allowed: 1 to {}", length,
+                              MapBlock::kMaxNameBytes);
         const Bytes bytes = in.take(length);
         entry.name = {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
     }
@@ -158,13 +155,12 @@ void read_names(Cursor& in, std::vector<MapBlock::Name>& names) {
         names.begin(), names.end(),
         [](const MapBlock::Name& a, const MapBlock::Name& b) { return a.id == b.id; });
     if (twice != names.end())
-        throw util::Error("names node id " + std::to_string(twice->id) + " twice");
+        throw util::Error("names node id {} twice", twice->id);
 }
 
 void read_ids(Bytes nodes, MapBlock& out) {
     if (nodes.size() != kNodeBytes)
-        throw util::Error("node data of " + std::to_string(nodes.size()) +
-                          " bytes; allowed: " + std::to_string(kNodeBytes));
+        throw util::Error("node data of {} bytes; allowed: {}", nodes.size(), kNodeBytes);
     for (std::size_t i = 0; i < kBlockNodes; ++i)
         out.ids[i] = static_cast<std::uint16_t>(nodes[2 * i] << 8 | nodes[2 * i + 1]);
 }
@@ -187,8 +183,8 @@ const MapBlock& MapBlockReader::read(Bytes blob) {
     m_block.names.clear();
     m_block.version = in.u8();
     if (m_block.version < kOldestVersion || m_block.version > kNewestVersion)
-        throw util::Error("format version " + std::to_string(m_block.version) + "; allowed: " +
-                          std::to_string(kOldestVersion) + " to " + std::to_string(kNewestVersion));
+        throw util::Error("format version {}; allowed: {} to {}", m_block.version, kOldestVersion,
+                          kNewestVersion);
     if (m_block.version >= kFirstZstdVersion)
         in = Cursor(m_unpacker.zstd(in.left()));
     in.skip(1);  // flags

@@ -69,7 +69,7 @@ std::size_t make_entry(std::uint16_t id, const std::vector<MapBlock::Name>& name
         std::lower_bound(names.begin(), names.end(), id,
                          [](const MapBlock::Name& a, std::uint16_t b) { return a.id < b; });
     if (found == names.end() || found->id != id)
-        throw util::Error("node id " + std::to_string(id) + " has no name");
+        throw util::Error("node id {} has no name", id);
     return static_cast<std::size_t>(found - names.begin());
 }
 

@@ -173,10 +173,9 @@ void unpack_section(const RawSection& raw, ChunkBlocks& out) {
 
 void unpack_columns(const RawChunk& raw, ChunkBlocks& out) {
     if (raw.blocks.size() != kColumnBlocks)
-        throw util::Error("Blocks of " + std::to_string(raw.blocks.size()) +
-                          " bytes; allowed: 32768");
+        throw util::Error("Blocks of {} bytes; allowed: 32768", raw.blocks.size());
     if (!raw.data.empty() && raw.data.size() != kColumnBlocks / 2)
-        throw util::Error("Data of " + std::to_string(raw.data.size()) + " bytes; allowed: 16384");
+        throw util::Error("Data of {} bytes; allowed: 16384", raw.data.size());
     out.alpha = true;
     for (int section = 0; section < 8; ++section) {
         ChunkSection& to = out.add_section();
@@ -204,8 +203,7 @@ void decode_chunk(std::span<const std::uint8_t> nbt, ChunkBlocks& out) {
     if (raw.x && raw.z) {
         const auto fits = [](std::int64_t v) { return v >= INT32_MIN && v <= INT32_MAX; };
         if (!fits(*raw.x) || !fits(*raw.z))
-            throw util::Error("it says that it is chunk " + std::to_string(*raw.x) + ", " +
-                              std::to_string(*raw.z));
+            throw util::Error("it says that it is chunk {}, {}", *raw.x, *raw.z);
         out.place =
             ChunkPlace{static_cast<std::int32_t>(*raw.x), static_cast<std::int32_t>(*raw.z)};
     }
@@ -295,8 +293,8 @@ std::size_t padded_longs(unsigned bits) noexcept {
 void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
                   std::optional<std::int64_t> data_version, ChunkSection& out) {
     if (palette_size == 0 || palette_size > kCells)
-        throw util::Error(at_section(out) + "a palette of " + std::to_string(palette_size) +
-                          " blocks; allowed: 1 to 4096");
+        throw util::Error("{}a palette of {} blocks; allowed: 1 to 4096", at_section(out),
+                          palette_size);
     out.numeric = false;
     out.uniform = palette_size == 1;
     if (out.uniform) {
@@ -313,23 +311,22 @@ void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
         unpack_straddling(data, static_cast<unsigned>(wide),
                           out.cells.data());  // a writer may use more bits than needed
     } else {
-        throw util::Error(at_section(out) + std::to_string(data.count) +
-                          " longs of indices for a palette of " + std::to_string(palette_size) +
-                          " blocks; allowed: " +
-                          std::to_string(padded ? padded_longs(bits) : std::size_t{64} * bits));
+        throw util::Error("{}{} longs of indices for a palette of {} blocks; allowed: {}",
+                          at_section(out), data.count, palette_size,
+                          padded ? padded_longs(bits) : std::size_t{64} * bits);
     }
     const std::uint16_t largest = *std::max_element(out.cells.begin(), out.cells.end());
     if (largest >= palette_size)
-        throw util::Error(at_section(out) + "index " + std::to_string(largest) +
-                          " into a palette of " + std::to_string(palette_size) + " blocks");
+        throw util::Error("{}index {} into a palette of {} blocks", at_section(out), largest,
+                          palette_size);
 }
 
 void numeric_cells(std::span<const std::uint8_t> blocks, std::span<const std::uint8_t> add,
                    std::span<const std::uint8_t> data, ChunkSection& out) {
     const auto check = [&](const char* name, std::size_t size, std::size_t allowed) {
         if (size != allowed)
-            throw util::Error(at_section(out) + name + " of " + std::to_string(size) +
-                              " bytes; allowed: " + std::to_string(allowed));
+            throw util::Error("{}{} of {} bytes; allowed: {}", at_section(out), name, size,
+                              allowed);
     };
     check("Blocks", blocks.size(), kCells);
     if (!add.empty())

@@ -25,8 +25,7 @@ RegionTable read_region_table(std::span<const std::uint8_t> head) {
     if (head.empty())
         throw util::Error("an empty file");
     if (head.size() < kRegionHeadBytes)
-        throw util::Error(std::to_string(head.size()) + " bytes; a region has " +
-                          std::to_string(kRegionHeadBytes) + " at least");
+        throw util::Error("{} bytes; a region has {} at least", head.size(), kRegionHeadBytes);
     RegionTable table;
     for (std::size_t i = 0; i < table.size(); ++i)
         table[i] = big_endian(&head[4 * i]);
@@ -39,12 +38,11 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
     const std::uint64_t sectors = location & 0xFF;
     const std::uint64_t begin = first * kSectorBytes;
     if (first < 2 || sectors == 0)
-        throw util::Error("it lies at sector " + std::to_string(first) + ", " +
-                          std::to_string(sectors) + " long; allowed: from 2 on, 1 at least");
+        throw util::Error("it lies at sector {}, {} long; allowed: from 2 on, 1 at least", first,
+                          sectors);
     if (begin + kChunkHeadBytes > region.size())
-        throw util::Error("it lies at byte " + std::to_string(begin) +
-                          ", past the end of the file (" + std::to_string(region.size()) +
-                          " bytes)");
+        throw util::Error("it lies at byte {}, past the end of the file ({} bytes)", begin,
+                          region.size());
     // One read suffices for nearly all chunks; the rest of the sectors after the chunk costs less
     // than a second read.
     buffer.resize(
@@ -59,16 +57,16 @@ PackedChunk read_packed(const ByteFile& region, std::uint32_t location,
         // file states its real length.
         if (sectors != kMaxSectors || length + 4 > region.size() - begin ||
             length > Inflater::kLimitBytes)
-            throw util::Error("it has a length of " + std::to_string(length) + " in " +
-                              std::to_string(buffer.size()) + " bytes of sectors");
+            throw util::Error("it has a length of {} in {} bytes of sectors", length,
+                              buffer.size());
         buffer.resize(static_cast<std::size_t>(length + 4));
         region.read(begin, buffer);
     }
     const int number = kind & ~kExternal;
     if (number < static_cast<int>(Compression::kGzip) ||
         number > static_cast<int>(Compression::kLz4))
-        throw util::Error("it is packed by method " + std::to_string(number) +
-                          "; allowed: 1 (gzip), 2 (zlib), 3 (none), 4 (lz4)");
+        throw util::Error(
+            "it is packed by method {}; allowed: 1 (gzip), 2 (zlib), 3 (none), 4 (lz4)", number);
     PackedChunk out{static_cast<Compression>(number), (kind & kExternal) != 0, {}};
     if (!out.external)
         out.bytes = std::span<const std::uint8_t>(buffer).subspan(
@@ -188,7 +186,7 @@ ChunkStore::Bytes ChunkStore::read_external(const ChunkRef& chunk, Compression c
         "c." + std::to_string(chunk.place.x) + "." + std::to_string(chunk.place.z) + ".mcc";
     const auto entry = m_source.find(joined(find_folder(find_path(chunk.file)), name));
     if (!entry)
-        throw util::Error("it is kept in " + name + ", which is not there");
+        throw util::Error("it is kept in {}, which is not there", name);
     reader.buffer = m_source.whole(*entry, Inflater::kLimitBytes);
     return {reader.inflater.unpack(compression, reader.buffer), compression};
 }
@@ -203,9 +201,8 @@ const ChunkBlocks& ChunkReader::read(const ChunkRef& chunk) {
     m_compression = bytes.compression;
     decode_chunk(bytes.nbt, m_blocks);
     if (m_store.knows_place(chunk) && m_blocks.place && *m_blocks.place != chunk.place)
-        throw util::Error("it stands at the wrong place: it says that it is chunk " +
-                          std::to_string(m_blocks.place->x) + ", " +
-                          std::to_string(m_blocks.place->z));
+        throw util::Error("it stands at the wrong place: it says that it is chunk {}, {}",
+                          m_blocks.place->x, m_blocks.place->z);
     return m_blocks;
 }
 

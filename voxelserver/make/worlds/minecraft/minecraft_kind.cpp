@@ -20,8 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 util::Error cannot_look_at(const fs::path& path, const std::error_code& why) {
-    return util::Error("look at the Minecraft world's file " + path.string() + ": " +
-                       why.message());
+    return util::Error("look at the Minecraft world's file {}: {}", path.string(), why.message());
 }
 
 /// Entities and points of interest are stored in regions, too, but hold no blocks.

@@ -36,8 +36,9 @@ voxel::SideCar side_car_in(const WorldFolder& folder) {
     voxel::SideCar car = voxel::side_car_from_json(*folder.side_car(), origin);
     for (const std::int32_t offset : car.offset)
         if (offset % 16 != 0)
-            throw util::Error("read the side-car " + origin + ": offset " + std::to_string(offset) +
-                              "; allowed for a Minecraft world: multiples of 16");
+            throw util::Error(
+                "read the side-car {}: offset {}; allowed for a Minecraft world: multiples of 16",
+                origin, offset);
     return car;
 }
 
@@ -64,12 +65,11 @@ public:
         const ChunkSurvey survey = survey_chunks(m_store, m_block_appearances, m_damage,
                                                  options.threads, options.max_surveyed);
         if (m_store.chunks().empty() && m_store.damage().empty())
-            throw util::UsageError(opening(options) + "no chunks in its dimension " +
+            throw util::UsageError("{}no chunks in its dimension {}", opening(options),
                                    options.dimension);
         if (survey.readable == 0)
-            throw util::Error(
-                opening(options) +
-                "none of its chunks can be read; the first reason: " + m_damage.lines().front());
+            throw util::Error("{}none of its chunks can be read; the first reason: {}",
+                              opening(options), m_damage.lines().front());
         set_info(survey);
         set_columns(survey);
     }
@@ -203,8 +203,8 @@ private:
 std::unique_ptr<voxel::World> open_minecraft_world(const MinecraftWorldOptions& options,
                                                    const BlockTable& blocks) {
     if (options.memory_bytes < kMinMemoryBytes)
-        throw util::UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
-                               " MiB of memory; allowed: 16 at least");
+        throw util::UsageError("{}{} MiB of memory; allowed: 16 at least", opening(options),
+                               options.memory_bytes >> 20);
     if (options.max_surveyed == 0)
         throw util::UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
     return std::make_unique<MinecraftWorld>(options, blocks);

@@ -39,7 +39,7 @@ void DiskFile::measure() {
     const int failure = errno;
     if (m_descriptor >= 0)
         ::close(m_descriptor);
-    throw util::Error("open " + m_name + ": " + std::strerror(failure));
+    throw util::Error("open {}: {}", m_name, std::strerror(failure));
 }
 
 void DiskFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
@@ -49,9 +49,9 @@ void DiskFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
-            throw util::Error("read " + m_name + ": " + std::strerror(errno));
+            throw util::Error("read {}: {}", m_name, std::strerror(errno));
         if (got == 0)
-            throw util::Error("read " + m_name + ": it ends at byte " + std::to_string(offset));
+            throw util::Error("read {}: it ends at byte {}", m_name, offset);
         offset += static_cast<std::uint64_t>(got);
         out = out.subspan(static_cast<std::size_t>(got));
     }
@@ -96,7 +96,7 @@ private:
         if (!failed)
             return;
         if (folder.depth == 0)
-            throw util::Error("read the folder " + folder.path.string() + ": " + failed.message());
+            throw util::Error("read the folder {}: {}", folder.path.string(), failed.message());
         refused.push_back(folder.name + ": " + failed.message());
     }
     void add(const fs::directory_entry& entry, const Folder& folder) {
@@ -112,9 +112,9 @@ private:
         } else if (entry.is_regular_file(failed)) {
             entries.push_back({name, entry.file_size(failed)});
             if (entries.size() > FileSource::kMaxEntries)
-                throw util::UsageError("read the folder " + m_root.string() + ": more than " +
-                                       std::to_string(FileSource::kMaxEntries) +
-                                       " files; allowed: a world's folder");
+                throw util::UsageError(
+                    "read the folder {}: more than {} files; allowed: a world's folder",
+                    m_root.string(), FileSource::kMaxEntries);
         }
     }
 
@@ -198,8 +198,8 @@ std::shared_ptr<const ByteFile> FileSource::open(std::size_t entry) {
 std::vector<std::uint8_t> FileSource::whole(std::size_t entry, std::size_t most) {
     std::vector<std::uint8_t> out = head(entry, most + 1);
     if (out.size() > most)
-        throw util::Error("read " + m_entries[entry].path + ": more than " + std::to_string(most) +
-                          " bytes, the most that is allowed");
+        throw util::Error("read {}: more than {} bytes, the most that is allowed",
+                          m_entries[entry].path, most);
     return out;
 }
 
@@ -207,19 +207,19 @@ std::unique_ptr<FileSource> open_source(const fs::path& path, std::size_t cache_
     std::error_code failed;
     const fs::file_status status = fs::status(path, failed);
     if (!fs::exists(status))
-        throw util::UsageError("open the Minecraft world " + path.string() +
-                               ": there is no such file or folder");
+        throw util::UsageError("open the Minecraft world {}: there is no such file or folder",
+                               path.string());
     try {
         if (fs::is_directory(status))
             return std::make_unique<FolderSource>(path, cache_bytes);
         if (!fs::is_regular_file(status))
-            throw util::UsageError("open the Minecraft world " + path.string() +
-                                   ": neither a file nor a folder");
+            throw util::UsageError("open the Minecraft world {}: neither a file nor a folder",
+                                   path.string());
         if (is_zip(path))
             return open_zip(path, cache_bytes);
         return std::make_unique<FolderSource>(path, fs::file_size(path), cache_bytes);
     } catch (const fs::filesystem_error& e) {
-        throw util::Error("open the Minecraft world " + path.string() + ": " + e.code().message());
+        throw util::Error("open the Minecraft world {}: {}", path.string(), e.code().message());
     }
 }
 

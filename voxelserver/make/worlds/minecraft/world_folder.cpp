@@ -102,7 +102,7 @@ LevelDat read_level_dat(std::span<const std::uint8_t> file, const std::string& o
         }
         return level;
     } catch (const util::Error& e) {
-        throw util::Error("read " + origin + ": " + e.what());
+        throw util::Error("read {}: {}", origin, e.what());
     }
 }
 
@@ -139,9 +139,9 @@ std::string shallowest(const std::set<std::string>& folders, const fs::path& pat
     std::string names;
     for (std::size_t i = 0; i < std::min(kNamed, there.size()); ++i)
         names += (i == 0 ? "" : ", ") + there[i];
-    throw util::UsageError("open the Minecraft world " + path.string() + ": it holds " +
-                           std::to_string(there.size()) + " worlds (" + names +
-                           (there.size() > kNamed ? ", ..." : "") + "); allowed: one");
+    throw util::UsageError("open the Minecraft world {}: it holds {} worlds ({}{}); allowed: one",
+                           path.string(), there.size(), names,
+                           there.size() > kNamed ? ", ..." : "");
 }
 
 fs::path folder_when_level_file(const fs::path& path) {
@@ -204,9 +204,9 @@ void WorldFolder::find_root() {
     }
     if (with_level.empty() && with_chunks.empty())
         throw util::UsageError(
-            "open the Minecraft world " + m_path.string() +
-            ": no level.dat and no chunks are there; allowed: a world's folder or ZIP "
-            "file, .mca, .mcr or c.X.Z.dat files");
+            "open the Minecraft world {}: no level.dat and no chunks are there; allowed: a world's "
+            "folder or ZIP file, .mca, .mcr or c.X.Z.dat files",
+            m_path.string());
     m_root = shallowest(with_level.empty() ? with_chunks : with_level, m_path);
 }
 
@@ -276,8 +276,9 @@ void WorldFolder::read_level() {
         m_side_car.emplace(bytes.begin(), bytes.end());
     }
     if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
-        throw util::UsageError("open the Minecraft world " + m_path.string() +
-                               ": it is of the Bedrock edition; allowed: the Java edition");
+        throw util::UsageError(
+            "open the Minecraft world {}: it is of the Bedrock edition; allowed: the Java edition",
+            m_path.string());
 }
 
 std::string WorldFolder::title() const {
@@ -297,9 +298,8 @@ const DimensionFolder& WorldFolder::dimension(std::string_view name) const {
             return dimension;
         names += (names.empty() ? "" : ", ") + dimension.name;
     }
-    throw util::UsageError("open the Minecraft world " + m_path.string() + ": no dimension '" +
-                           std::string(name) +
-                           "'; allowed: " + (names.empty() ? "none is there" : names));
+    throw util::UsageError("open the Minecraft world {}: no dimension '{}'; allowed: {}",
+                           m_path.string(), name, names.empty() ? "none is there" : names);
 }
 
 }  // namespace terravox::minecraft

@@ -30,8 +30,7 @@ public:
     std::uint64_t size() const noexcept override { return m_bytes.size(); }
     void read(std::uint64_t offset, std::span<std::uint8_t> out) const override {
         if (offset > m_bytes.size() || out.size() > m_bytes.size() - offset)
-            throw util::Error("read " + m_name + ": it ends at byte " +
-                              std::to_string(m_bytes.size()));
+            throw util::Error("read {}: it ends at byte {}", m_name, m_bytes.size());
         if (!out.empty())
             std::memcpy(out.data(), m_bytes.data() + offset, out.size());
     }
@@ -49,7 +48,7 @@ public:
             (std::filesystem::temp_directory_path() / "terravox-region-XXXXXX").string();
         m_descriptor = ::mkstemp(name.data());
         if (m_descriptor < 0)
-            throw util::Error("make a temporary file " + name + ": " + std::strerror(errno));
+            throw util::Error("make a temporary file {}: {}", name, std::strerror(errno));
         ::unlink(name.c_str());
     }
     ~TemporaryFile() {
@@ -154,15 +153,14 @@ private:
         zip_error_init_with_code(&error, code);
         const std::string why = zip_error_strerror(&error);
         zip_error_fini(&error);
-        throw util::Error("open the ZIP file " + m_path.string() + ": " + why);
+        throw util::Error("open the ZIP file {}: {}", m_path.string(), why);
     }
 
     void list(zip_t& zip) {
         const zip_int64_t count = zip_get_num_entries(&zip, 0);
         if (count > static_cast<zip_int64_t>(kMaxEntries))
-            throw util::Error("open the ZIP file " + m_path.string() + ": " +
-                              std::to_string(count) + " files; allowed: up to " +
-                              std::to_string(kMaxEntries));
+            throw util::Error("open the ZIP file {}: {} files; allowed: up to {}", m_path.string(),
+                              count, kMaxEntries);
         std::vector<Entry> entries;
         std::vector<std::string> refused;
         for (zip_int64_t i = 0; i < count; ++i) {
@@ -193,7 +191,7 @@ private:
         auto zip = m_zips.borrow([this] { return open_handle(); });
         const auto fail = [&](const std::string& why) {
             zip.drop();
-            throw util::Error("unpack " + path + " of " + m_path.string() + ": " + why);
+            throw util::Error("unpack {} of {}: {}", path, m_path.string(), why);
         };
         const auto index = static_cast<zip_uint64_t>(m_index.at(path));
         zip_stat_t status;

@@ -218,8 +218,9 @@ std::unique_ptr<ServedWorld> open_served_world(const ServeRequest& request, util
     const std::string& first = options.inputs.front();
     const WorldKind& kind = find_kind(first);
     if (kind.has_squares)
-        throw util::UsageError("open the world: " + first + " is " + std::string(kind.noun) +
-                               ", another input is not; allowed: inputs of one kind");
+        throw util::UsageError(
+            "open the world: {} is {}, another input is not; allowed: inputs of one kind", first,
+            kind.noun);
     check_flags(first, kind.noun, kind.flags, request.flags);
     return std::make_unique<WholeWorld>(request, kind, times, stop);
 }

@@ -26,22 +26,22 @@ const WorldKind& checked_kind(const WorldOptions& options) {
     for (const std::string& input : inputs) {
         const WorldKind& other = worlds::find_kind(input);
         if (&other != &kind) {
-            throw util::UsageError("open the world: " + first + " is " + noun + ", " + input +
-                                   " is " + std::string(other.noun) +
-                                   "; allowed: inputs of one kind");
+            throw util::UsageError(
+                "open the world: {} is {}, {} is {}; allowed: inputs of one kind", first, noun,
+                input, other.noun);
         }
     }
     if (inputs.size() > 1 && !kind.takes_several) {
-        throw util::UsageError("open the world: " + std::to_string(inputs.size()) +
-                               " inputs, of which " + first + " is " + noun +
-                               "; allowed: one of these");
+        throw util::UsageError(
+            "open the world: {} inputs, of which {} is {}; allowed: one of these", inputs.size(),
+            first, noun);
     }
     if (!options.orthophotos.empty() && !kind.takes_orthophotos) {
         const bool is_server = &kind == &kServerKind;
-        throw util::UsageError("open the world " + first + ": --ortho with " + noun +
-                               (is_server
-                                    ? "; it belongs to the server's own command line"
-                                    : "; allowed: with LiDAR data, stores and rasters of heights"));
+        throw util::UsageError("open the world {}: --ortho with {}{}", first, noun,
+                               is_server
+                                   ? "; it belongs to the server's own command line"
+                                   : "; allowed: with LiDAR data, stores and rasters of heights");
     }
     return kind;
 }

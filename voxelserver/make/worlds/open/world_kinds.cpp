@@ -52,9 +52,9 @@ namespace {
 void check_readable(const std::string& input, const fs::file_status& status) {
     const bool is_folder = fs::is_directory(status);
     if (fs::exists(status) && ::access(input.c_str(), is_folder ? R_OK | X_OK : R_OK) != 0)
-        throw util::Error("open the world: the " + std::string(is_folder ? "folder " : "file ") +
-                          input + ": " + std::strerror(errno) +
-                          "; allowed: what the user of this program may read");
+        throw util::Error(
+            "open the world: the {}{}: {}; allowed: what the user of this program may read",
+            std::string(is_folder ? "folder " : "file "), input, std::strerror(errno));
 }
 
 [[noreturn]] void refuse(const std::string& input, const fs::file_status& status) {
@@ -64,8 +64,8 @@ void check_readable(const std::string& input, const fs::file_status& status) {
     else if (fs::is_directory(status))
         what = "open the world: the folder " + input + " holds no world";
     const std::string remedy = find_remedy(input);
-    throw util::UsageError(what + (remedy.empty() ? "" : ": " + remedy) +
-                           (remedy.ends_with('?') ? "" : ";") + " allowed: " + allowed_inputs());
+    throw util::UsageError("{}{}{} allowed: {}", what, remedy.empty() ? "" : ": " + remedy,
+                           remedy.ends_with('?') ? "" : ";", allowed_inputs());
 }
 
 }  // namespace
@@ -73,11 +73,11 @@ void check_readable(const std::string& input, const fs::file_status& status) {
 const WorldKind& find_kind(const std::string& input) {
     const bool is_address = is_http_address(input);
     if (const std::string remedy = is_address ? find_address_remedy(input) : ""; !remedy.empty())
-        throw util::UsageError("open the world: " + input + ": " + remedy);
+        throw util::UsageError("open the world: {}: {}", input, remedy);
     std::error_code failed;
     const fs::file_status status = fs::status(input, failed);
     if (failed && status.type() != fs::file_type::not_found && !is_address)
-        throw util::Error("open the world: " + input + ": " + failed.message());
+        throw util::Error("open the world: {}: {}", input, failed.message());
     check_readable(input, status);
     for (const WorldKind* const kind : world_kinds()) {
         const bool may_be = !kind->is_path || fs::exists(status);

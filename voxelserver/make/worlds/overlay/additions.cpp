@@ -49,7 +49,7 @@ public:
 
 private:
     [[noreturn]] void refuse(const std::string& what) const {
-        throw util::UsageError("add " + m_text + ": " + what);
+        throw util::UsageError("add {}: {}", m_text, what);
     }
 
     void read_box() {
@@ -137,7 +137,7 @@ private:
     [[nodiscard]] bool add(std::vector<Footprint::Ring> rings, Height height, bool is_lamp) {
         // The ground below an object may take making a box.
         if (m_stop.stop_requested())
-            throw util::Error("add " + m_text + ": interrupted");
+            throw util::Error("add {}: interrupted", m_text);
         if (m_objects.size() == kMaxObjects)
             refuse("more than " + std::to_string(kMaxObjects) + " objects");
         std::optional<Footprint> footprint;

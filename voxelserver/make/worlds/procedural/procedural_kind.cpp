@@ -31,8 +31,9 @@ std::unique_ptr<voxel::World> open_generated(const OpenRequest& request) {
         const char* const end = seed.data() + seed.size();
         const auto read = std::from_chars(seed.data(), end, settings.seed);
         if (seed.empty() || read.ec != std::errc{} || read.ptr != end) {
-            throw util::UsageError("open the world " + input + ": the seed is '" + seed +
-                                   "'; allowed: 0 to 18446744073709551615");
+            throw util::UsageError(
+                "open the world {}: the seed is '{}'; allowed: 0 to 18446744073709551615", input,
+                seed);
         }
     }
     return procedural::open_procedural_world(settings);

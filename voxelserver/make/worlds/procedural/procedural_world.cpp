@@ -27,10 +27,10 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         if (key.level < 0 || key.level >= m_info.levels)
-            throw util::UsageError("make a box: level " + std::to_string(key.level) +
-                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
+            throw util::UsageError("make a box: level {}; allowed: 0 to {}", key.level,
+                                   m_info.levels - 1);
         if (m_stopped)
-            throw util::Error("make box " + to_string(key) + ": interrupted");
+            throw util::Error("make box {}: interrupted", to_string(key));
         const voxel::BoxRange range = boxes_over(m_info.bounds, key.level);
         if (!range.contains(key))
             return nullptr;
@@ -45,8 +45,8 @@ public:
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         if (level < 0 || level >= m_info.levels)
-            throw util::UsageError("look for boxes: level " + std::to_string(level) +
-                                   "; allowed: 0 to " + std::to_string(m_info.levels - 1));
+            throw util::UsageError("look for boxes: level {}; allowed: 0 to {}", level,
+                                   m_info.levels - 1);
         const voxel::BoxRange range = boxes_over(m_info.bounds, level);
         if (!range.contains({level, bx, range.min.by, bz}))
             return {};

@@ -151,8 +151,8 @@ void BatchClient::fetch_once(std::vector<voxel::BoxKey>& missing, const voxel::T
     std::vector<voxel::BoxKey> open(missing);
     const auto one = [&](const BatchRecord& record) {
         if (std::erase(open, record.key) == 0)
-            throw util::Error("read a batch of boxes: box " + voxel::to_string(record.key) +
-                              " was not requested, or was sent twice");
+            throw util::Error("read a batch of boxes: box {} was not requested, or was sent twice",
+                              voxel::to_string(record.key));
         if (auto outcome = read(record)) {
             std::erase(missing, record.key);
             take(record.key, std::move(*outcome));

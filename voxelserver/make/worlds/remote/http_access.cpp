@@ -187,8 +187,9 @@ HttpOrigin HttpOrigin::of(const std::string& url) {
     HttpOrigin out;
     std::string path;
     if (const std::string fault = describe_fault(url, out, path); !fault.empty())
-        throw util::UsageError("open the world '" + shown_url(url) + "': " + fault +
-                               "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
+        throw util::UsageError(
+            "open the world '{}': {}; allowed: http(s)://host[:port][/path], up to 2048 bytes",
+            shown_url(url), fault);
     return out;
 }
 
@@ -199,8 +200,8 @@ HttpOrigin HttpOrigin::parse(const std::string& text) {
     if (fault.empty() && path != "/")
         fault = "an address with a path in it";
     if (!fault.empty())
-        throw util::UsageError("read the origin '" + shown_url(text) + "': " + fault +
-                               "; allowed: http(s)://host[:port]");
+        throw util::UsageError("read the origin '{}': {}; allowed: http(s)://host[:port]",
+                               shown_url(text), fault);
     return out;
 }
 
@@ -231,7 +232,7 @@ AddressRanges ranges_of_host(const HttpOrigin& origin, const std::stop_token& st
     // A name service may take minutes to report a failure.
     const auto ranges = thread::call_until_stopped([origin] { return resolve(origin, 0); }, stop);
     if (!ranges)
-        throw util::Error("look up " + origin.host + ": stopped");
+        throw util::Error("look up {}: stopped", origin.host);
     AddressRanges out;
     for (const AddressRange range : *ranges)
         out.add(range);
@@ -259,8 +260,9 @@ BoundToken::BoundToken(HttpOrigin origin, std::string text)
     : m_origin(std::move(origin)), m_text(std::move(text)) {
     if (!m_origin.tls && !is_loopback(m_origin))
         throw util::UsageError(
-            "bind a token to " + m_origin.text() +
-            ": it would go over the network in clear text; allowed: https, or http to localhost");
+            "bind a token to {}: it would go over the network in clear text; allowed: https, or "
+            "http to localhost",
+            m_origin.text());
 }
 
 AddressRanges HttpAccess::ranges(const HttpOrigin& origin) const {
@@ -296,8 +298,8 @@ HttpAccess access_of_environment() {
     const std::string attempt =
         std::string("read the environment variable ") + kOriginVariable + ": ";
     if (token.empty())
-        throw util::UsageError(attempt + util::kServerTokenVariable +
-                               " is not set; allowed: both, or neither");
+        throw util::UsageError("{}{} is not set; allowed: both, or neither", attempt,
+                               util::kServerTokenVariable);
     try {
         out.token.emplace(HttpOrigin::parse(origin), std::move(token));
     } catch (const util::UsageError& e) {

@@ -218,9 +218,9 @@ void check_result(const std::string& url, CURLcode result, const Transfer& trans
     if (result == CURLE_OK)
         return;
     if (result == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
-        throw util::Error("fetch " + url + ": it leads to " +
-                          to_text(reinterpret_cast<const sockaddr&>(transfer.refused)) +
-                          ", which may not be contacted from here; allowed: " + access.allowed());
+        throw util::Error(
+            "fetch {}: it leads to {}, which may not be contacted from here; allowed: {}", url,
+            to_text(reinterpret_cast<const sockaddr&>(transfer.refused)), access.allowed());
     const std::string what = "fetch " + url + ": " + curl_easy_strerror(result);
     if (worth_another_try(result))
         throw LostError(what);
@@ -282,8 +282,8 @@ HttpReply HttpClient::send(const Request& request, const HttpLimits& limits) {
     Transfer transfer;
     transfer.ranges = m_access.ranges(origin);
     if (transfer.ranges.empty())
-        throw util::Error("fetch " + url + ": " + origin.text() +
-                          " may not be contacted from here; allowed: " + m_access.allowed());
+        throw util::Error("fetch {}: {} may not be contacted from here; allowed: {}", url,
+                          origin.text(), m_access.allowed());
     const auto handle = m_handles.borrow(open_handle);
     transfer.handle = handle.get();
     transfer.max_bytes = limits.bytes;

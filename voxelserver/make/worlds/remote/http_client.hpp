@@ -114,7 +114,7 @@ private:
     struct Request;
     [[nodiscard]] HttpReply send(const Request& request, const HttpLimits& limits);
     [[nodiscard]] static util::Error stopped(const std::string& url) {
-        return util::Error("fetch " + url + ": stopped");
+        return util::Error("fetch {}: stopped", url);
     }
 
     const HttpAccess m_access;

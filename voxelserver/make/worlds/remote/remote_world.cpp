@@ -93,7 +93,7 @@ public:
                 voxel::ColumnExtent out;
                 if (!read_whole(json, "by_begin", out.by_begin) ||
                     !read_whole(json, "by_end", out.by_end))
-                    throw util::Error("fetch " + url + ": not the reply of a voxel server");
+                    throw util::Error("fetch {}: not the reply of a voxel server", url);
                 return out;
             });
     }
@@ -115,16 +115,16 @@ private:
         if (reply.status == 204)
             return nullptr;  // the server reports air
         if (reply.content_type != voxel::kBoxMediaType)
-            throw util::Error("fetch " + url + ": the reply is of type '" + reply.content_type +
-                              "'; allowed: " + voxel::kBoxMediaType);
+            throw util::Error("fetch {}: the reply is of type '{}'; allowed: {}", url,
+                              reply.content_type, voxel::kBoxMediaType);
         const bool packed = reply.content_encoding == "zstd";
         if (!packed && !reply.content_encoding.empty() && reply.content_encoding != "identity")
-            throw util::Error("fetch " + url + ": the reply is encoded as '" +
-                              reply.content_encoding + "'; allowed: zstd, identity");
+            throw util::Error("fetch {}: the reply is encoded as '{}'; allowed: zstd, identity",
+                              url, reply.content_encoding);
         auto box = packed ? voxel::decompress_box(reply.body, url)
                           : voxel::Box::from_blob(reply.body, url);
         if (box->key() != key)
-            throw util::Error("fetch " + url + ": the server sent box " +
+            throw util::Error("fetch {}: the server sent box {}", url,
                               voxel::to_string(box->key()));
         return box;
     }

@@ -105,10 +105,9 @@ void RetryingClient::give_up(const FailedTry& failed, const Request& request) {
     else
         m_given_up.fetch_add(1, std::memory_order_relaxed);
     const int tries = request.retry.tries();
-    throw util::Error(
-        std::string(failed.what()) + "; given up after " + std::to_string(tries) +
-        (tries == 1 ? " try" : " tries") + ", timeout " +
-        std::to_string(std::chrono::ceil<std::chrono::seconds>(request.timeout).count()) + " s");
+    throw util::Error("{}; given up after {}{}, timeout {} s", failed.what(), tries,
+                      tries == 1 ? " try" : " tries",
+                      std::chrono::ceil<std::chrono::seconds>(request.timeout).count());
 }
 
 }  // namespace terravox::remote

@@ -128,7 +128,7 @@ private:
     using Candidate = BlockTable::Candidate;
 
     [[noreturn]] void fail(const std::string& what) const {
-        throw util::UsageError("read the blocks " + m_file->string() + ": " + what);
+        throw util::UsageError("read the blocks {}: {}", m_file->string(), what);
     }
     [[nodiscard]] Fail failing(std::string where) const {
         return [this, where = std::move(where)](const std::string& what) {
