@@ -12,6 +12,7 @@
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/apps/commands/country/country_command.hpp"
+#include "raytracer/farm/cluster/shard_runner.hpp"
 #include "voxelserver/out/country/inputs.hpp"
 #include "voxelserver/out/country/join.hpp"
 #include "voxelserver/out/country/patch.hpp"
@@ -28,7 +29,7 @@ using country::PlanFolder;
 struct RunArguments {
     std::string plan;
     std::string out;
-    RunnerOptions runner;
+    cluster::RunnerOptions runner;
     int task = 0;
     std::string scratch;
     int scratch_mib = 0;
@@ -100,7 +101,7 @@ public:
         check_target();
         const thread::StopSignals signals;
         if (!m_args.join)
-            make_all_shards(m_folder, m_plan, m_args.runner, signals.token());
+            cluster::make_all_shards(m_folder, m_plan, m_args.runner, signals.token());
         else
             wait_for_shards(signals.token());
         return join(signals.token());

@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/country/country_command.hpp"
+#include "raytracer/farm/cluster/shard_runner.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -21,7 +21,7 @@
 #include "voxelserver/out/export/archive/archive_export.hpp"
 #include "voxelserver/out/export/core/job.hpp"
 
-namespace terravox::commands {
+namespace terravox::cluster {
 namespace {
 
 namespace fs = std::filesystem;
@@ -255,4 +255,4 @@ void make_all_shards(const country::PlanFolder& folder, const country::Plan& pla
     Runner(folder, plan, options, stop).run();
 }
 
-}  // namespace terravox::commands
+}  // namespace terravox::cluster
