@@ -13,6 +13,9 @@
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
 #include "common/util/process.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/apps/commands/convert/convert_command.hpp"
+#include "raytracer/apps/publish/publish_site.hpp"
 #include "raytracer/apps/publish/site.hpp"
 #include "raytracer/apps/publish/site_host.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
@@ -22,6 +25,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Sections of a scene that a site is made of.
+const std::vector<std::string> kSections = {"world", "generated", "processing", "camera",
+                                            "sun",   "sky",       "quality",    "output"};
+
+struct PublishArguments : publish::SiteOptions {
+    WorldArguments arguments;  ///< of the world and the scene
+};
+
+util::ExitCode publish_site(const fs::path& folder, PublishArguments& args) {
+    args.scene = args.arguments.scene();
+    args.world = args.arguments.options(args.scene);
+    args.area_numbers =
+        list_numbers("publish", "--area", args.area, 4,
+                     "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    args.conversion = [&args](const exports::Part& part, const voxel::World& world) {
+        return job_name(args.arguments, args.scene, part, world, "archive true");
+    };
+    return publish::publish_site(folder, args);
+}
+
 struct CommandArguments {
     PublishArguments publish;
     std::vector<std::string> paths;
@@ -29,14 +52,14 @@ struct CommandArguments {
 
 util::ExitCode run_publish(CommandArguments& args) {
     auto& [publish, paths] = args;
-    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
+    util::set_up_log(publish.quiet ? "error" : publish.arguments.log_level);
     if (paths.back().empty())
         throw util::UsageError("publish: the site's folder has an empty name");
     if (paths.size() < 2)
         throw util::UsageError("publish: " + std::to_string(paths.size()) +
                                " path; allowed: what to publish, then the folder of the site");
     const fs::path folder = fs::path(paths.back()) / "";
-    publish.world.inputs.assign(paths.begin(), paths.end() - 1);
+    publish.arguments.inputs.assign(paths.begin(), paths.end() - 1);
     const util::ExitCode code = publish_site(folder, publish);
     if (!publish.quiet)
         std::printf(
@@ -81,7 +104,7 @@ std::function<util::ExitCode()> add_publish_options(CLI::App& app) {
     app.add_flag("--overwrite", publish.overwrite,
                  "also into a folder that holds other files, of which some may be replaced");
     app.add_flag("-q,--quiet", publish.quiet, "print errors only");
-    add_opening_arguments(app, publish.world, site_sections());
+    add_opening_arguments(app, publish.arguments, kSections);
     return [args] { return run_publish(*args); };
 }
 
@@ -147,13 +170,13 @@ std::string archive_origin(const fs::path& site, bool is_allowed) {
 
 util::ExitCode run_view(ViewArguments& args) {
     PublishArguments& publish = args.publish;
-    util::set_up_log(publish.quiet ? "error" : publish.world.log_level);
+    util::set_up_log(publish.quiet ? "error" : publish.arguments.log_level);
     util::TemporaryFolder scratch;
     fs::path site = args.paths.front();
     util::ExitCode code = util::ExitCode::kDone;
     const thread::StopSignals signals;
     if (args.paths.size() > 1 || !fs::exists(site / "place.json")) {
-        publish.world.inputs = args.paths;
+        publish.arguments.inputs = args.paths;
         code = publish_into(scratch, publish, signals.token());
         site = scratch.path();
     }
@@ -183,7 +206,7 @@ std::function<util::ExitCode()> add_view_options(CLI::App& app) {
                  "nobody but this program");
     app.add_flag("--no-browser", args->no_browser, "print the address only");
     app.add_flag("-q,--quiet", args->publish.quiet, "print the address and errors only");
-    add_opening_arguments(app, args->publish.world, site_sections());
+    add_opening_arguments(app, args->publish.arguments, kSections);
     return [args] { return run_view(*args); };
 }
 

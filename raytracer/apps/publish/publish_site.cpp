@@ -1,4 +1,4 @@
-#include "raytracer/apps/commands/publish/site_commands.hpp"
+#include "raytracer/apps/publish/publish_site.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -8,8 +8,6 @@
 #include "common/util/det_math.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/log_damage.hpp"
-#include "raytracer/apps/commands/arguments/world_arguments.hpp"
-#include "raytracer/apps/commands/convert/convert_command.hpp"
 #include "raytracer/apps/publish/appearance_file.hpp"
 #include "raytracer/apps/publish/site.hpp"
 #include "raytracer/core/material/appearance.hpp"
@@ -23,7 +21,7 @@
 #include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
-namespace terravox::commands {
+namespace terravox::publish {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,26 +35,26 @@ struct Published {
     std::vector<std::string> damage;
 };
 
-bool is_one_archive(const PublishArguments& args) {
+bool is_one_archive(const SiteOptions& args) {
     const auto& inputs = args.world.inputs;
     return inputs.size() == 1 && worlds::find_kind(inputs.front()).is_archive;
 }
 
 // Taken as it is, unless something is put into it; every other world is converted.
-bool is_archive_here(const PublishArguments& args) {
+bool is_archive_here(const SiteOptions& args) {
     return args.world.additions.empty() && is_one_archive(args) &&
            worlds::find_kind(args.world.inputs.front()).is_path;
 }
 
-bool is_referred_to(const PublishArguments& args) {
+bool is_referred_to(const SiteOptions& args) {
     return !args.archive_url.empty();
 }
 
 /// @throws UsageError
-void check_reference(const PublishArguments& args) {
+void check_reference(const SiteOptions& args) {
     if (!is_referred_to(args))
         return;
-    publish::check_archive_url(args.archive_url);
+    check_archive_url(args.archive_url);
     if (!args.world.additions.empty())
         throw util::UsageError(
             "publish: --add with --archive-url; allowed: one of them, as what is "
@@ -70,11 +68,9 @@ void check_reference(const PublishArguments& args) {
 
 /// The part of a world that a site shows; an archive is shown as it is.
 /// @throws UsageError
-std::optional<exports::Part> part_to_publish(const PublishArguments& args,
+std::optional<exports::Part> part_to_publish(const SiteOptions& args,
                                              const voxel::WorldInfo& world) {
-    const std::vector<double> area =
-        list_numbers("publish", "--area", args.area, 4,
-                     "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    const std::vector<double>& area = args.area_numbers;
     if (is_archive_here(args) || is_referred_to(args)) {
         if (!area.empty())
             throw util::UsageError("publish: --area " + args.area +
@@ -92,12 +88,12 @@ std::optional<exports::Part> part_to_publish(const PublishArguments& args,
     return part;
 }
 
-void write_archive(const PublishArguments& args, const scene::Scene& scene, const fs::path& archive,
-                   voxel::World& world, const exports::Part* chosen, Published& out) {
+void write_archive(const SiteOptions& args, const fs::path& archive, voxel::World& world,
+                   const exports::Part* chosen, Published& out) {
     if (is_referred_to(args))
         return;
     if (chosen == nullptr) {
-        publish::copy_archive(args.world.inputs.front(), archive);
+        copy_archive(args.world.inputs.front(), archive);
         return;
     }
     const exports::Part& part = *chosen;
@@ -108,8 +104,8 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
     exports::Meter meter("publish", format.steps(part, world.info()), args.quiet);
     exports::Job job(world, part, archive, palette, meter);
-    job.name = job_name(args.world, scene, part, world, "archive true");
-    job.threads = scene.processing.threads.value_or(0);
+    job.name = args.conversion(part, world);
+    job.threads = args.scene.processing.threads.value_or(0);
     job.stop = args.stop;
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     format.write(job, write);
@@ -117,11 +113,11 @@ void write_archive(const PublishArguments& args, const scene::Scene& scene, cons
     out.holes = job.holes().size();
 }
 
-publish::SiteView make_site_view(const std::string& name, const scene::Scene& scene,
-                                 const voxel::WorldInfo& world) {
+SiteView make_site_view(const std::string& name, const scene::Scene& scene,
+                        const voxel::WorldInfo& world) {
     const scene::Camera camera = scene::make_camera(scene, world, world.camera_bounds());
     constexpr double kAhead_voxel = 100;
-    publish::SiteView view;
+    SiteView view;
     view.name = name;
     view.position = camera.position();
     view.target = camera.position() + camera.forward() * kAhead_voxel;
@@ -130,14 +126,13 @@ publish::SiteView make_site_view(const std::string& name, const scene::Scene& sc
     return view;
 }
 
-std::vector<publish::SiteView> list_site_views(const scene::Scene& scene,
-                                               const voxel::WorldInfo& world) {
+std::vector<SiteView> list_site_views(const scene::Scene& scene, const voxel::WorldInfo& world) {
     if (scene.camera.projection != core::CameraProjection::kPerspective)
         throw util::UsageError(
             "publish: camera.projection is not perspective; the viewer has no other");
     scene::Scene without_camera = scene;
     without_camera.camera = {};
-    publish::SiteView whole = make_site_view("Whole place", without_camera, world);
+    SiteView whole = make_site_view("Whole place", without_camera, world);
     whole.frame = world.camera_bounds();
     return {make_site_view("Start", scene, world), whole};
 }
@@ -154,22 +149,21 @@ std::int64_t time_ms(const scene::Scene& scene, const voxel::WorldInfo& world) {
 }
 
 /// @return number of boxes that could not be loaded
-std::size_t write_preview(const PublishArguments& args, scene::Scene scene,
-                          const fs::path& folder) {
+std::size_t write_preview(const SiteOptions& args, scene::Scene scene, const fs::path& folder) {
     constexpr std::array kSize_px = {1200, 630};  // what sites that show links expect
     constexpr int kSamples = 16;
     scene.output.size_px = kSize_px;
     scene.quality.samples = kSamples;
-    worlds::WorldOptions world = args.world.options(scene);
+    worlds::WorldOptions world = args.world;
     if (!is_referred_to(args))
-        world.inputs = {(folder / publish::kSiteArchive).string()};
+        world.inputs = {(folder / kSiteArchive).string()};
     world.orthophotos.clear();
     world.additions.clear();  // they are in the archive
     render::PictureRenderer renderer(world, render::RenderPoolOptions{}, scene, args.quiet);
-    return renderer.render(scene, {(folder / publish::kSitePreview).string()}).counts.holes.size();
+    return renderer.render(scene, {(folder / kSitePreview).string()}).counts.holes.size();
 }
 
-std::vector<archive_tools::FilePart> make_archive(const PublishArguments& args,
+std::vector<archive_tools::FilePart> make_archive(const SiteOptions& args,
                                                   const fs::path& archive) {
     if (is_referred_to(args))
         return {{args.archive_url, 0}};
@@ -178,8 +172,7 @@ std::vector<archive_tools::FilePart> make_archive(const PublishArguments& args,
 }
 
 /// The LiDAR squares that lie in a part of a world.
-std::vector<publish::SiteSquare> squares_in(const voxel::World& world,
-                                            const voxel::VoxelBounds& part) {
+std::vector<SiteSquare> squares_in(const voxel::World& world, const voxel::VoxelBounds& part) {
     const auto* with_objects = dynamic_cast<const overlay::OverlayWorld*>(&world);
     const auto* lidar = dynamic_cast<const voxelize::LidarWorld*>(
         with_objects != nullptr ? &with_objects->base() : &world);
@@ -188,43 +181,43 @@ std::vector<publish::SiteSquare> squares_in(const voxel::World& world,
     const decltype(voxelize::SquareInfo::bounds) shown{part.min[0], part.min[2], part.max[0],
                                                        part.max[2]};
     const double units = world.info().crs_units_per_voxel;
-    std::vector<publish::SiteSquare> out;
+    std::vector<SiteSquare> out;
     for (const voxelize::SquareInfo& square : lidar->squares()) {
         const auto& [min_x, min_z, max_x, max_z] = square.bounds;
         if (square.bounds.overlaps(shown))
             out.push_back(
                 {square.name, min_x * units, -max_z * units, max_x * units, -min_z * units});
     }
-    if (out.size() <= publish::kMaxSquares)
+    if (out.size() <= kMaxSquares)
         return out;
     util::log_info("publishes no list of its {} LiDAR squares; one of up to {} is published",
-                   out.size(), publish::kMaxSquares);
+                   out.size(), kMaxSquares);
     return {};
 }
 
-void check_facts(const publish::SiteFacts& facts) {
+void check_facts(const SiteFacts& facts) {
     for (const auto& [name, text] :
          {std::pair{"title", &facts.title}, std::pair{"attribution", &facts.attribution},
           std::pair{"licence", &facts.licence}})
-        if (text->size() > publish::kMaxText_bytes)
+        if (text->size() > kMaxText_bytes)
             throw util::UsageError(std::string("publish: the ") + name + " has " +
                                    std::to_string(text->size()) + " bytes; allowed: up to " +
-                                   std::to_string(publish::kMaxText_bytes));
-    for (const publish::SiteView& view : facts.views)
-        if (!(view.fov_deg >= publish::kMinFov_deg && view.fov_deg <= publish::kMaxFov_deg))
+                                   std::to_string(kMaxText_bytes));
+    for (const SiteView& view : facts.views)
+        if (!(view.fov_deg >= kMinFov_deg && view.fov_deg <= kMaxFov_deg))
             throw util::UsageError("publish: camera.fov_deg = " + std::to_string(view.fov_deg) +
                                    "; the viewer has 5 to 120");
-    if (facts.time_ms < 0 || facts.time_ms > publish::kMaxTime_ms)
+    if (facts.time_ms < 0 || facts.time_ms > kMaxTime_ms)
         throw util::UsageError("publish: sun.date lies before 1970 or after 2199");
 }
 
-publish::SiteFacts collect_facts(const PublishArguments& args, const scene::Scene& scene,
-                                 const voxel::WorldInfo& world) {
+SiteFacts collect_facts(const SiteOptions& args, const scene::Scene& scene,
+                        const voxel::WorldInfo& world) {
     if (scene.sun.altitude_deg || scene.sun.azimuth_deg)
         throw util::UsageError(
             "publish: sun.altitude_deg and sun.azimuth_deg; the viewer places the sun by date and "
             "time alone");
-    publish::SiteFacts facts;
+    SiteFacts facts;
     facts.title = args.title.empty() ? world.title : args.title;
     facts.attribution = args.attribution.empty() ? world.attribution : args.attribution;
     facts.licence = args.licence.empty() ? world.licence : args.licence;
@@ -235,7 +228,7 @@ publish::SiteFacts collect_facts(const PublishArguments& args, const scene::Scen
     return facts;
 }
 
-void check_target(const PublishArguments& args, const fs::path& archive) {
+void check_target(const SiteOptions& args, const fs::path& archive) {
     std::error_code none;
     const bool removes_archive = args.split_mib != 0 || is_referred_to(args);
     if (is_archive_here(args) && removes_archive &&
@@ -245,24 +238,24 @@ void check_target(const PublishArguments& args, const fs::path& archive) {
 }
 
 /// What may lie in the folder of a site before it is one.
-fs::path find_input(const PublishArguments& args) {
+fs::path find_input(const SiteOptions& args) {
     return is_archive_here(args) ? fs::path(args.world.inputs.front()) : fs::path();
 }
 
 }  // namespace
 
-util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args) {
-    const fs::path archive = folder / publish::kSiteArchive;
-    const scene::Scene scene = args.world.scene();
+util::ExitCode publish_site(const fs::path& folder, const SiteOptions& args) {
+    const fs::path archive = folder / kSiteArchive;
+    const scene::Scene& scene = args.scene;
     check_reference(args);
     check_target(args, archive);
-    const publish::SiteFolder held(folder, find_input(args), args.overwrite);
+    const SiteFolder held(folder, find_input(args), args.overwrite);
     util::check_writable(archive);
     std::optional<std::stop_callback<std::function<void()>>> at_once;
     if (args.abandon)
         at_once.emplace(args.stop, args.abandon);
     util::StageTimes times;
-    const auto world = worlds::open_world(args.world.options(scene), times);
+    const auto world = worlds::open_world(args.world, times);
     Published published{world->info(), 0, {}};
     if (published.world.bounds.empty())
         throw util::Error("publish the world '" + published.world.title + "': it is empty");
@@ -271,22 +264,21 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
     const std::optional<exports::Part> part = part_to_publish(args, published.world);
     if (part)
         published.world.framed = part->bounds;
-    publish::SiteFacts facts = collect_facts(args, scene, published.world);
+    SiteFacts facts = collect_facts(args, scene, published.world);
     facts.squares = squares_in(*world, published.world.framed_bounds());
 
     at_once.reset();
-    write_archive(args, scene, archive, *world, part ? &*part : nullptr, published);
+    write_archive(args, archive, *world, part ? &*part : nullptr, published);
     if (facts.has_preview)
         published.holes += write_preview(args, scene, folder);
     published.damage = world->damage();
-    const publish::AirOptions air{
+    const AirOptions air{
         std::clamp(scene.sky.turbidity, 1.0, 20.0),
         std::clamp(published.world.bounds.min[1] * published.world.voxel_m, 0.0, 10'000.0)};
-    util::write_file_atomically(folder / publish::kSiteAppearance,
-                                publish::appearance_file(materials.appearances, air),
-                                util::Links::kReplace);
+    util::write_file_atomically(folder / kSiteAppearance,
+                                appearance_file(materials.appearances, air), util::Links::kReplace);
     facts.archive = make_archive(args, archive);
-    publish::write_site(folder, facts);
+    write_site(folder, facts);
     if (published.holes > 0)
         util::log_error("the place has holes: {} boxes could not be loaded", published.holes);
     if (!published.damage.empty())
@@ -295,8 +287,4 @@ util::ExitCode publish_site(const fs::path& folder, const PublishArguments& args
                                                             : util::ExitCode::kDone;
 }
 
-std::vector<std::string> site_sections() {
-    return {"world", "generated", "processing", "camera", "sun", "sky", "quality", "output"};
-}
-
-}  // namespace terravox::commands
+}  // namespace terravox::publish
