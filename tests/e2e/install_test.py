@@ -43,6 +43,17 @@ class Installed(Case):
         self.assertDone(self.run_installed("render", *words, theirs))
         self.assertEqual(ours.read_bytes(), theirs.read_bytes())
 
+    def test_jobs_of_clusters_are_filled_from_the_installed_templates(self):
+        run = self.run_installed(
+            *("cluster", "kubernetes", "--image", "i", "--claim", "c", "--nodes", "2"),
+            *("generated:7", "-o", "a.png"),
+        )
+        self.assertDone(run)
+        self.assertEqual(len(json.loads(run.out)["items"]), 3)
+        dry = ("cluster", "slurm", "--dry-run", "--folder", self.folder / "job")
+        self.assertDone(self.run_installed(*dry, "generated:7", "-o", "a.png"))
+        self.assertDone(Run(["bash", "-n", self.folder / "job" / "pool.sbatch"]))
+
     def test_licences_of_what_is_compiled_in_and_of_the_page_are_there(self):
         folder = self.prefix / "share" / "doc" / "terravox"
         for name, words in {

@@ -3,9 +3,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "raytracer/farm/cluster/tasks.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 
 namespace terravox::cluster {
 
@@ -48,82 +49,75 @@ public:
     [[nodiscard]] std::optional<int> exit_code(const JobId& job) const;
 };
 
-/// Resources that a task requests from Slurm.
-struct Needs {
-    int cpus = 0;        ///< 0: a whole node
-    int memory_mib = 0;  ///< 0: all of a whole node's, else the cluster's default
-    std::string partition;
-    std::string time;                ///< in the format of sbatch --time; empty: the partition's
-    std::vector<std::string> extra;  ///< further lines for sbatch: "--account=film --qos=low"
-    /// @throws UsageError for values that would not remain one word, or one line, of a script
-    void check() const;
+/// The tasks of some jobs that are in the queue. Prints changes on standard error, a line for each.
+class QueueWatch {
+public:
+    /// @param tasks of all jobs, for what is printed
+    QueueWatch(const Slurm& slurm, std::vector<Slurm::JobId> of, int tasks, bool quiet)
+        : jobs(std::move(of)), m_slurm(slurm), m_tasks(tasks), m_quiet(quiet) {}
+    /// @return how many looks in a row have found the queue empty: one alone is not trusted, as the
+    /// controller may be restarting
+    [[nodiscard]] int look();
+    std::vector<Slurm::JobId> jobs;
+
+private:
+    const Slurm& m_slurm;
+    int m_tasks;
+    bool m_quiet;
+    int m_empty_looks = 0;
+    std::optional<Slurm::Counts> m_last;
 };
 
-/// What all scripts of a job have in common.
-struct JobPlace {
-    std::filesystem::path program;  ///< absolute; must exist on every node
-    /// Directory that relative paths of the arguments start from; absolute; must exist on every
-    /// node.
-    std::filesystem::path work;
+/// The options of `terravox cluster slurm`.
+struct SlurmOptions {
     Needs needs;
-};
-
-// Scripts for sbatch, as text that can be read, changed, and submitted by hand from the job's
-// folder. A comment at the head of each states what it does. Output goes to logs/ in the folder
-// that they are submitted from. Programs replace the shell (exec), so that Slurm's signals reach
-// them.
-
-/// Workers that join a coordinator.
-/// @param address host:port; empty: read from `address_file`, once a coordinator's job has written
-/// it
-struct PoolScript {
+    int nodes = 1;                  ///< number of simultaneous nodes
+    std::filesystem::path folder;   ///< of the job; empty: jobs/NAME of the picture
+    std::filesystem::path program;  ///< empty: the running one
+    int poll_s = 5;                 ///< interval between queries of the queue
+    bool dry_run = false;
+    bool quiet = false;
+    std::string analyse;  ///< kind of an analysis; empty: a picture
+    // One picture by workers:
+    bool coordinator_in_job = false;
+    /// Address of the coordinator's machine for workers; empty: its host name.
     std::string address;
-    std::filesystem::path address_file;
-    std::filesystem::path token_file;
+    int port = 0;  ///< 0: any free one
+    // Many frames, or parts of a picture:
+    bool batch = false;
+    bool wait = true;
+    bool bake = true;
+    std::string frames;       ///< "A-B"; empty: all
+    int frames_per_task = 0;  ///< 0: usual_per_task
+    int parts = 0;            ///< 0: none
 };
-[[nodiscard]] std::string pool_script(const JobPlace& place, const PoolScript& pool);
 
-/// The coordinator as a job. It finds a free port, and writes host:port to `address_file`.
-/// @param host name by which workers reach it; empty: the node's own name
-/// @param command a complete one, to which --listen is added
-[[nodiscard]] std::string coordinator_script(const JobPlace& place, const Command& command,
-                                             const std::string& host,
-                                             const std::filesystem::path& address_file);
+/// The folder of a job: scripts, logs/, and further files of each mode. Absolute; created if it
+/// does not exist.
+class JobFolder {
+public:
+    /// @param options of which folder, program, nodes and needs are used
+    /// @param picture name for the folder if none was given
+    /// @throws Error, UsageError
+    JobFolder(const SlurmOptions& options, const std::string& picture);
 
-/// Prepares LiDAR squares with `terravox cluster bake`.
-/// @param passed "render", "animate" or the kind of an analysis, whose arguments `words` are
-[[nodiscard]] std::string bake_script(const JobPlace& place, const std::string& passed,
-                                      const Command& words, int tasks);
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
+    [[nodiscard]] std::string logs() const { return (m_path / "logs").string(); }
+    [[nodiscard]] const Place& place() const noexcept { return m_place; }
+    [[nodiscard]] std::string program() const { return m_program.string(); }
+    /// Writes FILE.sbatch.
+    /// @param name of the job, and of its logs; empty: as the file
+    /// @throws Error, UsageError
+    void write_script(const std::string& file, SlurmJob job, const Body& body,
+                      const std::string& name = {}) const;
+    /// Writes a file that only its owner can read (mode 0600), replacing an existing one.
+    /// @throws Error
+    void write_secret(const std::string& name, const std::string& text) const;
 
-/// Renders frames.
-/// @param command to which --first and --last are added. Argument 1 of the script: number of the
-/// array's first task, where there are several arrays.
-[[nodiscard]] std::string frames_script(const JobPlace& place, const Command& command,
-                                        const TaskPlan& plan);
-
-/// Checks that all frames exist, and then runs `command` or, if it is empty, reports it.
-[[nodiscard]] std::string merge_frames_script(const JobPlace& place, const std::string& pattern,
-                                              util::IntRange frames, const Command& command);
-
-/// Renders parts of one picture or raster to files of tiles next to it.
-/// @param command to which --part is added
-[[nodiscard]] std::string parts_script(const JobPlace& place, const Command& command, int parts);
-/// Joins the parts.
-/// @param arguments of `terravox merge`, after the parts: -o and the files to write
-/// @param picture for which the parts were rendered: the first output of their command
-[[nodiscard]] std::string merge_parts_script(const JobPlace& place, const Command& arguments,
-                                             int parts, const std::filesystem::path& picture);
-
-/// A task of an array. Argument 1 of the script: number of the array's first task, where there are
-/// several arrays.
-[[nodiscard]] std::string array_tasks_script(const JobPlace& place, const ArrayJob& job);
-/// What joins the tasks' results.
-[[nodiscard]] std::string array_join_script(const JobPlace& place, const ArrayJob& job);
-/// A script for bash that submits TASKS.sbatch as arrays one after the other, then JOIN.sbatch,
-/// once all of them have ended.
-/// @param folder with both, which logs/ is in; absolute
-/// @param nodes simultaneous tasks
-[[nodiscard]] std::string submission_script(const std::filesystem::path& folder,
-                                            const ArrayJob& job, int nodes);
+private:
+    std::filesystem::path m_path;
+    std::filesystem::path m_program;  ///< absolute; must exist on every node
+    Place m_place;
+};
 
 }  // namespace terravox::cluster

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "common/util/text.hpp"
 #include "raytracer/core/animate/video.hpp"
-#include "raytracer/farm/cluster/manifests.hpp"
 
 namespace terravox::cluster {
 
@@ -39,48 +37,61 @@ std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit) {
     return out;
 }
 
-std::string frames_body(const Command& command, const TaskPlan& plan, const std::string& task) {
-    const std::string per = std::to_string(plan.per_task);
-    const std::string last = std::to_string(plan.frames.last);
-    return util::shell_array("command", command) + "task=" + task + "\nfirst=$((" +
-           std::to_string(plan.frames.first) + " + task * " + per + "))\n" + "last=$((first + " +
-           per +
-           " - 1))\n"
-           "((last <= " +
-           last + ")) || last=" + last +
-           "\n"
-           "exec \"${command[@]}\" --first \"$first\" --last \"$last\"\n";
+std::string Body::text(const std::string& task) const {
+    Values all = values;
+    if (is_numbered)
+        all.emplace("task", Value::plain(task));
+    return fill("scripts/" + script + ".sh", all);
 }
 
-std::string merge_frames_body(const std::string& pattern, util::IntRange frames,
-                              const Command& command) {
+Body command_body(const Command& command, const std::string& about) {
+    return {"command", {{"about", Value::plain(about)}, {"command", command}}};
+}
+
+Body frames_body(const Command& command, const TaskPlan& plan) {
+    return {"frames",
+            {{"command", command},
+             {"first", plan.frames.first},
+             {"last", plan.frames.last},
+             {"per_task", plan.per_task}},
+            true};
+}
+
+namespace {
+
+constexpr const char* kMakesVideo = "Makes the video.";
+
+Body look_body(const std::string& pattern, util::IntRange frames, const std::string& then) {
     // One %d or %0Nd, which bash's printf interprets in the same way.
     (void)animate::FrameNames(pattern);
     const std::size_t at = pattern.find('%');
     const std::size_t end = pattern.find('d', at) + 1;
-    const std::string look =
-        "missing=0\n"
-        "for ((frame = " +
-        std::to_string(frames.first) + "; frame <= " + std::to_string(frames.last) +
-        "; ++frame)); do\n"
-        "    printf -v number '" +
-        pattern.substr(at, end - at) +
-        "' \"$frame\"\n"
-        "    picture=" +
-        util::shell_word(pattern.substr(0, at)) + "$number" +
-        util::shell_word(pattern.substr(end)) +
-        "\n"
-        "    [[ -s $picture ]] && continue\n"
-        "    printf 'missing: %s\\n' \"$picture\" >&2\n"
-        "    missing=$((missing + 1))\n"
-        "done\n"
-        "if ((missing > 0)); then\n"
-        "    printf 'terravox: join the frames: %s are missing\\n' \"$missing\" >&2\n"
-        "    exit 1\n"
-        "fi\n";
-    if (command.empty())
-        return look + "echo 'all frames are there'\n";
-    return look + util::shell_array("command", command) + "exec \"${command[@]}\"\n";
+    return {"look",
+            {{"first", frames.first},
+             {"last", frames.last},
+             {"number", Value::plain(pattern.substr(at, end - at))},
+             {"before", pattern.substr(0, at)},
+             {"after", pattern.substr(end)},
+             {"then", Value::plain(then)}}};
+}
+
+constexpr const char* kSayAll = "echo 'all frames are there'";
+
+}  // namespace
+
+Body merge_frames_body(const std::string& pattern, util::IntRange frames, const Command& command) {
+    return look_body(pattern, frames,
+                     command.empty() ? kSayAll : command_body(command, kMakesVideo).text());
+}
+
+Body wait_for_frames_body(const std::string& pattern, util::IntRange frames,
+                          const Command& command) {
+    std::vector<std::string> then;
+    if (!command.empty())
+        then.push_back(command_body(command, kMakesVideo).text());
+    return {"wait",
+            {{"look", Value::plain(look_body(pattern, frames, kSayAll).text())},
+             {"then", Value::plain_list(then)}}};
 }
 
 ArrayJob array_of_frames(const FrameJob& job) {
@@ -89,26 +100,18 @@ ArrayJob array_of_frames(const FrameJob& job) {
         video = job.animate;
         video.insert(video.end(), {"--video", job.video});
     }
-    ArrayJob out;
-    out.name = job.name;
-    out.tasks_name = "frames";
-    out.join_name = "merge";
-    out.work = job.work;
-    out.tasks = job.plan.tasks();
-    out.task_body = [command = job.animate, plan = job.plan](const std::string& task) {
-        return frames_body(command, plan, task);
-    };
-    out.join_body = merge_frames_body(job.pattern, job.plan.frames, video);
-    out.waiting_join_body = "until (\n" + merge_frames_body(job.pattern, job.plan.frames, {}) +
-                            ") 2>/dev/null; do sleep 30; done\n";
-    if (!video.empty())
-        out.waiting_join_body += util::shell_array("command", video) + "exec \"${command[@]}\"\n";
-    out.cpus = job.cpus;
-    out.memory_mib = job.memory_mib;
-    out.join_cpus = video.empty() ? 1 : job.cpus;
     constexpr int kLook_mib = 256;
-    out.join_memory_mib = video.empty() ? kLook_mib : job.memory_mib;
-    return out;
+    return {.name = job.name,
+            .tasks_name = "frames",
+            .join_name = "merge",
+            .tasks = job.plan.tasks(),
+            .task = frames_body(job.animate, job.plan),
+            .join = merge_frames_body(job.pattern, job.plan.frames, video),
+            .waiting_join = wait_for_frames_body(job.pattern, job.plan.frames, video),
+            .cpus = job.cpus,
+            .memory_mib = job.memory_mib,
+            .join_cpus = video.empty() ? 1 : job.cpus,
+            .join_memory_mib = video.empty() ? kLook_mib : job.memory_mib};
 }
 
 }  // namespace terravox::cluster

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "common/util/process.hpp"
 #include "common/util/text.hpp"
+#include "raytracer/farm/cluster/template.hpp"
 
 namespace terravox::cluster {
 
@@ -40,40 +40,60 @@ struct ArrayPiece {
 /// @param limit exclusive limit of the numbers of an array; at least 1
 [[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit);
 
-/// An array of tasks that are independent of each other, and a job that joins what they have made.
-/// Bash code of both is the same for every scheduler.
-struct ArrayJob {
-    std::string name;        ///< of the job
-    std::string tasks_name;  ///< of the array, lower case: "frames"
-    std::string join_name;   ///< of the job at the end: "merge"
-    /// Directory that relative paths start from; empty: where the scheduler starts tasks.
-    std::string work;
-    int tasks = 1;
-    /// Bash code of a task.
-    /// @param task its number from 0 on, as a bash expression: "$1"
-    std::function<std::string(const std::string& task)> task_body;
-    std::string join_body;  ///< once all tasks have ended
-    /// The same where the scheduler cannot order jobs: waits until all that the tasks make exists.
-    std::string waiting_join_body;
-    int cpus = 0;        ///< per task; 0: not specified
-    int memory_mib = 0;  ///< per task; 0: not specified
-    int join_cpus = 0;
-    int join_memory_mib = 0;
+/// Bash code of one kind of task, the same for every scheduler: a template of
+/// config/cluster/scripts with its values. Programs replace the shell (exec), so that signals of
+/// schedulers reach them.
+struct Body {
+    std::string script;  ///< its name: "frames"
+    Values values;
+    bool is_numbered = false;  ///< whether it has {{task}}
+    /// @param task the task's number from 0 on, as a bash expression: "$1"
+    /// @throws Error, UsageError as fill()
+    [[nodiscard]] std::string text(const std::string& task = {}) const;
 };
 
-// Bash code for the tasks of every scheduler.
-
+/// Runs a command.
+/// @param about what it does, a line of a comment
+[[nodiscard]] Body command_body(const Command& command, const std::string& about);
 /// Renders the frames of one task.
 /// @param command to which --first and --last are added
-/// @param task the task's number as a bash expression: "$1"
-[[nodiscard]] std::string frames_body(const Command& command, const TaskPlan& plan,
-                                      const std::string& task);
-
+[[nodiscard]] Body frames_body(const Command& command, const TaskPlan& plan);
 /// Fails and lists the missing frames, if any; otherwise runs `command` or, if it is empty, reports
 /// that all frames exist.
 /// @param pattern of the frames' names
 /// @throws UsageError for an invalid pattern
-[[nodiscard]] std::string merge_frames_body(const std::string& pattern, util::IntRange frames,
-                                            const Command& command);
+[[nodiscard]] Body merge_frames_body(const std::string& pattern, util::IntRange frames,
+                                     const Command& command);
+/// The same, but waits until all frames exist.
+[[nodiscard]] Body wait_for_frames_body(const std::string& pattern, util::IntRange frames,
+                                        const Command& command);
+
+/// An array of tasks that are independent of each other, and a job that joins what they have made.
+struct ArrayJob {
+    std::string name;        ///< of the job
+    std::string tasks_name;  ///< of the array, lower case: "frames"
+    std::string join_name;   ///< of the job at the end: "merge"
+    int tasks = 1;
+    Body task;
+    Body join;          ///< once all tasks have ended
+    Body waiting_join;  ///< the same where the scheduler cannot order jobs
+    int cpus = 0;       ///< per task; 0: not specified
+    int memory_mib = 0;
+    int join_cpus = 0;
+    int join_memory_mib = 0;
+};
+
+/// Frames as a job of a scheduler that this program does not control.
+struct FrameJob {
+    std::string name;     ///< of the job
+    Command animate;      ///< program, "animate", arguments without ranges and video
+    std::string pattern;  ///< of the frames' names
+    TaskPlan plan;
+    std::string video;   ///< empty: none
+    int cpus = 0;        ///< per task; 0: not specified
+    int memory_mib = 0;  ///< per task; 0: not specified
+};
+/// @throws UsageError for an invalid pattern
+[[nodiscard]] ArrayJob array_of_frames(const FrameJob& job);
 
 }  // namespace terravox::cluster

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "raytracer/apps/commands/cluster/job.hpp"
+#include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/animate/video.hpp"
-#include "raytracer/farm/cluster/manifests.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 
 namespace terravox::commands {
 namespace {
@@ -24,6 +24,11 @@ struct Arguments {
     std::string name = "terravox";
     std::string bake_for = "render";
     std::string bake_part = "1/1";
+
+    /// Where machines that are not this one's cluster find it.
+    [[nodiscard]] std::string program() const {
+        return slurm.program.empty() ? "terravox-raytracer" : slurm.program.string();
+    }
 };
 
 /// The words after the options of the cluster, which end at the first word that is no option.
@@ -60,14 +65,10 @@ void add_frames(CLI::App& command, Arguments& args) {
 }
 
 /// @throws UsageError
-FrameJob frame_job(const Arguments& args, const std::string& program,
-                   const std::vector<std::string>& words) {
+FrameJob frame_job(const Arguments& args, const std::vector<std::string>& words) {
     ForwardedArguments passed = ForwardedArguments::read("animate", words);
-    for (const char* own : {"--first", "--last", "--every", "--again", "--list"})
-        if (passed.has(own))
-            throw util::UsageError(std::string("cluster: ") + own +
-                                   " among the arguments of animate; allowed: --frames of cluster, "
-                                   "before the animation");
+    passed.refuse({"--first", "--last", "--every", "--again", "--list"}, "cluster",
+                  "--frames of cluster, before the animation");
     FrameJob job;
     job.name = args.name;
     job.pattern = passed.outputs.front();
@@ -87,10 +88,8 @@ FrameJob frame_job(const Arguments& args, const std::string& program,
                             : usual_per_task(job.plan.frames.count(), args.slurm.nodes);
     passed.take({"--video"});
     if (args.slurm.needs.cpus > 0 && !passed.has("--threads"))
-        passed.words.insert(passed.words.end(),
-                            {"--threads", std::to_string(args.slurm.needs.cpus)});
-    job.animate = {program, "animate"};
-    job.animate.insert(job.animate.end(), passed.words.begin(), passed.words.end());
+        passed.add({"--threads", std::to_string(args.slurm.needs.cpus)});
+    job.animate = passed.with_program(args.program());
     job.cpus = args.slurm.needs.cpus;
     job.memory_mib = args.slurm.needs.memory_mib;
     return job;
@@ -209,7 +208,7 @@ util::ExitCode run_slurm(const Arguments& args, const std::vector<std::string>& 
     if (!o.analyse.empty() && o.batch && o.parts == 0)
         throw util::UsageError(
             "cluster slurm: --analyse and --batch without --parts; allowed: with it");
-    return o.batch ? run_batch(o, words) : run_pool(o, words);
+    return o.batch ? run_slurm_batch(o, words) : run_slurm_pool(o, words);
 }
 
 CLI::App* add_openjd(CLI::App& cluster, Arguments& args) {
@@ -227,13 +226,15 @@ CLI::App* add_openjd(CLI::App& cluster, Arguments& args) {
     return command;
 }
 
-util::ExitCode run_openjd(const Arguments& args, const std::vector<std::string>& words) {
-    const std::string program =
-        args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
-    FrameJob job = frame_job(args, program, words);
-    // Tasks start in a folder of their session.
-    job.work = std::filesystem::current_path().string();
-    std::fputs(openjd_array(array_of_frames(job)).c_str(), stdout);
+util::ExitCode print_frames(const Arguments& args, const Engine& engine,
+                            const std::vector<std::string>& words) {
+    Place place;
+    place.pods = args.pods;
+    // Tasks of OpenJD start in a folder of their session.
+    place.work = std::filesystem::current_path();
+    place.nodes = args.slurm.nodes;
+    const ArrayJob frames = array_of_frames(frame_job(args, words));
+    std::fputs(engine.make_array(frames, place).start.c_str(), stdout);
     return util::ExitCode::kDone;
 }
 
@@ -271,34 +272,25 @@ util::ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& wo
         args.slurm.needs.cpus = 4;
     if (args.slurm.needs.memory_mib == 0)
         args.slurm.needs.memory_mib = 8192;
-    args.pods.nodes = args.slurm.nodes;
-    const std::string program =
-        args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
     if (!args.slurm.analyse.empty() && args.slurm.batch)
         throw util::UsageError(
             "cluster kubernetes: --analyse with --batch; allowed: without it, by workers");
-    if (args.slurm.batch) {
-        const ArrayJob frames = array_of_frames(frame_job(args, program, words));
-        std::fputs(kubernetes_array(frames, args.pods).c_str(), stdout);
-        return util::ExitCode::kDone;
-    }
+    if (args.slurm.batch)
+        return print_frames(args, kEngines[kKubernetes], words);
     if (!args.slurm.frames.empty() || args.slurm.frames_per_task > 0)
         throw util::UsageError(
             "cluster kubernetes: --frames or --frames-per-task without --batch; allowed: with it");
-    const std::string command = args.slurm.analyse.empty() ? "render" : args.slurm.analyse;
-    Command render{program};
-    const std::vector<std::string> beginning = words_of_command(command);
-    render.insert(render.end(), beginning.begin(), beginning.end());
-    const ForwardedArguments passed = ForwardedArguments::read(command, words);
-    if (passed.has("--listen"))
-        throw util::UsageError("cluster kubernetes: --listen among the arguments of " + command +
-                               "; allowed: without it, the service has a port of its own");
-    render.insert(render.end(), passed.words.begin(), passed.words.end());
+    auto passed =
+        ForwardedArguments::read(args.slurm.analyse.empty() ? "render" : args.slurm.analyse, words);
+    passed.refuse({"--listen"}, "cluster kubernetes",
+                  "without it, the service has a port of its own");
     if (!passed.has("--threads"))
-        render.insert(render.end(), {"--threads", std::to_string(args.slurm.needs.cpus)});
-    std::fputs(kubernetes_pool(args.name, render, args.slurm.needs.cpus,
-                               args.slurm.needs.memory_mib, args.pods)
-                   .c_str(),
+        passed.add({"--threads", std::to_string(args.slurm.needs.cpus)});
+    Place place;
+    place.pods = args.pods;
+    place.needs = args.slurm.needs;
+    place.nodes = args.slurm.nodes;
+    std::fputs(kubernetes_pool(args.name, passed.with_program(args.program()), place).c_str(),
                stdout);
     return util::ExitCode::kDone;
 }
@@ -336,7 +328,7 @@ std::function<util::ExitCode()> add_cluster_command(CLI::App& app) {
         if (slurm->parsed())
             return run_slurm(*args, list_words(*slurm));
         if (openjd->parsed())
-            return run_openjd(*args, list_words(*openjd));
+            return print_frames(*args, kEngines[kOpenJd], list_words(*openjd));
         if (kubernetes->parsed())
             return run_kubernetes(*args, list_words(*kubernetes));
         return prepare_squares(args->bake_for, args->bake_part, list_words(*bake));

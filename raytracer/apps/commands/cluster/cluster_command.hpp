@@ -5,8 +5,20 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "raytracer/farm/cluster/slurm.hpp"
 
 namespace terravox::cluster {
+
+/// Renders one picture with workers that Slurm starts: run_pool() for the arguments `words`.
+/// @return the picture's exit code
+/// @throws Error, UsageError
+[[nodiscard]] util::ExitCode run_slurm_pool(const SlurmOptions& options,
+                                            const std::vector<std::string>& words);
+/// Renders frames of an animation, or parts of a picture, as independent tasks: Batch for the
+/// arguments `words`.
+/// @throws Error, UsageError
+[[nodiscard]] util::ExitCode run_slurm_batch(const SlurmOptions& options,
+                                             const std::vector<std::string>& words);
 
 /// Prepares LiDAR squares into the cache folder given by the arguments, so that later tasks need
 /// not decode them.

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <functional>
 #include <utility>
 
@@ -36,22 +35,14 @@ std::string find_value(const CLI::App& command, const std::string& option,
     return values.empty() ? otherwise : values.back();
 }
 
-bool is_option(const std::string& word, const std::string& name) {
-    return word == name || word.starts_with(name + "=") ||
-           (name.size() == 2 && word.starts_with(name));
-}
-
 }  // namespace
-
-std::vector<std::string> words_of_command(const std::string& command) {
-    if (command == "render" || command == "animate")
-        return {command};
-    return {"analyse", command};
-}
 
 ForwardedArguments ForwardedArguments::read(const std::string& command,
                                             const std::vector<std::string>& words) {
-    const std::vector<std::string> beginning = words_of_command(command);
+    ForwardedArguments out;
+    out.command = command;
+    out.words = words;
+    const Command beginning = out.beginning();
     const std::string text =
         beginning.size() > 1 ? beginning.front() + " " + beginning.back() : command;
     if (words.empty() || words.front().starts_with('-'))
@@ -74,9 +65,6 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
     for (const std::string& word : beginning)
         found = found->get_subcommand(word);
     const CLI::App& parsed = *found;
-    ForwardedArguments out;
-    out.command = command;
-    out.words = words;
     out.world.inputs = list_values(parsed, "inputs");
     out.world.orthophotos = list_values(parsed, "--ortho");
     out.world.scene_file = find_value(parsed, "--scene");
@@ -96,25 +84,17 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
 }
 
 std::vector<std::string> ForwardedArguments::take_of_whole_raster() {
-    if (is_analysis())
+    if (beginning().size() > 1)
         take(kOfWholeRaster);
     return std::exchange(of_whole_raster, {});
 }
 
-void ForwardedArguments::take(const std::vector<std::string>& names) {
-    for (auto it = words.begin(); it != words.end();) {
-        const auto name = std::find_if(names.begin(), names.end(),
-                                       [&](const std::string& n) { return is_option(*it, n); });
-        if (name == names.end())
-            ++it;
-        else
-            it = words.erase(it, std::min(words.end(), it + (*it == *name ? 2 : 1)));
-    }
-}
-
-bool ForwardedArguments::has(const std::string& name) const {
-    return std::any_of(words.begin(), words.end(),
-                       [&](const std::string& word) { return is_option(word, name); });
+void ForwardedArguments::refuse(const std::vector<std::string>& names, const std::string& attempt,
+                                const std::string& allowed) const {
+    for (const std::string& name : names)
+        if (has(name))
+            throw util::UsageError(attempt + ": " + name + " among the arguments of " + command +
+                                   "; allowed: " + allowed);
 }
 
 scene::Scene ForwardedArguments::base_scene() const {

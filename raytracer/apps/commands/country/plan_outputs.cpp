@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
@@ -12,7 +13,6 @@
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/text.hpp"
-#include "raytracer/farm/cluster/tasks.hpp"
 
 namespace terravox::commands {
 namespace {
@@ -119,15 +119,41 @@ namespace fs = std::filesystem;
 using cluster::ArrayJob;
 using cluster::Command;
 
-std::string exec_line(const Command& command, const std::string& more = "") {
-    return util::shell_array("command", command) + "exec \"${command[@]}\"" + more + "\n";
-}
-
 /// What a task may take: what the sample took, and a share more, since land differs.
 int choose_memory(const country::Plan& plan) {
     constexpr double kMore = 1.25;
     constexpr double kLeast_mib = 512;
     return static_cast<int>(std::ceil(std::max(kLeast_mib, kMore * plan.estimate.memory_mib)));
+}
+
+ArrayJob make_job(const std::string& name, const Command& run, const std::string& out,
+                  const cluster::Needs& needs, const country::Plan& plan) {
+    Command task = run;
+    task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
+    Command join = run;
+    join.insert(join.end(), {"-o", out, "--join", "--quiet"});
+    Command waiting = join;
+    waiting.emplace_back("--wait");
+    const int tasks = static_cast<int>(plan.shards.size());
+    const char* about = "Joins the shards.";
+    return {.name = name,
+            .tasks_name = "shards",
+            .join_name = "join",
+            .tasks = tasks,
+            .task = {"shards", {{"command", task}, {"tasks", tasks}}, true},
+            .join = cluster::command_body(join, about),
+            .waiting_join = cluster::command_body(waiting, about),
+            .cpus = needs.cpus,
+            .memory_mib = needs.memory_mib,
+            .join_cpus = needs.cpus,
+            .join_memory_mib = needs.memory_mib};
+}
+
+void make_logs(const fs::path& folder) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed)
+        throw util::Error("make the folder " + folder.string() + ": " + failed.message());
 }
 
 }  // namespace
@@ -210,64 +236,37 @@ void ScriptArguments::check() const {
 
 void ScriptArguments::write(const country::PlanFolder& folder, const country::Plan& plan,
                             const std::string& given) const {
-    if (slurm.empty() && kubernetes.empty() && openjd.empty())
-        return;
-    const auto make_job = [&](const std::string& runs, const std::string& at,
-                              const std::string& out) {
-        const Command base{runs, "country", "run", at};
-        Command task = base;
-        task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
-        Command join = base;
-        join.insert(join.end(), {"-o", out, "--join", "--quiet"});
-        Command waiting = join;
-        waiting.emplace_back("--wait");
-        ArrayJob job;
-        job.name = name;
-        job.tasks_name = "shards";
-        job.join_name = "join";
-        job.tasks = static_cast<int>(plan.shards.size());
-        job.task_body = [task](const std::string& number) {
-            return "task=" + number + "\n" + exec_line(task, " --task \"$((task + 1))\"");
-        };
-        job.join_body = exec_line(join);
-        job.waiting_join_body = exec_line(waiting);
-        job.cpus = needs.cpus;
-        job.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : choose_memory(plan);
-        job.join_cpus = needs.cpus;
-        job.join_memory_mib = job.memory_mib;
-        return job;
-    };
     const std::string out =
         archive.empty() ? (fs::path(given) / "").parent_path().string() + ".tvx" : archive;
-    const std::string of_path = program.empty() ? "terravox-raytracer" : program;
-    if (!slurm.empty()) {
-        const fs::path here =
-            program.empty() ? util::beside_program("terravox-raytracer") : fs::absolute(program);
-        const ArrayJob job =
-            make_job(here.string(), folder.path().string(), fs::absolute(out).string());
-        cluster::JobPlace place{here, fs::current_path(), needs};
-        place.needs.memory_mib = job.memory_mib;
-        std::error_code failed;
-        fs::create_directories(folder.path() / "logs", failed);
-        if (failed)
-            throw util::Error("make the folder " + (folder.path() / "logs").string() + ": " +
-                              failed.message());
-        util::write_file_atomically(folder.path() / "shards.sbatch",
-                                    cluster::array_tasks_script(place, job));
-        util::write_file_atomically(folder.path() / "join.sbatch",
-                                    cluster::array_join_script(place, job));
-        util::write_file_atomically(slurm, cluster::submission_script(folder.path(), job, nodes));
-    }
-    if (!kubernetes.empty()) {
-        cluster::PodPlace place = pods;
+    const std::array<std::string, cluster::kEngines.size()> files{slurm, openjd, kubernetes};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (files[i].empty())
+            continue;
+        const cluster::Engine& engine = cluster::kEngines[i];
+        Command base;
+        std::string target = out;
+        if (engine.has_absolute_paths) {
+            const fs::path here = program.empty() ? util::beside_program("terravox-raytracer")
+                                                  : fs::absolute(program);
+            base = {here.string(), "country", "run", folder.path().string()};
+            target = fs::absolute(out).string();
+        } else {
+            base = {program.empty() ? "terravox-raytracer" : program, "country", "run", given};
+        }
+        cluster::Place place;
+        place.work = fs::current_path();
+        place.needs = needs;
+        place.needs.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : choose_memory(plan);
+        place.pods = pods;
         place.nodes = nodes;
-        util::write_file_atomically(
-            kubernetes, cluster::kubernetes_array(make_job(of_path, given, out), place));
-    }
-    if (!openjd.empty()) {
-        ArrayJob job = make_job(of_path, given, out);
-        job.work = fs::current_path().string();
-        util::write_file_atomically(openjd, cluster::openjd_array(job));
+        place.folder = folder.path();
+        const cluster::ArrayFiles made =
+            engine.make_array(make_job(name, base, target, place.needs, plan), place);
+        for (const auto& [script, text] : made.scripts) {
+            make_logs(folder.path() / "logs");
+            util::write_file_atomically(folder.path() / script, text);
+        }
+        util::write_file_atomically(files[i], made.start);
     }
 }
 

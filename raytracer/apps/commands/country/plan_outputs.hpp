@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include "raytracer/farm/cluster/manifests.hpp"
-#include "raytracer/farm/cluster/slurm.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 #include "voxelserver/out/country/plan.hpp"
 
 namespace terravox::commands {

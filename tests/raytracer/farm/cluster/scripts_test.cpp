@@ -3,12 +3,8 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "common/util/process.hpp"
-#include "common/util/text.hpp"
 #include "raytracer/farm/checkpoint/checkpoint.hpp"
-#include "raytracer/farm/cluster/manifests.hpp"
-#include "raytracer/farm/cluster/slurm.hpp"
-#include "raytracer/farm/cluster/tasks.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -29,7 +25,6 @@ struct Stage {
         std::ofstream(program()) << "#!/bin/bash\nprintf '%s\\0' \"$@\" > "
                                  << "\"$(dirname \"$0\")/said\"\n";
         fs::permissions(program(), fs::perms::owner_all);
-        place.program = program();
         place.work = work();
     }
     [[nodiscard]] fs::path work() const { return folder.path() / "a work 'folder'"; }
@@ -55,8 +50,21 @@ struct Stage {
         return out;
     }
 
+    [[nodiscard]] std::string slurm(const Body& body, SlurmJob job = SlurmJob::kArray) const {
+        return slurm_script(place, "tried", job, body);
+    }
+    [[nodiscard]] Body worker(const std::string& token, const std::string& address,
+                              const std::string& file = {}) const {
+        return worker_body(program().string(), place.needs, token, address, file);
+    }
+
+    [[nodiscard]] static Body coordinator(const Command& command, const Value& host,
+                                          const std::string& file) {
+        return {"coordinator", {{"command", command}, {"host", host}, {"address_file", file}}};
+    }
+
     TemporaryFolder folder;
-    JobPlace place;
+    Place place;
     util::Finished done;
 };
 
@@ -79,8 +87,8 @@ bool has(const std::vector<std::string>& lines, const std::string& line) {
 TEST_CASE("tasks render their own run of frames with the arguments as given",
           "[cluster][scripts]") {
     Stage stage;
-    const std::string script = frames_script(
-        stage.place, {stage.program().string(), "animate", kHostile, "-o", "%d.png"}, {{3, 12}, 4});
+    const std::string script = stage.slurm(
+        frames_body({stage.program().string(), "animate", kHostile, "-o", "%d.png"}, {{3, 12}, 4}));
     const std::vector<std::string> as_given{"animate", kHostile, "-o", "%d.png"};
     struct Case {
         const char* name;
@@ -103,19 +111,22 @@ TEST_CASE("tasks render their own run of frames with the arguments as given",
 
 TEST_CASE("a task's resources are requested in the lines that Slurm reads", "[cluster][scripts]") {
     Stage stage;
-    const auto whole = asked(pool_script(stage.place, {"host:1", "", "/t/token"}));
+    const auto whole = asked(stage.slurm(stage.worker("/t/token", "host:1")));
     CHECK(has(whole, "--exclusive"));
     CHECK(has(whole, "--mem=0"));
     CHECK(has(whole, "--requeue"));
     stage.place.needs = {
         8, 4000, "long", "4:00:00", {"--account=film --qos=low", "--constraint=avx2"}};
-    const auto part = asked(pool_script(stage.place, {"host:1", "", "/t/token"}));
+    const auto part = asked(stage.slurm(stage.worker("/t/token", "host:1")));
     for (const char* line :
          {"--cpus-per-task=8", "--mem=4000M", "--partition=long", "--time=4:00:00",
-          "--account=film --qos=low", "--constraint=avx2", "--output=logs/worker-%A_%a.txt"})
+          "--account=film --qos=low", "--constraint=avx2", "--output=logs/tried-%A_%a.txt"})
         CHECK(has(part, line));
     CHECK_FALSE(has(part, "--exclusive"));
-    CHECK(has(asked(coordinator_script(stage.place, {"x"}, "", "/a")), "--no-requeue"));
+    const auto once = asked(stage.slurm(
+        stage.coordinator({"x"}, Value::plain("\"$HOSTNAME\""), "/a"), SlurmJob::kOnce));
+    CHECK(has(once, "--no-requeue"));
+    CHECK(has(once, "--output=logs/tried-%j.txt"));
 }
 
 TEST_CASE("what would leave its line in a script is refused", "[cluster][scripts]") {
@@ -133,16 +144,14 @@ TEST_CASE("workers join with what the node has", "[cluster][scripts]") {
     stage.place.needs.cpus = 4;
     stage.place.needs.memory_mib = 2000;
     const std::string token = (stage.folder.path() / kHostile).string();
-    CHECK(stage.called(pool_script(stage.place, {"host:7879", "", token}),
-                       {"SLURM_ARRAY_TASK_ID=0"}) ==
+    CHECK(stage.called(stage.slurm(stage.worker(token, "host:7879")), {"SLURM_ARRAY_TASK_ID=0"}) ==
           std::vector<std::string>{"worker", "--once", "--idle-s", "600", "--token-file", token,
                                    "--threads", "4", "--memory-mib", "1500", "--join",
                                    "host:7879"});
     SECTION("where the coordinator is a job, at the address in its file") {
         const fs::path file = stage.folder.path() / kHostile;
         std::ofstream(file) << "node7:20001\n";
-        const auto words =
-            stage.called(pool_script(stage.place, {"", file, token}), {"SLURM_ARRAY_TASK_ID=0"});
+        const auto words = stage.called(stage.slurm(stage.worker(token, "", file.string())), {});
         REQUIRE(words.size() == 12);
         CHECK(words[11] == "node7:20001");
     }
@@ -152,8 +161,8 @@ TEST_CASE("a coordinator that is a job publishes its address", "[cluster][script
     Stage stage;
     const fs::path file = stage.folder.path() / kHostile;
     const auto words =
-        stage.called(coordinator_script(stage.place, {stage.program().string(), "render", kHostile},
-                                        "the-host", file),
+        stage.called(stage.slurm(stage.coordinator({stage.program().string(), "render", kHostile},
+                                                   "the-host", file.string())),
                      {"SLURM_JOB_ID=123456"});
     REQUIRE(words.size() == 4);
     CHECK(words[1] == kHostile);
@@ -169,8 +178,8 @@ TEST_CASE("a coordinator that is a job publishes its address", "[cluster][script
 TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     Stage stage;
     const std::string pattern = "it's 100 $frames/%03d of.png";
-    const std::string script = merge_frames_script(
-        stage.place, pattern, {8, 11}, {stage.program().string(), "animate", "--video", kHostile});
+    const std::string script = stage.slurm(merge_frames_body(
+        pattern, {8, 11}, {stage.program().string(), "animate", "--video", kHostile}));
     const fs::path frames = stage.work() / "it's 100 $frames";
     fs::create_directories(frames);
     for (const char* name : {"008 of.png", "009 of.png", "010 of.png"})
@@ -183,19 +192,27 @@ TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     std::ofstream(frames / "011 of.png") << "x";
     CHECK(stage.called(script, {}) == std::vector<std::string>{"animate", "--video", kHostile});
     CHECK(stage.done.status == 0);
-    CHECK_THROWS_AS(merge_frames_script(stage.place, "a.png", {0, 1}, {}), util::UsageError);
+    CHECK_THROWS_AS(merge_frames_body("a.png", {0, 1}, {}), util::UsageError);
 }
 
 TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]") {
     Stage stage;
     const std::string picture = (stage.folder.path() / kHostile / "a picture.exr").string();
     const std::string script =
-        parts_script(stage.place, {stage.program().string(), "render", "w", "-o", picture}, 5);
+        stage.slurm({"parts",
+                     {{"command", Command{stage.program().string(), "render", "w", "-o", picture}},
+                      {"parts", 5}},
+                     true});
     CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=2"}, {"0"}) ==
           std::vector<std::string>{"render", "w", "-o", picture, "--resume", "--part", "3/5"});
     CHECK(stage.called(script, {"SLURM_ARRAY_TASK_ID=1"}, {"3"}).back() == "5/5");
-    const auto joined = stage.called(
-        merge_parts_script(stage.place, {"-o", kHostile, "-o", "b.png"}, 2, picture), {});
+    const auto joined =
+        stage.called(stage.slurm({"merge",
+                                  {{"outputs", Command{"-o", kHostile, "-o", "b.png"}},
+                                   {"parts", 2},
+                                   {"tiles", picture + ".part-"},
+                                   {"program", stage.program().string()}}}),
+                     {});
     CHECK(joined == std::vector<std::string>{
                         "merge", farm::checkpoint_path(picture, farm::Part{1, 2}).string(),
                         farm::checkpoint_path(picture, farm::Part{2, 2}).string(), "-o", kHostile,
@@ -204,7 +221,11 @@ TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]")
 
 TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scripts]") {
     Stage stage;
-    CHECK(stage.called(bake_script(stage.place, "animate", {kHostile, "-o", "x"}, 7),
+    CHECK(stage.called(stage.slurm({"bake",
+                                    {{"words", Command{kHostile, "-o", "x"}},
+                                     {"program", stage.program().string()},
+                                     {"kind", "animate"},
+                                     {"tasks", 7}}}),
                        {"SLURM_ARRAY_TASK_ID=6"}) ==
           std::vector<std::string>{"cluster", "bake", "--for", "animate", "--part", "7/7", kHostile,
                                    "-o", "x"});
@@ -212,22 +233,30 @@ TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scri
 
 TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
     Stage stage;
-    const FrameJob job{"a film",    {stage.program().string(), "animate", kHostile},
-                       "%d.png",    stage.work().string(),
-                       {{0, 9}, 4}, "v.mp4",
-                       2,           1000};
-    const auto json = nlohmann::json::parse(openjd_array(array_of_frames(job)));
+    FrameJob job{"a film", {stage.program().string(), "animate", kHostile},
+                 "%d.png", {{0, 9}, 4},
+                 "v.mp4",  2,
+                 1000};
+    const auto openjd = [&] {
+        return kEngines[kOpenJd].make_array(array_of_frames(job), stage.place).start;
+    };
+    const auto json = nlohmann::json::parse(openjd());
     CHECK(json["specificationVersion"] == "jobtemplate-2023-09");
     CHECK(json["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"] == "0-2");
     CHECK(json["steps"][1]["dependencies"][0]["dependsOn"] == "Frames");
+    CHECK(json["steps"][0]["hostRequirements"]["amounts"].size() == 2);
     const std::string script = json["steps"][0]["script"]["embeddedFiles"][0]["data"];
     CHECK(stage.called(script, {}, {"2"}) ==
           std::vector<std::string>{"animate", kHostile, "--first", "8", "--last", "9"});
-    auto braces = job;
-    braces.animate.push_back("{{Task.Param.Task}}");
-    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
-    braces.animate.back() = "\xff";
-    CHECK_THROWS_AS(openjd_array(array_of_frames(braces)), util::UsageError);
+    job.cpus = job.memory_mib = 0;
+    CHECK_FALSE(nlohmann::json::parse(openjd())["steps"][0].contains("hostRequirements"));
+    for (const char* braces : {"{{Task.Param.Task}}", "{{command}}"}) {
+        job.animate.push_back(braces);
+        CHECK_THROWS_AS(openjd(), util::UsageError);
+        job.animate.pop_back();
+    }
+    job.name = "\xff";
+    CHECK_THROWS_AS(openjd(), util::UsageError);
 }
 
 TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kubernetes]") {
@@ -244,27 +273,27 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
         return out;
     };
     Stage stage;
-    const PodPlace place{"image:1", "worlds", "/data", 3};
-    const auto frames = nlohmann::json::parse(kubernetes_array(
-        array_of_frames({"film",
-                         {stage.program().string(), "animate", kHostile, "$(HOME) $$"},
-                         "%d.png",
-                         "",
-                         {{0, 9}, 4},
-                         "",
-                         2,
-                         1000}),
-        place));
+    stage.place.pods = {"image:1", "worlds"};
+    stage.place.nodes = 3;
+    FrameJob job{
+        "film",   {stage.program().string(), "animate", kHostile, "$(HOME) $$", "{{command}}"},
+        "%d.png", {{0, 9}, 4},
+        "",       2,
+        1000};
+    const auto frames = nlohmann::json::parse(
+        kEngines[kKubernetes].make_array(array_of_frames(job), stage.place).start);
     const auto& spec = frames["items"][0]["spec"];
     CHECK(spec["completions"] == 3);
     CHECK(spec["completionMode"] == "Indexed");
     const auto& command = spec["template"]["spec"]["containers"][0]["command"];
-    CHECK(
-        stage.called(expanded(command[2]), {"JOB_COMPLETION_INDEX=1"}) ==
-        std::vector<std::string>{"animate", kHostile, "$(HOME) $$", "--first", "4", "--last", "7"});
+    CHECK(stage.called(expanded(command[2]), {"JOB_COMPLETION_INDEX=1"}) ==
+          std::vector<std::string>{"animate", kHostile, "$(HOME) $$", "{{command}}", "--first", "4",
+                                   "--last", "7"});
 
+    stage.place.needs.cpus = 2;
+    stage.place.needs.memory_mib = 1000;
     const auto pool =
-        nlohmann::json::parse(kubernetes_pool("film", {"p", "render", "$(HOME)"}, 2, 1000, place));
+        nlohmann::json::parse(kubernetes_pool("film", {"p", "render", "$(HOME)"}, stage.place));
     CHECK(pool["items"][1]["spec"]["template"]["spec"]["containers"][0]["command"][2] ==
           "$$(HOME)");
     CHECK(pool["items"][2]["spec"]["parallelism"] == 3);
@@ -273,7 +302,7 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
                   .back()["name"] == "TERRAVOX_FARM_TOKEN");
     CHECK(pool.dump().find("secretKeyRef") != std::string::npos);
     for (const char* name : {"", "Film", "-a", "a_b", "a.b"})
-        CHECK_THROWS_AS(place.check(name), util::UsageError);
+        CHECK_THROWS_AS(stage.place.pods.check(name), util::UsageError);
     CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), util::UsageError);
     CHECK_THROWS_AS((PodPlace{"i", "w", "data"}.check("a")), util::UsageError);
 }
@@ -287,10 +316,9 @@ ArrayJob read_array(const Stage& stage, int tasks) {
     job.tasks_name = "shards";
     job.join_name = "join";
     job.tasks = tasks;
-    job.task_body = [program = stage.program().string()](const std::string& task) {
-        return "exec " + util::shell_word(program) + " \"task " + task + "\"\n";
-    };
-    job.join_body = "exec " + util::shell_word(stage.program().string()) + " join\n";
+    job.task = {
+        "shards", {{"command", Command{stage.program().string(), "run"}}, {"tasks", 3}}, true};
+    job.join = command_body({stage.program().string(), "join"}, "Joins them.");
     return job;
 }
 
@@ -298,12 +326,14 @@ ArrayJob read_array(const Stage& stage, int tasks) {
 
 TEST_CASE("tasks of an array know their number, and the join follows", "[cluster][scripts]") {
     Stage stage;
-    const ArrayJob job = read_array(stage, 3);
-    CHECK(stage.called(array_tasks_script(stage.place, job), {"SLURM_ARRAY_TASK_ID=2"}, {"1001"}) ==
-          std::vector<std::string>{"task 1003"});
-    CHECK(stage.called(array_join_script(stage.place, job), {}) ==
-          std::vector<std::string>{"join"});
-    CHECK(has(asked(array_tasks_script(stage.place, job)), "--job-name=terravox-shards"));
+    const ArrayFiles made = kEngines[kSlurm].make_array(read_array(stage, 3), stage.place);
+    REQUIRE(made.scripts.size() == 2);
+    CHECK(made.scripts[0].first == "shards.sbatch");
+    CHECK(stage.called(made.scripts[0].second, {"SLURM_ARRAY_TASK_ID=2"}, {"1001"}) ==
+          std::vector<std::string>{"run", "--task", "1004"});
+    CHECK(made.scripts[1].first == "join.sbatch");
+    CHECK(stage.called(made.scripts[1].second, {}) == std::vector<std::string>{"join"});
+    CHECK(has(asked(made.scripts[0].second), "--job-name=terravox-shards"));
 }
 
 TEST_CASE("arrays are submitted one after the other, and the join after all of them",
@@ -314,7 +344,10 @@ TEST_CASE("arrays are submitted one after the other, and the join after all of t
                              "printf '%s\\n' \"$*\" >> \"$here/submitted\"\n"
                              "wc -l < \"$here/submitted\"\n";
     fs::permissions(sbatch, fs::perms::owner_all);
-    const std::string script = submission_script(stage.work(), read_array(stage, 1500), 7);
+    stage.place.nodes = 7;
+    stage.place.folder = stage.work();
+    const std::string script =
+        kEngines[kSlurm].make_array(read_array(stage, 1500), stage.place).start;
     (void)stage.called(script, {"PATH=" + stage.folder.path().string() + ":/usr/bin:/bin"});
     REQUIRE(stage.done.status == 0);
     CHECK(stage.done.out == "submitted: tasks 1:2, join 3\n");
