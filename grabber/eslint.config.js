@@ -1,24 +1,29 @@
-// Rules for the grabber's sources and tests: npm run lint. Prettier decides about the layout (one
-// statement a line, at most 100 columns), so no rule here does.
+// Rules for TypeScript, the grabber's and the web page's, and for its tests: npm run lint. Prettier
+// decides about the layout (one statement a line, at most 100 columns), so no rule here does.
 import { fileURLToPath } from 'node:url';
 import js from '@eslint/js';
 import { defineConfig } from 'eslint/config';
 import tseslint from 'typescript-eslint';
 
-const kGrabber = fileURLToPath(new URL('.', import.meta.url));
+const kRoot = fileURLToPath(new URL('..', import.meta.url));
+const kProjects = [
+  'grabber/tsconfig.test.json',
+  'tests/page/tsconfig.json',
+  'voxelserver/serve/page/tsconfig.json',
+];
 
 export default defineConfig(
   { ignores: ['**/dist/', '**/dist-test/', '**/node_modules/'] },
   js.configs.recommended,
   {
-    files: ['**/*.js'],
-    languageOptions: { globals: { process: 'readonly', URL: 'readonly' } },
+    files: ['**/*.js', '**/*.mjs'],
+    languageOptions: { globals: { console: 'readonly', process: 'readonly', URL: 'readonly' } },
   },
   {
     files: ['**/*.ts'],
     extends: [tseslint.configs.recommendedTypeChecked],
     languageOptions: {
-      parserOptions: { project: ['tsconfig.test.json'], tsconfigRootDir: kGrabber },
+      parserOptions: { project: kProjects, tsconfigRootDir: kRoot },
     },
     rules: {
       // An async function also turns what it throws into a rejection, as its contract says.

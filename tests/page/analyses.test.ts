@@ -2,18 +2,43 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api } from '../../voxelserver/serve/page/src/api.js';
 import { toCaption } from '../../voxelserver/serve/page/src/analysis-form.js';
-import { colourlessText, chooseStyle, valueText } from '../../voxelserver/serve/page/src/band-styles.js';
+import {
+  colourlessText,
+  chooseStyle,
+  valueText,
+} from '../../voxelserver/serve/page/src/band-styles.js';
 import { toColour, paint, chooseScale } from '../../voxelserver/serve/page/src/colour-scale.js';
-import { toBody, countCells, daysOfPeriod, makeFileName, Jobs, kMaxDays, readJob, resolutionFor, type Wish } from '../../voxelserver/serve/page/src/jobs.js';
-import { levelFor, readBand, readRasterInfo, type ReadAt } from '../../voxelserver/serve/page/src/raster-file.js';
+import {
+  toBody,
+  countCells,
+  daysOfPeriod,
+  makeFileName,
+  Jobs,
+  kMaxDays,
+  readJob,
+  resolutionFor,
+  type Wish,
+} from '../../voxelserver/serve/page/src/jobs.js';
+import {
+  levelFor,
+  readBand,
+  readRasterInfo,
+  type ReadAt,
+} from '../../voxelserver/serve/page/src/raster-file.js';
 import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
 import { makeShare } from './support/test-bytes.js';
 
-const makeReader = (file: Uint8Array): ReadAt => async (offset, length) => file.subarray(offset, offset + length);
+const makeReader =
+  (file: Uint8Array): ReadAt =>
+  async (offset, length) =>
+    file.subarray(offset, offset + length);
 
 function raster(width = 37, height = 21): MadeRaster {
   const next = makeShare(width);
-  const values = (scale: number): number[] => Array.from({ length: width * height }, () => (next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale)));
+  const values = (scale: number): number[] =>
+    Array.from({ length: width * height }, () =>
+      next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale),
+    );
   const bands = [
     { name: 'sun_hours', unit: 'h', values: values(30) },
     { name: 'first_sun', unit: 'h', values: values(1e6) },
@@ -27,10 +52,15 @@ test('a raster is read: place, bands, values of each', async () => {
   const read = makeReader(makeRaster(made));
   const info = await readRasterInfo(read);
   assert.deepEqual(info.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
-  assert.deepEqual(info.bands, made.bands.map(({ name, unit }) => ({ name, unit })));
+  assert.deepEqual(
+    info.bands,
+    made.bands.map(({ name, unit }) => ({ name, unit })),
+  );
   assert.equal(info.noData, kNoData);
   const level = levelFor(info, 1e6);
-  for (const [i, band] of made.bands.entries()) assert.deepEqual([...(await readBand(read, info, level, i))], band.values, band.name);
+  for (const [i, band] of made.bands.entries()) {
+    assert.deepEqual([...(await readBand(read, info, level, i))], band.values, band.name);
+  }
 });
 
 test('a damaged raster is refused, and never read for ever', async () => {
@@ -59,7 +89,9 @@ test('a damaged raster is refused, and never read for ever', async () => {
     for (let i = 0; i < 3; ++i) bad[Math.floor(next() * bad.length)] = Math.floor(next() * 256);
     try {
       const info = await readRasterInfo(makeReader(bad));
-      for (let i = 0; i < info.bands.length; ++i) await readBand(makeReader(bad), info, levelFor(info, 1e6), i);
+      for (let i = 0; i < info.bands.length; ++i) {
+        await readBand(makeReader(bad), info, levelFor(info, 1e6), i);
+      }
     } catch (error) {
       assert.ok(error instanceof Error, `seed ${seed}`);
     }
@@ -73,7 +105,10 @@ test('a tile that unpacks to more than it may is not unpacked', async () => {
     fields.get(323)!.values = [16];
   });
   const info = await readRasterInfo(makeReader(file));
-  await assert.rejects(readBand(makeReader(file), info, levelFor(info, 1e6), 0), /longer than it may be/);
+  await assert.rejects(
+    readBand(makeReader(file), info, levelFor(info, 1e6), 0),
+    /longer than it may be/,
+  );
 });
 
 test('colours go from the least to the most, and leave out what has no value', () => {
@@ -83,7 +118,10 @@ test('colours go from the least to the most, and leave out what has no value', (
   assert.equal(chooseScale(Float32Array.of(kNoData), kNoData), undefined);
   const rgba = new Uint8ClampedArray(20);
   paint(values, kNoData, scale, 'warm', rgba);
-  assert.deepEqual([...rgba].filter((_, i) => i % 4 === 3), [255, 0, 255, 0, 255]);
+  assert.deepEqual(
+    [...rgba].filter((_, i) => i % 4 === 3),
+    [255, 0, 255, 0, 255],
+  );
   assert.notDeepEqual(toColour(2, scale, 'warm'), toColour(4, scale, 'warm'));
   assert.deepEqual(toColour(-100, scale, 'warm'), toColour(2, scale, 'warm'));
 });
@@ -105,7 +143,10 @@ test('a scale has a length, and where all values are alike they have the colour 
     const end = value === 1 ? max : min;
     assert.deepEqual(toColour(value, scale, style.ramp), toColour(end, scale, style.ramp), band);
   }
-  assert.notDeepEqual(toColour(0, { min: 0, max: 1 }, 'warm'), toColour(1, { min: 0, max: 1 }, 'warm'));
+  assert.notDeepEqual(
+    toColour(0, { min: 0, max: 1 }, 'warm'),
+    toColour(1, { min: 0, max: 1 }, 'warm'),
+  );
 });
 
 test('the ends that values give leave out the outermost hundredths, such as one mast', () => {
@@ -129,7 +170,7 @@ test('a band that has ends by nature has these, and directions close a circle', 
   const scale = chooseScale(Float32Array.of(10, 350), kNoData, aspect)!;
   assert.deepEqual(scale, { min: 0, max: 360 });
   assert.deepEqual(toColour(0, scale, aspect.ramp), toColour(360, scale, aspect.ramp));
-  const energy = chooseScale(Float32Array.of(900, 1200), kNoData, chooseStyle('kwh_m2')!);
+  const energy = chooseScale(Float32Array.of(900, 1200), kNoData, chooseStyle('kwh_m2'));
   assert.deepEqual(energy, { min: 0, max: 1200 });
   assert.equal(chooseScale(Float32Array.of(kNoData), kNoData, aspect), undefined);
   assert.equal(chooseStyle('material'), undefined);
@@ -150,7 +191,9 @@ test('values are written as their band is read', () => {
     ['seen', '', 0, 1, 'not seen'],
     ['something_new', 'm', 12.345, 50, '12.3 m'],
   ];
-  for (const [band, unit, value, max, text] of cases) assert.equal(valueText(value, unit, chooseStyle(band)!, { min: 0, max }), text, band);
+  for (const [band, unit, value, max, text] of cases) {
+    assert.equal(valueText(value, unit, chooseStyle(band)!, { min: 0, max }), text, band);
+  }
 });
 
 test('what has no colour is said where it may be a value', () => {
@@ -158,9 +201,15 @@ test('what has no colour is said where it may be a value', () => {
     ['dsm', false, ''],
     ['dsm', true, 'Some data could not be read: cells without colour have no value.'],
     ['seen', false, 'Cells without colour are: not seen.'],
-    ['seen', true, 'Some data could not be read: cells without colour have no value, or are: not seen.'],
+    [
+      'seen',
+      true,
+      'Some data could not be read: cells without colour have no value, or are: not seen.',
+    ],
   ];
-  for (const [band, hasHoles, text] of cases) assert.equal(colourlessText(chooseStyle(band)!, hasHoles), text, band);
+  for (const [band, hasHoles, text] of cases) {
+    assert.equal(colourlessText(chooseStyle(band)!, hasHoles), text, band);
+  }
 });
 
 const wish: Wish = {
@@ -177,10 +226,28 @@ const wish: Wish = {
 test('what is asked for has the form of the interface', () => {
   const placed = { isPlaced: true, unitsPerVoxel: 0.5 };
   const body = { area: [10, 20, 30, 50], resolution_m: 2 };
-  assert.deepEqual(toBody(wish, placed), { kind: 'sun', ...body, surface: 'ground', date: '2026-06-21' });
-  assert.deepEqual(toBody({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), { kind: 'energy', ...body, surface: 'ground', from: '2026-06-21', to: '2026-06-30', step_min: 30 });
+  assert.deepEqual(toBody(wish, placed), {
+    kind: 'sun',
+    ...body,
+    surface: 'ground',
+    date: '2026-06-21',
+  });
+  assert.deepEqual(toBody({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), {
+    kind: 'energy',
+    ...body,
+    surface: 'ground',
+    from: '2026-06-21',
+    to: '2026-06-30',
+    step_min: 30,
+  });
   assert.deepEqual(toBody({ ...wish, kind: 'terrain' }, placed), { kind: 'terrain', ...body });
-  assert.deepEqual(toBody({ ...wish, kind: 'sight' }, placed), { kind: 'sight', ...body, surface: 'ground', observers: [[12, 22, 1.6]], target_m: 1.6 });
+  assert.deepEqual(toBody({ ...wish, kind: 'sight' }, placed), {
+    kind: 'sight',
+    ...body,
+    surface: 'ground',
+    observers: [[12, 22, 1.6]],
+    target_m: 1.6,
+  });
   // In voxels, whose z is to the south.
   const sight = toBody({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
   assert.deepEqual(sight['area'], [5, -25, 15, -10]);
@@ -188,9 +255,21 @@ test('what is asked for has the form of the interface', () => {
 });
 
 test('a result says what it is of, and its file is named so', () => {
-  assert.equal(toCaption(wish), 'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.');
-  const year: Wish = { ...wish, kind: 'energy', surface: 'top', from: '2026-01-01', to: '2026-12-31' };
-  assert.equal(toCaption(year), 'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.');
+  assert.equal(
+    toCaption(wish),
+    'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.',
+  );
+  const year: Wish = {
+    ...wish,
+    kind: 'energy',
+    surface: 'top',
+    from: '2026-01-01',
+    to: '2026-12-31',
+  };
+  assert.equal(
+    toCaption(year),
+    'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.',
+  );
   assert.equal(toCaption({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
   assert.match(toCaption({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
   assert.equal(makeFileName(wish), 'terravox-sun-2026-06-21.tif');
@@ -213,8 +292,17 @@ test('cells are as large as they must be', () => {
 
 test('a job that is none is refused', () => {
   const id = '0123456789abcdef0123456789abcdef';
-  assert.deepEqual(readJob({ id, state: 'done', progress: 7, holes: true }), { id, state: 'done', progress: 1, before: 0, message: '', hasHoles: true });
-  for (const bad of [undefined, {}, { id: '../x', state: 'done' }, { id, state: 'odd' }]) assert.throws(() => readJob(bad), /read the job/);
+  assert.deepEqual(readJob({ id, state: 'done', progress: 7, holes: true }), {
+    id,
+    state: 'done',
+    progress: 1,
+    before: 0,
+    message: '',
+    hasHoles: true,
+  });
+  for (const bad of [undefined, {}, { id: '../x', state: 'done' }, { id, state: 'odd' }]) {
+    assert.throws(() => readJob(bad), /read the job/);
+  }
 });
 
 test('a part of the raster is asked for by Range, whatever a proxy makes of that', async () => {
@@ -222,7 +310,14 @@ test('a part of the raster is asked for by Range, whatever a proxy makes of that
   const store = { getItem: () => 'secret', setItem: () => undefined, removeItem: () => undefined };
   for (const status of [200, 206]) {
     const seen: unknown[] = [];
-    const api = new Api('http://h/', async (_, init) => (seen.push(init.headers), new Response(status === 206 ? file.subarray(2, 5) : file, { status })), store);
+    const api = new Api(
+      'http://h/',
+      async (_, init) => (
+        seen.push(init.headers),
+        new Response(status === 206 ? file.subarray(2, 5) : file, { status })
+      ),
+      store,
+    );
     assert.deepEqual(Buffer.from(await new Jobs(api).read('a', 2, 3)).toString(), '234');
     assert.deepEqual(seen, [{ Range: 'bytes=2-4', Authorization: 'Bearer secret' }]);
   }

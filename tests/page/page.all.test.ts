@@ -3,7 +3,18 @@
 import assert from 'node:assert/strict';
 import { after, before, describe, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { coloursOnMap, noBrowser, openBrowser, openPage, pixelsOnMap, screenshot, readShownText, until, untilText, type WatchedPage } from './support/browser.js';
+import {
+  coloursOnMap,
+  noBrowser,
+  openBrowser,
+  openPage,
+  pixelsOnMap,
+  screenshot,
+  readShownText,
+  until,
+  untilText,
+  type WatchedPage,
+} from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
 const kRealUrl = process.env['TERRAVOX_URL'];
@@ -16,7 +27,9 @@ const testOfFake = (name: string, run: () => Promise<void>): void => {
 function measureContrast(a: string, b: string): number {
   const luminance = (hex: string): number => {
     assert.match(hex, /^#[0-9a-f]{6}$/i);
-    const [r, g, bl] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+    const [r, g, bl] = [1, 3, 5]
+      .map((i) => parseInt(hex.slice(i, i + 2), 16) / 255)
+      .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
     return 0.2126 * r! + 0.7152 * g! + 0.0722 * bl!;
   };
   const [dark, light] = [luminance(a), luminance(b)].sort((x, y) => x - y);
@@ -48,7 +61,8 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.context().close();
   }
   const position = (page: Page): Promise<string> => readShownText(page, '#position');
-  const untilMoved = (page: Page, from: string): Promise<void> => until(`the map left ${from}`, async () => (await position(page)) !== from);
+  const untilMoved = (page: Page, from: string): Promise<void> =>
+    until(`the map left ${from}`, async () => (await position(page)) !== from);
 
   test('it shows the world, its tiles, squares and statistics', async () => {
     const watched = await openMap();
@@ -60,7 +74,9 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await untilText(page, '#rate', /\d requests a second/);
     assert.match(await position(page), /^Middle: -?\d+\.?\d*, -?\d+\.?\d*/);
     assert.match(await readShownText(page, '.ol-scale-line'), /\d+ (m|km)/);
-    await until('the line has points', async () => ((await page.locator('#rate polyline').getAttribute('points')) ?? '').includes(' '));
+    await until('the line has points', async () =>
+      ((await page.locator('#rate polyline').getAttribute('points')) ?? '').includes(' '),
+    );
     await screenshot(page, 'light-1280');
     await closeClean(watched);
   });
@@ -102,19 +118,30 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   });
 
   test('Enter shows what is in the middle, with a command that renders it', async () => {
-    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1);  // the button shows 'Copied' for a while
+    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1); // the button shows 'Copied' for a while
     const { page } = watched;
     await untilText(page, '#squares', /in all/);
     await page.locator('#map').focus();
     await page.keyboard.press('Enter');
-    await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
+    await until(
+      'there is a command',
+      async () => (await page.locator('#command').inputValue()) !== '',
+    );
     const command = await page.locator('#command').inputValue();
     const number = '-?\\d+\\.?\\d*';
     const place = `${number},${number},${number}`;
-    assert.match(command, new RegExp(`^\\./terravox render ${url.replace(/\/$/, '')} --camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`));
+    assert.match(
+      command,
+      new RegExp(
+        `^\\./terravox render ${url.replace(/\/$/, '')} --camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`,
+      ),
+    );
     assert.match(await readShownText(page, '#place dl'), /On top.*m/);
     if (kRealUrl === undefined) {
-      assert.match(await readShownText(page, '#place dl'), /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/);
+      assert.match(
+        await readShownText(page, '#place dl'),
+        /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/,
+      );
       assert.match(await readShownText(page, '#place-summary'), /^\d+\.\d,\d+\.\d: square TM_46/);
     }
     await page.getByRole('button', { name: 'Copy command' }).click();
@@ -150,8 +177,12 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const text = await readShownText(page, '#layers');
     await page.getByLabel('Level of the boxes').selectOption('1');
     await until('level 1 is requested', () => watched.paths.includes('v2/cached/1'));
-    if (kRealUrl === undefined) await until('other numbers', async () => (await readShownText(page, '#layers')) !== text);
-    for (const name of ['Top view', 'LiDAR squares', 'Kept boxes']) await page.getByLabel(name).uncheck();
+    if (kRealUrl === undefined) {
+      await until('other numbers', async () => (await readShownText(page, '#layers')) !== text);
+    }
+    for (const name of ['Top view', 'LiDAR squares', 'Kept boxes']) {
+      await page.getByLabel(name).uncheck();
+    }
     await until('nothing is drawn any more', async () => (await coloursOnMap(page)) <= 5);
     await page.getByLabel('Top view').check();
     await until('the top view is back', async () => (await coloursOnMap(page)) > 5);
@@ -161,7 +192,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   test('coordinates are found, and wrong ones explained', async () => {
     const watched = await openMap();
     const { page } = watched;
-    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/.exec(await position(page))!.slice(1).map(Number);
+    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/
+      .exec(await position(page))!
+      .slice(1)
+      .map(Number);
     await page.getByLabel('Go to').fill(`${e! + 30}, ${n! - 20}`);
     await page.keyboard.press('Enter');
     await untilText(page, '#position', new RegExp(`Middle: ${Math.floor(e! + 30)}`));
@@ -174,7 +208,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
 
   test('a link leads to its place', async () => {
     const first = await openMap();
-    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/.exec(await position(first.page))!.slice(1).map(Number);
+    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/
+      .exec(await position(first.page))!
+      .slice(1)
+      .map(Number);
     await closeClean(first);
     const watched = await openPage(browser, `${url}#e=${e! + 40}&n=${n! - 30}&r=0.25`);
     await untilText(watched.page, '#place-summary', new RegExp(`^${Math.floor(e! + 40)}`));
@@ -203,26 +240,36 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const watched = await openPage(browser, behind.url);
     await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
     await untilText(watched.page, '#squares', /4 in all/);
-    assert.ok(behind.requestPaths.every((path) => path.startsWith(behind.prefix)), behind.requestPaths.join(' '));
+    assert.ok(
+      behind.requestPaths.every((path) => path.startsWith(behind.prefix)),
+      behind.requestPaths.join(' '),
+    );
     await closeClean(watched);
     behind.close();
   });
 
-  for (const colorScheme of ['light', 'dark'] as const)
+  for (const colorScheme of ['light', 'dark'] as const) {
     test(`colours contrast with their background: ${colorScheme}`, async () => {
       const watched = await openMap({ colorScheme });
       const value = (name: string): Promise<string> =>
-        watched.page.evaluate((n) => getComputedStyle(document.documentElement).getPropertyValue(n).trim(), name);
-      const contrast = async (a: string, b: string): Promise<number> => measureContrast(await value(a), await value(b));
+        watched.page.evaluate(
+          (n) => getComputedStyle(document.documentElement).getPropertyValue(n).trim(),
+          name,
+        );
+      const contrast = async (a: string, b: string): Promise<number> =>
+        measureContrast(await value(a), await value(b));
       // WCAG 2.2: 4.5 for text, 3 for lines and signs.
       for (const back of ['--back', '--panel']) {
         const inks = ['--text', '--faint', '--accent', '--error'];
         const signs = ['--wanted', '--fetched', '--prepared', '--failed', '--memory', '--disk'];
         for (const ink of inks) assert.ok((await contrast(ink, back)) >= 4.5, `${ink} on ${back}`);
-        for (const sign of signs) assert.ok((await contrast(sign, back)) >= 3, `${sign} on ${back}`);
+        for (const sign of signs) {
+          assert.ok((await contrast(sign, back)) >= 3, `${sign} on ${back}`);
+        }
       }
       await closeClean(watched);
     });
+  }
 
   testOfFake('unfinished tiles are requested again when boxes were made', async () => {
     fake.made = 3;
@@ -236,7 +283,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     });
     await screenshot(page, 'light-1280-unfinished');
     fake.made = 11;
-    await until('the hint is gone', async () => !/not made yet/.test(await readShownText(page, '#layers')));
+    await until(
+      'the hint is gone',
+      async () => !/not made yet/.test(await readShownText(page, '#layers')),
+    );
     await closeClean(watched);
     fake.made = 3;
   });
@@ -252,7 +302,10 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await page.locator('#analysis-result').waitFor({ state: 'visible' });
     await untilText(page, '#analysis-result .ends', /^([\d.]+ h){3}$/);
     await untilText(page, '#analysis-state', /^$/);
-    assert.match(await readShownText(page, '#analysis-caption'), /^Hours of sun · roofs and crowns · 21 Jun 2026 · cells of 4 m\..*no clouds.*UTC\+\d+\.$/);
+    assert.match(
+      await readShownText(page, '#analysis-caption'),
+      /^Hours of sun · roofs and crowns · 21 Jun 2026 · cells of 4 m\..*no clouds.*UTC\+\d+\.$/,
+    );
     await page.locator('#map').hover();
     await until('the value under the pointer is shown', async () => {
       await page.mouse.move(400 + Math.random() * 100, 400);
@@ -263,7 +316,9 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     // The form is of the next analysis, and the value is that of the band without any movement.
     await page.getByLabel('First day').fill('2026-06-20');
     assert.match(await readShownText(page, '#analysis-caption'), /21 Jun 2026/);
-    await page.getByLabel('Shown', { exact: true }).selectOption({ label: 'First sun, clock time' });
+    await page
+      .getByLabel('Shown', { exact: true })
+      .selectOption({ label: 'First sun, clock time' });
     await untilText(page, '#analysis-result .ends', /^(\d\d:\d\d){3}$/);
     await untilText(page, '#analysis-value', /^Here: (\d\d:\d\d|no value)$/);
     await page.getByLabel('Opacity').fill('30');
@@ -276,22 +331,25 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await closeClean(watched);
   });
 
-  testOfFake('an analysis lies below the frames of squares, and has the colours of its legend', async () => {
-    const watched = await openMap();
-    const { page } = watched;
-    await untilText(page, '#squares', /in all/);
-    // Of the states of squares: --wanted, --fetched, --prepared, --failed.
-    const frames = ['#5f6873', '#0b5cad', '#1a7334', '#b3261e'];
-    let before = 0;
-    await until('frames are drawn', async () => (before = await pixelsOnMap(page, frames)) > 100);
-    await page.getByRole('button', { name: 'Compute what the map shows' }).click();
-    // The end of the scale for sun: no other layer has this colour.
-    await until('the result is drawn', async () => (await pixelsOnMap(page, ['#fcffa4'])) > 100);
-    const after = await pixelsOnMap(page, frames);
-    assert.ok(after > 0.9 * before, `${after} pixels of frames instead of ${before}`);
-    await closeClean(watched);
-    fake.jobs.clear();
-  });
+  testOfFake(
+    'an analysis lies below the frames of squares, and has the colours of its legend',
+    async () => {
+      const watched = await openMap();
+      const { page } = watched;
+      await untilText(page, '#squares', /in all/);
+      // Of the states of squares: --wanted, --fetched, --prepared, --failed.
+      const frames = ['#5f6873', '#0b5cad', '#1a7334', '#b3261e'];
+      let before = 0;
+      await until('frames are drawn', async () => (before = await pixelsOnMap(page, frames)) > 100);
+      await page.getByRole('button', { name: 'Compute what the map shows' }).click();
+      // The end of the scale for sun: no other layer has this colour.
+      await until('the result is drawn', async () => (await pixelsOnMap(page, ['#fcffa4'])) > 100);
+      const after = await pixelsOnMap(page, frames);
+      assert.ok(after > 0.9 * before, `${after} pixels of frames instead of ${before}`);
+      await closeClean(watched);
+      fake.jobs.clear();
+    },
+  );
 
   testOfFake('no choice of an analysis is cut off', async () => {
     fake.isOnEarth = true;
@@ -302,10 +360,18 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const cut = await page.evaluate(() => {
       const context = new OffscreenCanvas(1, 1).getContext('2d')!;
       const arrowPx = 24;
-      return [...document.querySelectorAll<HTMLSelectElement>('#analysis-form select, #analysis-result select')].flatMap((select) => {
+      return [
+        ...document.querySelectorAll<HTMLSelectElement>(
+          '#analysis-form select, #analysis-result select',
+        ),
+      ].flatMap((select) => {
         context.font = getComputedStyle(select).font;
         const roomPx = select.clientWidth - arrowPx;
-        return select.clientWidth === 0 ? [] : [...select.options].filter(({ text }) => context.measureText(text).width > roomPx).map(({ text }) => text);
+        return select.clientWidth === 0
+          ? []
+          : [...select.options]
+              .filter(({ text }) => context.measureText(text).width > roomPx)
+              .map(({ text }) => text);
       });
     });
     assert.deepEqual(cut, []);
@@ -351,8 +417,13 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   testOfFake('where the sun is not known, it is not offered', async () => {
     fake.isOnEarth = false;
     const watched = await openMap();
-    await until('kinds are offered', async () => (await watched.page.locator('#analysis-kind option').count()) > 0);
-    const kinds = await watched.page.locator('#analysis-kind option').evaluateAll((options) => options.map((option) => (option as HTMLOptionElement).value));
+    await until(
+      'kinds are offered',
+      async () => (await watched.page.locator('#analysis-kind option').count()) > 0,
+    );
+    const kinds = await watched.page
+      .locator('#analysis-kind option')
+      .evaluateAll((options) => options.map((option) => (option as HTMLOptionElement).value));
     assert.deepEqual(kinds, ['terrain', 'sky', 'sight']);
     await closeClean(watched);
     fake.isOnEarth = true;
@@ -371,21 +442,36 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     ['dark-1280', { colorScheme: 'dark' }],
     ['light-390', { viewport: { width: 390, height: 800 } }],
     ['dark-390', { colorScheme: 'dark', viewport: { width: 390, height: 800 } }],
-  ] as const)
+  ] as const) {
     test(`nothing is cut off at the side: ${name}`, async () => {
       const watched = await openMap(options);
       const { page } = watched;
       await page.locator('#map').focus();
       await page.keyboard.press('Enter');
-      await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
-      const [inner, wanted] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollWidth]);
-      assert.ok(wanted! <= inner!, `${wanted} pixels wide in a window of ${inner}`);
-      const [height, all] = await page.evaluate(() => [document.documentElement.clientHeight, document.documentElement.scrollHeight]);
-      if (inner! > 800) assert.ok(all! <= height!, `${all} pixels high in a window of ${height}: only the panel should scroll`);
+      await until(
+        'there is a command',
+        async () => (await page.locator('#command').inputValue()) !== '',
+      );
+      const [inner, wanted] = await page.evaluate(() => [
+        document.documentElement.clientWidth,
+        document.documentElement.scrollWidth,
+      ]);
+      assert.ok(wanted <= inner, `${wanted} pixels wide in a window of ${inner}`);
+      const [height, all] = await page.evaluate(() => [
+        document.documentElement.clientHeight,
+        document.documentElement.scrollHeight,
+      ]);
+      if (inner > 800) {
+        assert.ok(
+          all <= height,
+          `${all} pixels high in a window of ${height}: only the panel should scroll`,
+        );
+      }
       await page.evaluate(() => window.scrollTo(0, 0));
       await screenshot(page, name);
       await page.locator('#place-title').evaluate((title) => title.scrollIntoView());
       await screenshot(page, `${name}-facts`);
       await closeClean(watched);
     });
+  }
 });

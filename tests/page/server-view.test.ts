@@ -1,7 +1,14 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { noBrowser, openBrowser, openPage, screenshot, untilText, type WatchedPage } from './support/browser.js';
+import {
+  noBrowser,
+  openBrowser,
+  openPage,
+  screenshot,
+  untilText,
+  type WatchedPage,
+} from './support/browser.js';
 
 /**
  * The viewer of a real voxel server, at TERRAVOX_VIEWED, next to a site of the same world, at
@@ -16,7 +23,8 @@ const kAlike = 0.999;
 const kLinkMs = 1000; // the address has followed the view by then
 
 // What the driver says of reading back a pixel, and the browser of replies that ask for a token.
-const isNoise = (message: string): boolean => message.includes('GL Driver Message') || / 401 /.test(message);
+const isNoise = (message: string): boolean =>
+  message.includes('GL Driver Message') || / 401 /.test(message);
 
 async function whole(page: Page): Promise<void> {
   await page.waitForFunction(() => window.terravox !== undefined);
@@ -24,7 +32,8 @@ async function whole(page: Page): Promise<void> {
   await page.waitForFunction(() => window.terravox.stats().isComplete, undefined, { polling: 200 });
 }
 
-const readHits = (page: Page): Promise<number[]> => page.evaluate(() => [...window.terravox.firstHits()!.voxels]);
+const readHits = (page: Page): Promise<number[]> =>
+  page.evaluate(() => [...window.terravox.firstHits()!.voxels]);
 
 async function giveToken(page: Page): Promise<void> {
   const ask = page.locator('dialog#token');
@@ -97,7 +106,10 @@ test('a voxel server shows its world as a site of it does', { skip: noBrowser },
     assert.match(server.url(), /\/view\/#at=46/);
 
     for (const { errors, foreign } of opened) {
-      assert.deepEqual(errors.filter((message) => !isNoise(message)), []);
+      assert.deepEqual(
+        errors.filter((message) => !isNoise(message)),
+        [],
+      );
       assert.deepEqual(foreign, []);
     }
   } finally {

@@ -175,7 +175,7 @@ test('every tool can be used by keys alone', { skip: noBrowser }, async () => {
   const csv = page.waitForEvent('download');
   await tabTo(page, '#tool-profile div p button');
   await press('Enter');
-  const table = readFileSync((await (await csv).path())!, 'utf8')
+  const table = readFileSync(await (await csv).path(), 'utf8')
     .trimEnd()
     .split('\r\n');
   assert.equal(table[0], 'easting,northing,distance_m,height_m,level_m');
@@ -280,7 +280,7 @@ test('a link brings back what was seen, and a wrong one nothing', { skip: noBrow
   // The picture as a file has the points, and the names of the sources.
   const saved = made.page.waitForEvent('download');
   await made.page.locator('#save').click();
-  const png = readFileSync((await (await saved).path())!).toString('base64');
+  const png = readFileSync(await (await saved).path()).toString('base64');
   const colours = await made.page.evaluate(async (data) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
@@ -374,14 +374,14 @@ const lowContrast = (page: Page, min: number): Promise<{ seen: number; low: stri
       const style = getComputedStyle(target);
       const colours = [style[target instanceof SVGElement ? 'fill' : 'color']];
       if (isField) colours.push(getComputedStyle(target, '::placeholder').color);
-      for (const colour of colours)
+      for (const colour of colours) {
         for (const shade of [0, 255]) {
           const ratio = contrast(read(colour), behind(target, [shade, shade, shade, 1]));
-          if (ratio < least)
-            low.push(
-              `${target.tagName} "${target.textContent!.slice(0, 30)}": ${ratio.toFixed(2)}`,
-            );
+          if (ratio < least) {
+            low.push(`${target.tagName} "${target.textContent.slice(0, 30)}": ${ratio.toFixed(2)}`);
+          }
         }
+      }
     }
     return { seen, low };
   }, min);
@@ -434,8 +434,9 @@ test('texts are legible, inputs have names, the language is one', { skip: noBrow
     await page.locator('#close').click();
   }
   const shown = await page.locator('body').innerText();
-  for (const word of ['Tools', 'Measure', 'Sun', 'Save', 'Picture', 'Height'])
+  for (const word of ['Tools', 'Measure', 'Sun', 'Save', 'Picture', 'Height']) {
     assert.ok(!shown.includes(word), `English in the Slovene page: ${word}`);
+  }
   await end();
 });
 

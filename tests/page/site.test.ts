@@ -5,7 +5,14 @@ import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.j
 import { fromLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
 import { toCamera, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
-import { noBrowser, openBrowser, openPage, screenshot, until, untilText } from './support/browser.js';
+import {
+  noBrowser,
+  openBrowser,
+  openPage,
+  screenshot,
+  until,
+  untilText,
+} from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
 
 /** A site of `terravox publish`, whose address is TERRAVOX_SITE: tests/e2e/publish_test.py. */
@@ -30,7 +37,9 @@ test('a site shows its place, and asks nobody but its host', { skip: noBrowser }
       kSamples,
       { polling: 200 },
     );
-    const picture = await page.evaluate(() => document.querySelector('canvas')!.toDataURL('image/jpeg', 0.95));
+    const picture = await page.evaluate(() =>
+      document.querySelector('canvas')!.toDataURL('image/jpeg', 0.95),
+    );
     writeFileSync(kPicture, Buffer.from(picture.split(',')[1]!, 'base64'));
     const hits = await page.evaluate(() => {
       const { voxels, details } = window.terravox.firstHits()!;
@@ -61,51 +70,74 @@ test('a site shows its place, and asks nobody but its host', { skip: noBrowser }
     await other.page.waitForTimeout(500);
     assert.equal(other.page.url(), link);
 
-    for (const seen of [errors, other.errors])
-      assert.deepEqual(seen.filter((message) => !isNoise(message)), []);
+    for (const seen of [errors, other.errors]) {
+      assert.deepEqual(
+        seen.filter((message) => !isNoise(message)),
+        [],
+      );
+    }
     assert.deepEqual([...foreign, ...other.foreign], []);
   } finally {
     await browser.close();
   }
 });
 
-test('the view of the whole place lies beside the panel, whatever the shape of the window is', { skip: noBrowser }, async () => {
-  const browser = await openBrowser();
-  try {
-    const place = readPlaceFile(await (await fetch(new URL('place.json', kSite))).json());
-    const whole = place.views.findIndex(({ name }) => name === 'Whole place');
-    const { min, max } = place.views[whole]!.frame!;
-    const corners = Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? min : max)[a]!) as unknown as Vec3);
-    // What counts is where things lie: few pixels show that, too.
-    const options = { viewport: { width: 1000, height: 500 }, deviceScaleFactor: 0.25 };
-    const { page } = await openPage(browser, kSite, options, 1);
-    await page.evaluate(() => window.terravox.ready);
-    await page.locator('#views').selectOption(String(whole));
-    const { position, target } = place.views[whole]!;
-    const direction = lookingAt({ position, headingDeg: 0, pitchDeg: 0, fovDeg: 40 }, target);
-    for (const [width, height] of [[1000, 500], [700, 420], [400, 700], [1000, 500]] as const) {
-      await page.setViewportSize({ width, height });
-      // The address follows the view.
-      await until(`${width} x ${height}: all corners are seen`, async () => {
-        const { link, picture, panel } = await page.evaluate(() => {
-          const rectangle = (selector: string) => document.querySelector(selector)!.getBoundingClientRect().toJSON() as DOMRect;
-          return { link: location.hash, picture: rectangle('#picture'), panel: rectangle('#controls') };
+test(
+  'the view of the whole place lies beside the panel, whatever the shape of the window is',
+  { skip: noBrowser },
+  async () => {
+    const browser = await openBrowser();
+    try {
+      const place = readPlaceFile(await (await fetch(new URL('place.json', kSite))).json());
+      const whole = place.views.findIndex(({ name }) => name === 'Whole place');
+      const { min, max } = place.views[whole]!.frame!;
+      const corners = Array.from(
+        { length: 8 },
+        (_, i) => [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? min : max)[a]!) as unknown as Vec3,
+      );
+      // What counts is where things lie: few pixels show that, too.
+      const options = { viewport: { width: 1000, height: 500 }, deviceScaleFactor: 0.25 };
+      const { page } = await openPage(browser, kSite, options, 1);
+      await page.evaluate(() => window.terravox.ready);
+      await page.locator('#views').selectOption(String(whole));
+      const { position, target } = place.views[whole]!;
+      const direction = lookingAt({ position, headingDeg: 0, pitchDeg: 0, fovDeg: 40 }, target);
+      for (const [width, height] of [
+        [1000, 500],
+        [700, 420],
+        [400, 700],
+        [1000, 500],
+      ] as const) {
+        await page.setViewportSize({ width, height });
+        // The address follows the view.
+        await until(`${width} x ${height}: all corners are seen`, async () => {
+          const { link, picture, panel } = await page.evaluate(() => {
+            const rectangle = (selector: string) =>
+              document.querySelector(selector)!.getBoundingClientRect().toJSON() as DOMRect;
+            return {
+              link: location.hash,
+              picture: rectangle('#picture'),
+              panel: rectangle('#controls'),
+            };
+          });
+          const { view } = fromLink(link, { view: direction, timeMs: 0 });
+          const { forward, right, up } = toCamera(view);
+          const scale = picture.height / 2 / dot(up, up);
+          return corners.every((corner) => {
+            const d = plus(corner, view.position, -1);
+            const depth = dot(d, forward);
+            const x = picture.left + picture.width / 2 + (scale * dot(d, right)) / depth;
+            const y = picture.top + picture.height / 2 - (scale * dot(d, up)) / depth;
+            const [isInPicture, isInPanel] = [picture, panel].map(
+              (r) => x > r.left && x < r.right && y > r.top && y < r.bottom,
+            );
+            return depth > 0 && isInPicture && !isInPanel;
+          });
         });
-        const { view } = fromLink(link, { view: direction, timeMs: 0 });
-        const { forward, right, up } = toCamera(view);
-        const scale = picture.height / 2 / dot(up, up);
-        return corners.every((corner) => {
-          const d = plus(corner, view.position, -1);
-          const depth = dot(d, forward);
-          const x = picture.left + picture.width / 2 + (scale * dot(d, right)) / depth;
-          const y = picture.top + picture.height / 2 - (scale * dot(d, up)) / depth;
-          const [isInPicture, isInPanel] = [picture, panel].map((r) => x > r.left && x < r.right && y > r.top && y < r.bottom);
-          return depth > 0 && isInPicture && !isInPanel;
-        });
-      });
-      await screenshot(page, `whole-place-${width}x${height}`);
+        await screenshot(page, `whole-place-${width}x${height}`);
+      }
+    } finally {
+      await browser.close();
     }
-  } finally {
-    await browser.close();
-  }
-});
+  },
+);

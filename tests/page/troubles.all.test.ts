@@ -3,11 +3,21 @@
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, describe, test } from 'node:test';
 import type { Browser } from 'playwright-core';
-import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, readShownText, until, untilText } from './support/browser.js';
+import {
+  coloursOnMap,
+  noBrowser,
+  openBrowser,
+  openPage,
+  screenshot,
+  readShownText,
+  until,
+  untilText,
+} from './support/browser.js';
 import { FakeServer } from './support/fake-server.js';
 
 // The browser itself logs to its console that a request failed: that is no error of the page.
-const ownErrors = (errors: readonly string[]): string[] => errors.filter((text) => !/Failed to load resource/.test(text));
+const ownErrors = (errors: readonly string[]): string[] =>
+  errors.filter((text) => !/Failed to load resource/.test(text));
 
 describe('the page in trouble', { skip: noBrowser }, () => {
   let fake: FakeServer;
@@ -90,13 +100,18 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     const { page, errors } = await openPage(browser, fake.url);
     const holes = 'Some data could not be read: cells without colour have no value';
     const note = '#analysis-result .note';
-    const choose = (label: string): Promise<unknown> => page.getByLabel('Shown', { exact: true }).selectOption({ label });
+    const choose = (label: string): Promise<unknown> =>
+      page.getByLabel('Shown', { exact: true }).selectOption({ label });
     await page.getByRole('button', { name: 'Compute what the map shows' }).click();
     await untilText(page, '#analysis-result .ends', /h$/);
     await untilText(page, note, new RegExp(`^${holes}\\.$`));
     fake.rasterFails = true;
     await choose('First sun, clock time');
-    await untilText(page, note, new RegExp(`^The raster could not be shown\\. .*no such disk.* ${holes}\\.$`));
+    await untilText(
+      page,
+      note,
+      new RegExp(`^The raster could not be shown\\. .*no such disk.* ${holes}\\.$`),
+    );
     assert.equal(await readShownText(page, '#analysis-result .ends'), '');
     assert.equal(await page.locator('#analysis-result canvas').isVisible(), false);
     assert.equal(await readShownText(page, '#analysis-value'), 'Here: no value');
@@ -114,16 +129,29 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     const harm = '<img src=x onerror="alert(1)"><script>alert(2)</script>';
     fake.title = `T ${harm}`;
     fake.stepName = `S ${harm}`;
-    fake.squares = [{ name: `N ${harm}`, state: 'failed', licence: `L ${harm}`, error: `E ${harm}` }];
+    fake.squares = [
+      { name: `N ${harm}`, state: 'failed', licence: `L ${harm}`, error: `E ${harm}` },
+    ];
     const { page, errors, foreign } = await openPage(browser, fake.url);
     await untilText(page, '#squares', /N <img/);
     await untilText(page, '#steps', /S <img/);
     await page.getByRole('button', { name: harm }).click();
     await untilText(page, '#place', /L <img/);
     assert.equal(await readShownText(page, '#title'), `T ${harm}`);
-    await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
-    assert.match(await page.locator('#command').inputValue(), /-o N-img-src-x-onerror-alert-1-script-alert-2-script\.png$/);
-    assert.equal(await page.evaluate(() => document.querySelectorAll('img, main script, header script').length), 0);
+    await until(
+      'there is a command',
+      async () => (await page.locator('#command').inputValue()) !== '',
+    );
+    assert.match(
+      await page.locator('#command').inputValue(),
+      /-o N-img-src-x-onerror-alert-1-script-alert-2-script\.png$/,
+    );
+    assert.equal(
+      await page.evaluate(
+        () => document.querySelectorAll('img, main script, header script').length,
+      ),
+      0,
+    );
     assert.deepEqual([errors, foreign], [[], []]);
     await page.context().close();
   });

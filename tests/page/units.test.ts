@@ -2,17 +2,38 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api, ApiError, type Fetch } from '../../voxelserver/serve/page/src/api.js';
 import { readBox } from '../../voxelserver/serve/page/src/box-reader.js';
-import { decimalsFor, parsePlace, placeFromHash, placeToHash } from '../../voxelserver/serve/page/src/coordinates.js';
-import { formatBytes, formatDuration, formatSeconds } from '../../voxelserver/serve/page/src/number-format.js';
+import {
+  decimalsFor,
+  parsePlace,
+  placeFromHash,
+  placeToHash,
+} from '../../voxelserver/serve/page/src/coordinates.js';
+import {
+  formatBytes,
+  formatDuration,
+  formatSeconds,
+} from '../../voxelserver/serve/page/src/number-format.js';
 import { Poller } from '../../voxelserver/serve/page/src/poller.js';
 import { Rates } from '../../voxelserver/serve/page/src/rates.js';
-import { cameraHeight, cameraPlace, fileName, renderCommand } from '../../voxelserver/serve/page/src/render-command.js';
+import {
+  cameraHeight,
+  cameraPlace,
+  fileName,
+  renderCommand,
+} from '../../voxelserver/serve/page/src/render-command.js';
 import { readStats, readWorld } from '../../voxelserver/serve/page/src/replies.js';
-import { readCachedBoxes, readSquares, squareContains } from '../../voxelserver/serve/page/src/squares.js';
+import {
+  readCachedBoxes,
+  readSquares,
+  squareContains,
+} from '../../voxelserver/serve/page/src/squares.js';
 import { viewLink, viewOfMap, viewOfPlace } from '../../voxelserver/serve/page/src/view-link.js';
 import { computeForward } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { fromLink, type ViewState } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
-import { horizontalWkt, WorldProjection } from '../../voxelserver/serve/page/src/world-projection.js';
+import {
+  horizontalWkt,
+  WorldProjection,
+} from '../../voxelserver/serve/page/src/world-projection.js';
 import crsCases from './support/crs.json';
 import { heightAt, kCrs, squaresJson, worldJson } from './support/fake-world.js';
 import { makeBox, type Voxel } from './support/make-box.js';
@@ -21,7 +42,7 @@ const world = readWorld(worldJson('Synthetic hills'));
 const projection = new WorldProjection(world);
 
 // Coordinates by PROJ of one place in each CRS; a metre is more than the map needs.
-for (const item of crsCases)
+for (const item of crsCases) {
   test(`latitude and longitude agree with PROJ in ${item.crs}`, () => {
     const [e, n] = [Math.floor(item.easting), Math.floor(-item.northing)];
     const here = new WorldProjection({
@@ -35,10 +56,14 @@ for (const item of crsCases)
     const found = here.toLatLon(item.easting, item.northing);
     assert.ok(found);
     const east = (found.lonDeg - item.lonDeg) * Math.cos((item.latDeg * Math.PI) / 180);
-    assert.ok(Math.hypot(east, found.latDeg - item.latDeg) * 111_000 < 1, `${found.latDeg}, ${found.lonDeg} instead of ${item.latDeg}, ${item.lonDeg}`);
+    assert.ok(
+      Math.hypot(east, found.latDeg - item.latDeg) * 111_000 < 1,
+      `${found.latDeg}, ${found.lonDeg} instead of ${item.latDeg}, ${item.lonDeg}`,
+    );
     const back = here.fromLatLon(found);
     assert.ok(back && Math.hypot(back[0] - item.easting, back[1] - item.northing) < 0.01);
   });
+}
 
 test('clocks of analyses are those of the longitude: of the middle of small worlds, of the part in wide ones', () => {
   const item = crsCases[0]!;
@@ -51,7 +76,12 @@ test('clocks of analyses are those of the longitude: of the middle of small worl
       max: [Math.floor(item.easting + halfM), 1, Math.floor(-item.northing + halfM)],
       centre: { ...item, lonDeg, convergenceDeg: 0 },
     });
-  const part = [item.easting - 500, item.northing - 500, item.easting + 500, item.northing + 500] as const;
+  const part = [
+    item.easting - 500,
+    item.northing - 500,
+    item.easting + 500,
+    item.northing + 500,
+  ] as const;
   const ofPart = Math.round(item.lonDeg / 15);
   assert.equal(makeWorld(9_000, -30.2).clockOffsetH(part), -2);
   assert.equal(makeWorld(15_000, item.lonDeg).clockOffsetH(part), ofPart);
@@ -70,21 +100,51 @@ test('in a wide world clocks are those of the middle of a square of 10 km, as on
       centre: { latDeg: 0, lonDeg: -falseEasting / 100_000, convergenceDeg: 0 },
     });
   // The middle of the square is at 755 km.
-  const cases = [[4_000, 751_000, 1], [4_000, 759_000, 1], [4_000, 749_000, 0], [6_000, 759_000, 0], [6_000, 761_000, 1], [6_000, -741_000, -1]] as const;
-  for (const [falseEasting, easting, hours] of cases)
-    assert.equal(makeWideWorld(falseEasting).clockOffsetH([easting - 100, 300, easting + 100, 500]), hours, `${falseEasting}, ${easting}`);
+  const cases = [
+    [4_000, 751_000, 1],
+    [4_000, 759_000, 1],
+    [4_000, 749_000, 0],
+    [6_000, 759_000, 0],
+    [6_000, 761_000, 1],
+    [6_000, -741_000, -1],
+  ] as const;
+  for (const [falseEasting, easting, hours] of cases) {
+    assert.equal(
+      makeWideWorld(falseEasting).clockOffsetH([easting - 100, 300, easting + 100, 500]),
+      hours,
+      `${falseEasting}, ${easting}`,
+    );
+  }
 });
 
 test('clocks of a world with a place but without a CRS are those of its centre, halves away from zero', () => {
-  const cases = [[-7.5, -1], [7.5, 1], [-7.4, 0], [-22.5, -2], [22.4, 1], [172.5, 12]] as const;
+  const cases = [
+    [-7.5, -1],
+    [7.5, 1],
+    [-7.4, 0],
+    [-22.5, -2],
+    [22.4, 1],
+    [172.5, 12],
+  ] as const;
   for (const [lonDeg, hours] of cases) {
-    const here = new WorldProjection({ ...world, crsWkt: '', crsProj4: '', min: [0, 0, 0], max: [50_000, 1, 50_000], centre: { latDeg: 0, lonDeg, convergenceDeg: 0 } });
+    const here = new WorldProjection({
+      ...world,
+      crsWkt: '',
+      crsProj4: '',
+      min: [0, 0, 0],
+      max: [50_000, 1, 50_000],
+      centre: { latDeg: 0, lonDeg, convergenceDeg: 0 },
+    });
     assert.equal(here.clockOffsetH([0, 0, 10, 10]), hours, `${lonDeg}`);
   }
 });
 
 test('a CRS that is not understood, or that lies elsewhere, leaves a map without latitude and longitude', () => {
-  for (const [crsWkt, crsProj4] of [['', ''], ['NONSENSE["x"]', '+proj=nonsense'], [crsCases[1]!.wkt, '']] as const) {
+  for (const [crsWkt, crsProj4] of [
+    ['', ''],
+    ['NONSENSE["x"]', '+proj=nonsense'],
+    [crsCases[1]!.wkt, ''],
+  ] as const) {
     const here = new WorldProjection({ ...world, crsWkt, crsProj4 });
     assert.equal(here.hasPlaceOnEarth, false, crsWkt.slice(0, 40));
     assert.equal(here.toLatLon(462500, 101500), undefined);
@@ -96,7 +156,10 @@ test('the horizontal part of a compound CRS ends where its bracket does, bracket
   const inner = 'PROJCRS["a ] b",BASEGEOGCRS["c"],CONVERSION["[[d"]]';
   assert.equal(horizontalWkt(`COMPOUNDCRS["x",${inner},VERTCRS["h"]]`), inner);
   assert.equal(horizontalWkt(kCrs.wkt), kCrs.wkt);
-  assert.equal(horizontalWkt('COMPOUNDCRS["x",PROJCRS["never closed"'), 'COMPOUNDCRS["x",PROJCRS["never closed"');
+  assert.equal(
+    horizontalWkt('COMPOUNDCRS["x",PROJCRS["never closed"'),
+    'COMPOUNDCRS["x",PROJCRS["never closed"',
+  );
 });
 
 test('voxels, tiles and boxes lie where the interface defines', () => {
@@ -106,7 +169,12 @@ test('voxels, tiles and boxes lie where the interface defines', () => {
   assert.deepEqual(projection.boxExtent(2, -1, -1), [-256, 0, 0, 256]);
   assert.equal(projection.resolution(5), 1);
   assert.equal(projection.resolution(0), 32);
-  const feet = new WorldProjection({ ...world, unitsPerVoxel: 3937 / 1200, crsWkt: '', crsProj4: '' });
+  const feet = new WorldProjection({
+    ...world,
+    unitsPerVoxel: 3937 / 1200,
+    crsWkt: '',
+    crsProj4: '',
+  });
   assert.ok(Math.abs(feet.metresPerUnit - 1200 / 3937) < 1e-12);
   assert.deepEqual(feet.toVoxel(-0.1, 0.1), [-1, -1]);
 });
@@ -116,19 +184,36 @@ test('places are read as users write them', () => {
   const near = (text: string): void => {
     const found = parsePlace(text, projection);
     assert.ok(typeof found !== 'string', `${text}: ${String(found)}`);
-    assert.ok(Math.hypot(found.easting - 462500, found.northing - 101500) < 0.2, `${text}: ${found.easting}, ${found.northing}`);
+    assert.ok(
+      Math.hypot(found.easting - 462500, found.northing - 101500) < 0.2,
+      `${text}: ${found.easting}, ${found.northing}`,
+    );
   };
   const [lat, lon] = [degrees.latDeg.toFixed(7), degrees.lonDeg.toFixed(7)];
   for (const text of ['462500,101500', ' 462500.0 ; 101500 ', '+462500 101500']) near(text);
   for (const text of [`${lat}, ${lon}`, `${lat}° N ${lon}° E`, `${lat}N,${lon}E`]) near(text);
-  for (const text of ['', '1', '1 2 3', 'Bled', '1e3, 2', 'N 46', '91N 10E', '12,,x']) assert.equal(typeof parsePlace(text, projection), 'string', text);
+  for (const text of ['', '1', '1 2 3', 'Bled', '1e3, 2', 'N 46', '91N 10E', '12,,x']) {
+    assert.equal(typeof parsePlace(text, projection), 'string', text);
+  }
   const south = parsePlace('10 S, 20 W', projection);
   assert.ok(typeof south !== 'string' && south.northing < 0);
 });
 
 test('a place survives its address', () => {
-  assert.deepEqual(placeFromHash(placeToHash(462500.25, -101500.75, 1.5, 2)), { easting: 462500.25, northing: -101500.75, resolution: 1.5 });
-  const nowhere = ['', '#', '#e=1&n=2', '#e=1&n=2&r=0', '#e=NaN&n=2&r=1', '#e=1e9&n=2&r=1', '#e=<b>&n=2&r=1'];
+  assert.deepEqual(placeFromHash(placeToHash(462500.25, -101500.75, 1.5, 2)), {
+    easting: 462500.25,
+    northing: -101500.75,
+    resolution: 1.5,
+  });
+  const nowhere = [
+    '',
+    '#',
+    '#e=1&n=2',
+    '#e=1&n=2&r=0',
+    '#e=NaN&n=2&r=1',
+    '#e=1e9&n=2&r=1',
+    '#e=<b>&n=2&r=1',
+  ];
   for (const bad of nowhere) assert.equal(placeFromHash(bad), undefined, bad);
   assert.deepEqual([0.25, 0.5, 1, 2, 10, 3.28, 1e-7].map(decimalsFor), [2, 2, 1, 1, 0, 1, 6]);
 });
@@ -153,17 +238,39 @@ test('the render command stands 400 m to the south-west and 300 m above, and nev
 });
 
 test('no name or address can put a second command into the first', () => {
-  for (const name of ['$(reboot)', '`reboot`', 'a;b', "a'b", 'a\nb', '../../etc/passwd', '-rf', '', '...', 'č'.repeat(99)])
+  for (const name of [
+    '$(reboot)',
+    '`reboot`',
+    'a;b',
+    "a'b",
+    'a\nb',
+    '../../etc/passwd',
+    '-rf',
+    '',
+    '...',
+    'č'.repeat(99),
+  ]) {
     assert.match(fileName(name), /^[A-Za-z0-9_][A-Za-z0-9_.-]*$/, name);
+  }
   const spot = { easting: 0, northing: 0, heightM: 0 };
-  assert.match(renderCommand("http://h/a';b&$(c)", spot, spot, 'x', projection), /render 'http:\/\/h\/a'\\'';b&\$\(c\)' --camera/);
+  assert.match(
+    renderCommand("http://h/a';b&$(c)", spot, spot, 'x', projection),
+    /render 'http:\/\/h\/a'\\'';b&\$\(c\)' --camera/,
+  );
 });
 
 test('links to the viewer are views of the place, from above the ground', () => {
-  const otherwise: ViewState = { view: { position: [0, 0, 0], headingDeg: 1, pitchDeg: 2, fovDeg: 50 }, timeMs: 60_000 };
+  const otherwise: ViewState = {
+    view: { position: [0, 0, 0], headingDeg: 1, pitchDeg: 2, fovDeg: 50 },
+    timeMs: 60_000,
+  };
   const place = { easting: 462500, northing: 101500 };
   const links = {
-    'a spot': viewLink({ ...place, heightM: 310 }, { easting: 462400, northing: 101400, heightM: 610 }, projection),
+    'a spot': viewLink(
+      { ...place, heightM: 310 },
+      { easting: 462400, northing: 101400, heightM: 610 },
+      projection,
+    ),
     'a place': viewOfPlace(place, 310, projection),
     'a place of unknown height': viewOfPlace(place, undefined, projection),
     'the map, near': viewOfMap([place.easting, place.northing], 40, projection),
@@ -176,32 +283,55 @@ test('links to the viewer are views of the place, from above the ground', () => 
     const forward = computeForward(view);
     // Where the line of sight passes above the place: it must pass right above it.
     const t = (-place.northing - view.position[2]) / forward[2];
-    assert.ok(t > 0 && Math.abs(view.position[0] + t * forward[0] - place.easting) < 1, `${name}: ${link}`);
+    assert.ok(
+      t > 0 && Math.abs(view.position[0] + t * forward[0] - place.easting) < 1,
+      `${name}: ${link}`,
+    );
     const height = view.position[1] + t * forward[1];
-    assert.ok(Math.abs(height - (name.startsWith('a spot') || name === 'a place' ? 310 : 420)) < 1, `${name}: ${height}`);
+    assert.ok(
+      Math.abs(height - (name.startsWith('a spot') || name === 'a place' ? 310 : 420)) < 1,
+      `${name}: ${height}`,
+    );
     assert.ok(view.position[1] > (name.startsWith('the map') ? 640 : 600), name);
   }
 });
 
 test('the top of every column of a box is found, with its look', () => {
   const voxels: Voxel[] = [];
-  for (let z = 0; z < 64; ++z)
+  for (let z = 0; z < 64; ++z) {
     for (let x = 0; x < 64; ++x) {
       const colour = z % 2 === 0 ? { rgb: [x, z, 7] as const } : {};
-      if ((x * 7 + z * 13) % 11 !== 0) voxels.push({ x, y: heightAt(x, z) % 256, z, material: x % 5, ...colour });
+      if ((x * 7 + z * 13) % 11 !== 0) {
+        voxels.push({ x, y: heightAt(x, z) % 256, z, material: x % 5, ...colour });
+      }
     }
+  }
   const box = readBox(makeBox(voxels));
   const tops = new Map(voxels.map((voxel) => [`${voxel.x} ${voxel.z}`, voxel]));
-  for (let z = 0; z < 64; ++z)
+  for (let z = 0; z < 64; ++z) {
     for (let x = 0; x < 64; ++x) {
       const voxel = tops.get(`${x} ${z}`);
-      const hex = voxel?.rgb && `#${voxel.rgb.map((part) => part.toString(16).padStart(2, '0')).join('')}`;
-      assert.deepEqual(box.top(x, z), voxel && { y: voxel.y, look: { material: voxel.material, colour: hex } }, `column ${x}, ${z}`);
+      const hex =
+        voxel?.rgb && `#${voxel.rgb.map((part) => part.toString(16).padStart(2, '0')).join('')}`;
+      assert.deepEqual(
+        box.top(x, z),
+        voxel && { y: voxel.y, look: { material: voxel.material, colour: hex } },
+        `column ${x}, ${z}`,
+      );
     }
+  }
 });
 
 test('the higher of two voxels counts, and rock without a look is still solid', () => {
-  const box = readBox(makeBox([{ x: 5, y: 3, z: 6, material: 2 }, { x: 5, y: 200, z: 6, material: 3 }], [[40, 65, 40]]));
+  const box = readBox(
+    makeBox(
+      [
+        { x: 5, y: 3, z: 6, material: 2 },
+        { x: 5, y: 200, z: 6, material: 3 },
+      ],
+      [[40, 65, 40]],
+    ),
+  );
   assert.deepEqual(box.top(5, 6), { y: 200, look: { material: 3, colour: undefined } });
   assert.deepEqual(box.top(41, 43), { y: 67, look: undefined });
   assert.equal(box.top(44, 40), undefined);
@@ -209,10 +339,17 @@ test('the higher of two voxels counts, and rock without a look is still solid', 
 
 test('damaged boxes are errors, never air', () => {
   const whole = makeBox([{ x: 1, y: 2, z: 3, material: 4 }]);
-  const changed = (at: number, value: number): Uint8Array => Buffer.from(whole).fill(value, at, at + 1);
+  const changed = (at: number, value: number): Uint8Array =>
+    Buffer.from(whole).fill(value, at, at + 1);
   assert.throws(() => readBox(new Uint8Array(0)), /not a box/);
   assert.throws(() => readBox(whole.subarray(0, 63)), /not a box/);
-  const bad = [changed(0, 0), changed(8, 2), changed(28, 9), changed(32, 200), whole.subarray(0, whole.length - 1)];
+  const bad = [
+    changed(0, 0),
+    changed(8, 2),
+    changed(28, 9),
+    changed(32, 200),
+    whole.subarray(0, whole.length - 1),
+  ];
   for (const bytes of bad) assert.throws(() => readBox(bytes), /box/);
   assert.throws(() => readBox(changed(64 + 16, 250)).top(1, 3), /beyond the end/);
 });
@@ -222,13 +359,18 @@ test('the map begins with what the world frames, or with all of it', () => {
   const all = new WorldProjection(readWorld(good));
   assert.deepEqual(all.framedExtent, all.extent);
   const framed = { min: [-256, 0, -128], max: [512, 80, 64] };
-  const endless = new WorldProjection(readWorld({ ...good, framed, crs: '', crs_wkt: '', crs_units_per_voxel: 2 }));
+  const endless = new WorldProjection(
+    readWorld({ ...good, framed, crs: '', crs_wkt: '', crs_units_per_voxel: 2 }),
+  );
   assert.deepEqual(endless.framedExtent, [-512, -128, 1024, 256]);
   assert.throws(() => readWorld({ ...good, framed: { min: [0], max: [1, 1, 1] } }), /framed.min/);
 });
 
 test('what flies far above a place is not among what is shown first', () => {
-  const good = { ...(worldJson('x') as Record<string, unknown>), bounds: { min: [0, 0, 0], max: [64, 900, 64] } };
+  const good = {
+    ...(worldJson('x') as Record<string, unknown>),
+    bounds: { min: [0, 0, 0], max: [64, 900, 64] },
+  };
   const heights = (min: unknown, max: unknown): readonly number[] => {
     const { framed } = readWorld({ ...good, typical_heights: { min, max } });
     return [framed.min[1], framed.max[1]];
@@ -243,25 +385,55 @@ test('what flies far above a place is not among what is shown first', () => {
 test('replies are checked: what the map depends on must be there, the rest may be missing', () => {
   const good = worldJson('x') as Record<string, unknown>;
   const flat = { min: [0, 0], max: [1, 1, 1] };
-  for (const [name, value] of [['bounds', {}], ['voxel_m', 0], ['levels', 99], ['crs_units_per_voxel', '1'], ['bounds', flat]] as const)
+  for (const [name, value] of [
+    ['bounds', {}],
+    ['voxel_m', 0],
+    ['levels', 99],
+    ['crs_units_per_voxel', '1'],
+    ['bounds', flat],
+  ] as const) {
     assert.throws(() => readWorld({ ...good, [name]: value }), /read the/, name);
+  }
   assert.throws(() => readWorld([]));
   assert.equal(readWorld({ ...good, map: undefined }).finestZoom, -1);
   assert.deepEqual(readStats({}).stages, []);
-  assert.equal(readStats({ requests: { a: { 200: 3, 404: 1 }, b: { 200: 2 }, c: null } }).requests, 6);
+  assert.equal(
+    readStats({ requests: { a: { 200: 3, 404: 1 }, b: { 200: 2 }, c: null } }).requests,
+    6,
+  );
   assert.equal(readStats({ disk: null }).disk, undefined);
   assert.throws(() => readStats(null));
   assert.throws(() => readCachedBoxes({ memory: [] }));
-  assert.deepEqual(readCachedBoxes({ level: 1, memory: [[1, 2, 3], [1, 2], 'x'], disk: null }).memory, [[1, 2, 3]]);
+  assert.deepEqual(
+    readCachedBoxes({ level: 1, memory: [[1, 2, 3], [1, 2], 'x'], disk: null }).memory,
+    [[1, 2, 3]],
+  );
 });
 
 test('squares are found by place; one that is no polygon hides no other', () => {
-  const json = squaresJson([{ name: 'a', state: 'prepared' }, { name: 'b', state: 'brand new' }]) as { features: unknown[] };
-  json.features.push(null, { type: 'Feature' }, { geometry: { type: 'Point', coordinates: [1, 2] }, properties: {} });
+  const json = squaresJson([
+    { name: 'a', state: 'prepared' },
+    { name: 'b', state: 'brand new' },
+  ]) as { features: unknown[] };
+  json.features.push(
+    null,
+    { type: 'Feature' },
+    { geometry: { type: 'Point', coordinates: [1, 2] }, properties: {} },
+  );
   const squares = readSquares(json);
-  assert.deepEqual(squares.map(({ name, state }) => [name, state]), [['a', 'prepared'], ['b', 'wanted']]);
-  const at = (e: number, n: number): string | undefined => squares.find((square) => squareContains(square, [e, n]))?.name;
-  assert.deepEqual([at(462001, 102000), at(462600, 101600), at(462001, 101000), at(461999, 102000)], ['a', 'b', undefined, undefined]);
+  assert.deepEqual(
+    squares.map(({ name, state }) => [name, state]),
+    [
+      ['a', 'prepared'],
+      ['b', 'wanted'],
+    ],
+  );
+  const at = (e: number, n: number): string | undefined =>
+    squares.find((square) => squareContains(square, [e, n]))?.name;
+  assert.deepEqual(
+    [at(462001, 102000), at(462600, 101600), at(462001, 101000), at(461999, 102000)],
+    ['a', 'b', undefined, undefined],
+  );
   assert.throws(() => readSquares({ features: 1 }));
 });
 
@@ -273,28 +445,69 @@ test('rates come from differences, a restarted server is a gap, and two minutes 
   assert.equal(rates.current, 5);
   rates.add(3, 4);
   rates.add(4, 6);
-  assert.deepEqual(rates.samples.map((sample) => sample.rate), [5, 2]);
+  assert.deepEqual(
+    rates.samples.map((sample) => sample.rate),
+    [5, 2],
+  );
   assert.equal(rates.line(240, 40), '236.0,0.0 240.0,24.0');
   for (let t = 5; t < 300; ++t) rates.add(t, 6 + t);
   assert.ok(rates.samples.length <= 120 && rates.highest < 5);
 });
 
 test('numbers read well', () => {
-  assert.deepEqual([0, 1023, 1024, 1536, 2 ** 30, 200 * 2 ** 40].map(formatBytes), ['0 B', '1023 B', '1.0 KiB', '1.5 KiB', '1.0 GiB', '200 TiB']);
-  assert.deepEqual([0, 0.0000004, 0.00091, 0.0634, 1.5, 250].map(formatSeconds), ['0.00 µs', '0.40 µs', '910 µs', '63.4 ms', '1.50 s', '250 s']);
-  assert.deepEqual([5, 65, 3700, 90_000].map(formatDuration), ['5 s', '1 min 5 s', '1 h 1 min', '1 d 1 h']);
+  assert.deepEqual([0, 1023, 1024, 1536, 2 ** 30, 200 * 2 ** 40].map(formatBytes), [
+    '0 B',
+    '1023 B',
+    '1.0 KiB',
+    '1.5 KiB',
+    '1.0 GiB',
+    '200 TiB',
+  ]);
+  assert.deepEqual([0, 0.0000004, 0.00091, 0.0634, 1.5, 250].map(formatSeconds), [
+    '0.00 µs',
+    '0.40 µs',
+    '910 µs',
+    '63.4 ms',
+    '1.50 s',
+    '250 s',
+  ]);
+  assert.deepEqual([5, 65, 3700, 90_000].map(formatDuration), [
+    '5 s',
+    '1 min 5 s',
+    '1 h 1 min',
+    '1 d 1 h',
+  ]);
 });
 
 const emptyStore = { getItem: () => null, setItem: () => undefined, removeItem: () => undefined };
 
 test('kinds of errors are distinguished, and the message of the server is kept', async () => {
-  const cases = [[401, 'token'], [403, 'token'], [404, 'missing'], [429, 'busy'], [500, 'refused'], [502, 'gone'], [503, 'busy']] as const;
+  const cases = [
+    [401, 'token'],
+    [403, 'token'],
+    [404, 'missing'],
+    [429, 'busy'],
+    [500, 'refused'],
+    [502, 'gone'],
+    [503, 'busy'],
+  ] as const;
   for (const [status, trouble] of cases) {
-    const api = new Api('http://h/p/', async () => new Response(JSON.stringify({ title: 'T', detail: 'd <b>' }), { status }), emptyStore);
-    await assert.rejects(api.get('v2/stats'), (error: unknown) => error instanceof ApiError && error.trouble === trouble && error.message === 'T: d <b>');
+    const api = new Api(
+      'http://h/p/',
+      async () => new Response(JSON.stringify({ title: 'T', detail: 'd <b>' }), { status }),
+      emptyStore,
+    );
+    await assert.rejects(
+      api.get('v2/stats'),
+      (error: unknown) =>
+        error instanceof ApiError && error.trouble === trouble && error.message === 'T: d <b>',
+    );
   }
   const gone = new Api('http://h/', () => Promise.reject(new TypeError('refused')), emptyStore);
-  await assert.rejects(gone.get('x'), (error: unknown) => error instanceof ApiError && error.trouble === 'gone');
+  await assert.rejects(
+    gone.get('x'),
+    (error: unknown) => error instanceof ApiError && error.trouble === 'gone',
+  );
   const html = new Api('http://h/', async () => new Response('<html>'), emptyStore);
   await assert.rejects(html.getJson('x'), /no JSON/);
 });
@@ -312,7 +525,10 @@ test('requests stay below the path of the page and carry the token', async () =>
   await api.get('v2/world');
   api.setToken('secret');
   await api.get('map/0/-1/-2.png');
-  assert.deepEqual(seen, [['https://host/terravox/v2/world', {}], ['https://host/terravox/map/0/-1/-2.png', { Authorization: 'Bearer secret' }]]);
+  assert.deepEqual(seen, [
+    ['https://host/terravox/v2/world', {}],
+    ['https://host/terravox/map/0/-1/-2.png', { Authorization: 'Bearer secret' }],
+  ]);
 });
 
 test('a poll waits longer after failures, runs once at a time, and rests while the tab is hidden', async () => {
@@ -323,7 +539,10 @@ test('a poll waits longer after failures, runs once at a time, and rests while t
     ++runs;
     if (fails) throw new Error('no');
   };
-  const poller = new Poller(1000, job, { after: (ms, run) => void timers.push({ ms, run }), isPaused: () => paused });
+  const poller = new Poller(1000, job, {
+    after: (ms, run) => void timers.push({ ms, run }),
+    isPaused: () => paused,
+  });
   poller.wake();
   poller.wake();
   await settle();
@@ -338,7 +557,7 @@ test('a poll waits longer after failures, runs once at a time, and rests while t
   await settle();
   assert.equal(timers.at(-1)!.ms, 1000);
   const before = runs;
-  timers[0]!.run();  // overtaken by wake()
+  timers[0]!.run(); // overtaken by wake()
   paused = true;
   timers.at(-1)!.run();
   await settle();

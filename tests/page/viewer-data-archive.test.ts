@@ -2,7 +2,10 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
 import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
-import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import {
+  DataError,
+  type DataErrorKind,
+} from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { readFacts } from '../../voxelserver/serve/page/src/viewer/data/facts.js';
 import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './support/columns.js';
@@ -170,17 +173,23 @@ test('an archive with a changed byte gives the same columns or errors', async ()
       return undefined;
     });
     if (found === undefined) ++refused;
-    for (const [name, column] of found ?? [])
+    for (const [name, column] of found ?? []) {
       if (column instanceof DataError) ++refused;
       else assert.deepEqual(column, good.get(name), `byte ${at}, column ${name}`);
+    }
   }
   assert.ok(refused > tried * 0.6, `${refused} of ${tried}`);
 });
 
 test('an archive that is cut off or has more bytes is refused', async () => {
   const whole = makeArchive(kBoxes);
-  for (const length of [1, 63, 64, 500, whole.length - 1])
-    assert.notEqual(await kindOfAsync(makeHost(whole.slice(0, length)).open()), 'none', `${length}`);
+  for (const length of [1, 63, 64, 500, whole.length - 1]) {
+    assert.notEqual(
+      await kindOfAsync(makeHost(whole.slice(0, length)).open()),
+      'none',
+      `${length}`,
+    );
+  }
   assert.equal(await kindOfAsync(makeHost(whole.slice(0, whole.length - 1)).open()), 'cut');
   assert.equal(await kindOfAsync(makeHost(new Uint8Array([...whole, 0])).open()), 'damaged');
 });

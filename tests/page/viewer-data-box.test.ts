@@ -74,11 +74,12 @@ test('a box with any changed byte is refused', () => {
       `byte ${at}`,
     );
   }
-  for (const length of [0, 63, 64, box.length - 1])
+  for (const length of [0, 63, 64, box.length - 1]) {
     assert.equal(
       catchKind(() => readBoxArrays(box.subarray(0, length), kKey)),
       'damaged',
     );
+  }
   assert.equal(
     catchKind(() => readBoxArrays(box, { ...kKey, bz: 4 })),
     'damaged',
@@ -113,12 +114,13 @@ test('a box whose checksum holds is refused when an index leaves the order of th
     catchKind(() => readBoxArrays(sealBox(good.slice(), toKey(kKey)), kKey)),
     'none',
   );
-  for (const [name, bytes] of cases)
+  for (const [name, bytes] of cases) {
     assert.equal(
       catchKind(() => readBoxArrays(sealBox(bytes, toKey(kKey)), kKey)),
       'damaged',
       name,
     );
+  }
   const level = { ...kKey, level: 21 };
   assert.equal(
     catchKind(() => readBoxArrays(sealBox(good.slice(), toKey(level)), level)),

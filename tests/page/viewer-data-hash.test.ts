@@ -29,8 +29,9 @@ test('XXH64 gives the official values, with and without a seed', () => {
     bytes[i] = Number(state >> 56n);
     state = BigInt.asUintN(64, state * 0x9e3779b185ebca8dn);
   }
-  for (const [length, seed, hash] of kVectors)
+  for (const [length, seed, hash] of kVectors) {
     assert.equal(big(xxh64(bytes.subarray(0, length), halves(seed))), hash, `${length}, ${seed}`);
+  }
   const random = makeRandom(1);
   for (let length = 0; length < 200; ++length) {
     const some = Uint8Array.from({ length }, () => random(256));

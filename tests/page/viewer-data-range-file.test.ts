@@ -1,10 +1,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
-import { RangeFile } from '../../voxelserver/serve/page/src/viewer/data/range-file.js';
+import type { RangeFile } from '../../voxelserver/serve/page/src/viewer/data/range-file.js';
 import { findGaps, planRanges } from '../../voxelserver/serve/page/src/viewer/data/range-plan.js';
 import { catchKind, kindOfAsync } from './support/data-errors.js';
-import { kOpen, type Handler, FakeHost, status, brokenBody, makePart } from './support/fake-host.js';
+import {
+  kOpen,
+  type Handler,
+  FakeHost,
+  status,
+  brokenBody,
+  makePart,
+} from './support/fake-host.js';
 
 test('ranges are merged over small gaps, up to a size, and each is in one request', () => {
   const KiB = 1024;
@@ -89,8 +96,9 @@ test('what is kept or remembered of a file takes no request', async () => {
     [989, 5],
     [499, 5],
     [515, 6],
-  ] as const)
+  ] as const) {
     assert.ok(!file.has(offset, length), `${offset}`);
+  }
   await read(host, file, 515, 6);
   assert.equal(host.asked.length, 3);
 });
@@ -212,7 +220,7 @@ test('a file that changes ends reading for good, on any origin', async () => {
     ['416 of a shorter file', status(416, { 'Content-Range': 'bytes */3', ETag: '"two"' })],
     ['all of another file', () => new Response('56789', { headers: { ETag: '"two"' } })],
   ];
-  for (const url of ['http://host/a', 'http://other/a'])
+  for (const url of ['http://host/a', 'http://other/a']) {
     for (const [name, handler] of changes) {
       const host = new FakeHost({ [url]: kContent });
       const file = host.file(url);
@@ -223,6 +231,7 @@ test('a file that changes ends reading for good, on any origin', async () => {
       assert.equal(await kindOfAsync(read(host, file, 5, 5)), 'changed', `${url}: ${name}`);
       assert.equal(host.asked.length, asked);
     }
+  }
 });
 
 test('an outdated reply of the cache is requested again, past the cache', async () => {

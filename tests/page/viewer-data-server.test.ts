@@ -1,6 +1,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import {
+  DataError,
+  type DataErrorKind,
+} from '../../voxelserver/serve/page/src/viewer/data/errors.js';
 import { ServerSource } from '../../voxelserver/serve/page/src/viewer/data/server-source.js';
 import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { record, serverHost } from './support/batch-host.js';

@@ -9,7 +9,11 @@ import { FakeHost } from './support/fake-host.js';
 import { kFacts, makeArchive } from './support/make-archive.js';
 import { kBoxes, archiveHost } from './support/small-archive.js';
 
-function makeSession(host: FakeHost): { session: Session; sent: FromWorker[]; transfers: number[] } {
+function makeSession(host: FakeHost): {
+  session: Session;
+  sent: FromWorker[];
+  transfers: number[];
+} {
   const sent: FromWorker[] = [];
   const transfers: number[] = [];
   const post = (message: FromWorker, transfer: ArrayBuffer[]): void => {

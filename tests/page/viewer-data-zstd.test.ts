@@ -16,7 +16,17 @@ const lines = (count: number): Uint8Array => {
 
 // Nearly periodic in several ways at once, so that the third last offset is used again, too.
 const records = (count: number): Uint8Array => {
-  const record = (i: number): number[] => [i % 7, ((i * i) >> 3) & 3, 0, 0, i % 3, 9, 9, 9, ((i * i) >> 5) & 1];
+  const record = (i: number): number[] => [
+    i % 7,
+    ((i * i) >> 3) & 3,
+    0,
+    0,
+    i % 3,
+    9,
+    9,
+    9,
+    ((i * i) >> 5) & 1,
+  ];
   return toBytes(...Array.from({ length: count }, (_, i) => record(i)).flat());
 };
 
@@ -56,8 +66,9 @@ const decodeFrame = (lines: readonly string[]): Uint8Array =>
 
 test('frames unpack to their content, whatever their blocks are', () => {
   const runs = new Uint8Array(300_000).fill(7, 1000, 290_000);
-  for (const content of [new Uint8Array(0), toBytes(9), skewed(5000), runs])
+  for (const content of [new Uint8Array(0), toBytes(9), skewed(5000), runs]) {
     assert.deepEqual(unpack(zstdFrame(content), content.length), content);
+  }
   assert.deepEqual(unpack(decodeFrame(kFrames.repeated), 4000), lines(260));
   assert.deepEqual(unpack(decodeFrame(kFrames.treeless), 4000), skewed(700));
   assert.deepEqual(unpack(decodeFrame(kFrames.streams), 4000), skewed(700));
@@ -75,7 +86,11 @@ test('a frame must declare the size that it has, which is checked before memory 
     ['4 GiB', 'too-large', makeZstdFrame(0xffffffff, [zstdBlock('rle', 100, toBytes(1))])],
     ['fewer bytes than declared', 'damaged', makeZstdFrame(101, [raw(100)])],
     ['more bytes than declared', 'damaged', makeZstdFrame(99, [raw(100)])],
-    ['an RLE block beyond the end', 'damaged', makeZstdFrame(9, [zstdBlock('rle', 10, toBytes(1))])],
+    [
+      'an RLE block beyond the end',
+      'damaged',
+      makeZstdFrame(9, [zstdBlock('rle', 10, toBytes(1))]),
+    ],
     ['a byte after it', 'damaged', Uint8Array.from([...frame, 0])],
     ['a frame after it', 'damaged', Uint8Array.from([...frame, ...frame])],
     ['no declared size', 'damaged', Uint8Array.from([...magic, 0x00, 0x58, 1, 0, 0])],
@@ -90,12 +105,13 @@ test('a frame must declare the size that it has, which is checked before memory 
     ['half of a block', 'damaged', frame.subarray(0, 50)],
     ['nothing', 'damaged', new Uint8Array(0)],
   ];
-  for (const [name, kind, bytes] of cases)
+  for (const [name, kind, bytes] of cases) {
     assert.equal(
       catchKind(() => unpack(bytes, 1000)),
       kind,
       name,
     );
+  }
 });
 
 // Each of them occupies other decoders for minutes, or for ever.
@@ -147,11 +163,13 @@ test('small frames that ask for endless work are refused at once', () => {
 
 test('a changed byte of a frame gives an error or bytes of the declared size, and soon', () => {
   const random = makeRandom(7);
-  for (const frame of Object.values(kFrames).map(decodeFrame))
-    for (let at = 0; at < frame.length; ++at)
+  for (const frame of Object.values(kFrames).map(decodeFrame)) {
+    for (let at = 0; at < frame.length; ++at) {
       for (const change of [1 << random(8), 1 + random(255)]) {
         const changed = frame.map((byte, i) => (i === at ? byte ^ change : byte));
         const kind = catchKind(() => assert.ok(unpack(changed, 100_000).length <= 100_000));
         assert.ok(['none', 'damaged', 'too-large'].includes(kind));
       }
+    }
+  }
 });

@@ -16,9 +16,16 @@ import {
   makeLegend,
 } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
 import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
-import { checkLook, kDefaultLook, type Look } from '../../voxelserver/serve/page/src/viewer/draw/look.js';
+import {
+  checkLook,
+  kDefaultLook,
+  type Look,
+} from '../../voxelserver/serve/page/src/viewer/draw/look.js';
 import { Pace } from '../../voxelserver/serve/page/src/viewer/draw/pace.js';
-import { Residency, type ColumnKey } from '../../voxelserver/serve/page/src/viewer/draw/residency.js';
+import {
+  Residency,
+  type ColumnKey,
+} from '../../voxelserver/serve/page/src/viewer/draw/residency.js';
 import { RowPool } from '../../voxelserver/serve/page/src/viewer/draw/row-pool.js';
 import { wavePhases } from '../../voxelserver/serve/page/src/viewer/draw/waves.js';
 import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
@@ -38,7 +45,10 @@ import {
   serverPlace,
   tokenStore,
 } from '../../voxelserver/serve/page/src/viewer/ui/server-access.js';
-import { placeOnMap, describeProgress } from '../../voxelserver/serve/page/src/viewer/ui/server-watch.js';
+import {
+  placeOnMap,
+  describeProgress,
+} from '../../voxelserver/serve/page/src/viewer/ui/server-watch.js';
 import { text } from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
 import { makeShare } from './support/test-bytes.js';
 
@@ -52,8 +62,9 @@ test('rows that are freed can be taken again, and no two runs overlap', () => {
       const at = pool.take(rows);
       if (at === undefined) continue;
       assert.ok(at >= 0 && at + rows <= pool.capacity);
-      for (const other of taken)
+      for (const other of taken) {
         assert.ok(at + rows <= other.at || other.at + other.rows <= at, 'runs do not overlap');
+      }
       taken.push({ at, rows });
     } else if (taken.length > 0) {
       const [gone] = taken.splice(Math.floor(random() * taken.length), 1);
@@ -120,8 +131,9 @@ test('where a column is far enough, so are its halves', () => {
       [1, 0],
       [0, 1],
       [1, 1],
-    ] as const)
+    ] as const) {
       assert.ok(cut.isFarEnough(level - 1, bx * 2 + x, bz * 2 + z));
+    }
   }
 });
 
@@ -167,8 +179,9 @@ test('what is shown covers each place once, whatever is there, and is the cut in
       );
     }
   }
-  for (const column of plan.shown)
+  for (const column of plan.shown) {
     assert.equal(column.boxes !== undefined, cut.isFarEnough(column.level, column.bx, column.bz));
+  }
   assert.deepEqual(plan.wanted, []);
 });
 
@@ -219,8 +232,9 @@ test('the sun stands where the program places it', () => {
 test('waves have the same phases wherever the eye is', () => {
   const at = wavePhases(5_100_000, -460_000);
   const beside = wavePhases(5_100_001, -460_000);
-  for (const [i, perX] of [0.0713, 0.1319].entries())
+  for (const [i, perX] of [0.0713, 0.1319].entries()) {
     assert.ok(Math.abs(((beside.waves[i]! - at.waves[i]! + 1) % 1) - perX) < 1e-6);
+  }
   assert.ok([...at.waves, ...at.ruffled].every((v) => v >= 0 && v < 1));
 });
 
@@ -231,8 +245,9 @@ test('halves are read as they were written', () => {
     [0xc000, -2],
     [0x7bff, 65504],
     [1, 2 ** -24],
-  ] as const)
+  ] as const) {
     assert.equal(fromHalf(half), value);
+  }
 });
 
 type Bytes = readonly [number, number, number];
@@ -281,11 +296,12 @@ test('heights have even steps, and ascend for every eye', () => {
   const steps = ramp.slice(1).map((colour, i) => apart('all', colour, ramp[i]!));
   const mean = steps.reduce((sum, step) => sum + step, 0) / steps.length;
   for (const step of steps) assert.ok(Math.abs(step / mean - 1) < 0.15, `${step} of ${mean}`);
-  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const)
+  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const) {
     for (let i = 1; i < ramp.length; ++i) {
       assert.ok(seenBy(eye, ramp[i]!)[0]! > seenBy(eye, ramp[i - 1]!)[0]!, `${eye}: step ${i}`);
       assert.ok(apart(eye, ramp[i]!, ramp[i - 1]!) > 0.4 * mean, `${eye}: step ${i}`);
     }
+  }
   assert.deepEqual([1, 16, 17, 33, 100, 1600].map(contourStepM), [0.1, 1, 2, 5, 10, 100]);
   assert.deepEqual(heightColour(-5), heightColour(0));
   assert.deepEqual(heightColour(7), heightColour(1));
@@ -301,10 +317,13 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
   assert.equal(classes.find(({ name }) => name === 'class2')!.colour.join(), '201,169,122');
   const distinct = [...new Map(classes.map(({ colour }) => [colour.join(), colour])).values()];
   assert.ok(distinct.length >= 15);
-  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const)
-    for (const [i, a] of distinct.entries())
-      for (const b of distinct.slice(0, i))
+  for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const) {
+    for (const [i, a] of distinct.entries()) {
+      for (const b of distinct.slice(0, i)) {
         assert.ok(apart(eye, a, b) > 0.04, `${eye}: ${a} and ${b}`);
+      }
+    }
+  }
 
   const bytesAt = (table: Float32Array, i: number): number[] =>
     [0, 1, 2].map((a) => {
@@ -322,8 +341,9 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
     materials.map(({ name }) => name),
     kNames.slice(1),
   );
-  for (const [i, { colour }] of materials.entries())
+  for (const [i, { colour }] of materials.entries()) {
     assert.deepEqual(bytesAt(layerTable('material', kLooks, 6), i + 1), [...colour]);
+  }
   assert.deepEqual(materials.at(-1)!.colour, [255, 124, 0], 'one that is not known has its own');
 
   const levels = makeLegend('level', kLooks, 0.5, 4);
@@ -331,11 +351,13 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
     levels.map(({ name }) => name),
     ['0.5 m', '1 m', '2 m', '4 m'],
   );
-  for (const [i, { colour }] of levels.entries())
+  for (const [i, { colour }] of levels.entries()) {
     assert.deepEqual(bytesAt(layerTable('level', kLooks, 4), i), [...colour]);
+  }
   assert.equal(makeLegend('level', kLooks, 0.5, 1).length, 1);
-  for (const layer of ['none', 'height'] as const)
+  for (const layer of ['none', 'height'] as const) {
     assert.deepEqual(makeLegend(layer, kLooks, 0.5, 6), []);
+  }
   assert.deepEqual(bytesAt(layerTable('height', kLooks, 6), 128), [...heightColour(0.5)]);
 });
 
@@ -354,8 +376,9 @@ test('a look that cannot be drawn is refused with the name of what is wrong', ()
     [{ section: { normal: [NaN, 1, 0], offset: 0 } }, /section.normal/],
     [{ section: { normal: [1, 0, 0], offset: 1e300 } }, /section.offset/],
   ];
-  for (const [change, said] of wrong)
+  for (const [change, said] of wrong) {
     assert.throws(() => checkLook({ ...kDefaultLook, ...change }), said);
+  }
 });
 
 const kView: Viewpoint = { position: [10, 20, -30], headingDeg: 40, pitchDeg: -10, fovDeg: 42 };
@@ -424,8 +447,9 @@ test('place.json is refused with the name of what is wrong', () => {
     [{ time_ms: -5 }, /time_ms/],
     [{ squares: 5 }, /squares/],
   ];
-  for (const [change, said] of wrong)
+  for (const [change, said] of wrong) {
     assert.throws(() => readPlaceFile({ ...kPlace, ...change }), said);
+  }
   for (const bad of [null, 5, [], 'x']) assert.throws(() => readPlaceFile(bad), /no object/);
 });
 
@@ -449,8 +473,13 @@ test("the token goes to the page's own origin, and to no other", async () => {
     assert.deepEqual(sent, ['own.example Bearer s3cret', 'other.example nothing']);
     const server = 'https://own.example/path/';
     assert.deepEqual(serverPlace(server, 2), { server, coarsest: 2, token: 's3cret' });
-    for (const other of ['https://other.example/', 'http://own.example/', 'https://own.example:1/'])
+    for (const other of [
+      'https://other.example/',
+      'http://own.example/',
+      'https://own.example:1/',
+    ]) {
       assert.throws(() => serverPlace(other, 2), /another origin/);
+    }
     tokenStore.removeItem(kTokenKey);
     assert.deepEqual(serverPlace(server, 2), { server, coarsest: 2 });
   } finally {
@@ -468,13 +497,16 @@ test('the map shows what is looked at, or what is under the camera', () => {
   });
   const view = { position: [1000, 400, -2000], headingDeg: 90, pitchDeg: -45, fovDeg: 45 } as const;
   assert.equal(placeOnMap(view, world), '#e=650.00&n=1000.00&r=0.414');
-  for (const pitchDeg of [0, 30, -1])
+  for (const pitchDeg of [0, 30, -1]) {
     assert.equal(placeOnMap({ ...view, pitchDeg }, world), '#e=500.00&n=1000.00&r=0.195');
+  }
 });
 
 test('a server that makes boxes says how far it is, and one that makes none says nothing', () => {
   const said = (making: object, prepare?: object): string =>
-    describeProgress(readStats({ making, prepare }), (key, ...values) => text('en', key, ...values));
+    describeProgress(readStats({ making, prepare }), (key, ...values) =>
+      text('en', key, ...values),
+    );
   assert.equal(said({ made: 70 }), '');
   assert.match(said({ running: 2, waiting: 5, made: 70 }), /: 2 now, 5 waiting, 70 made$/);
   assert.match(said({}, { done: 3, total: 9 }), /3 of 9/);

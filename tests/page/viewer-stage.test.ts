@@ -45,7 +45,11 @@ function floor(): TestBox[] {
 }
 
 /** @param gapBytes between two boxes: above 64 KiB no request for the index brings a box */
-function makeArchiveBuffer(boxes: readonly TestBox[], gapBytes = 30_000, facts: object = kFacts): Buffer {
+function makeArchiveBuffer(
+  boxes: readonly TestBox[],
+  gapBytes = 30_000,
+  facts: object = kFacts,
+): Buffer {
   return Buffer.from(makeArchive(boxes, { facts: { ...facts }, gapBytes }));
 }
 
@@ -189,8 +193,9 @@ describe('a stage', { skip: noBrowser }, () => {
       const [here, there] = [await readLevels(large), await readLevels(small)];
       // There is no hole in it.
       assert.ok(here.length > 0 && there.length === here.length);
-      for (const page of [large, small])
+      for (const page of [large, small]) {
         assert.deepEqual(await page.evaluate(() => window.stage.ended), []);
+      }
     } finally {
       for (const context of browser.contexts()) await context.close();
       host.close();
@@ -267,7 +272,10 @@ describe('a stage', { skip: noBrowser }, () => {
     const boxes = keys.map((key): TestBox => ({ key, frame: fullBoxFrame(key, 4) }));
     const facts = { ...kFacts, bounds, levels: 2 };
     const coarse: TestBox = { key: [1, 0, 0, 0], voxels: [{ x: 3, y: 3, z: 3, material: 4 }] };
-    const host = await new StageHost(script, makeArchiveBuffer([...boxes, coarse], 0, facts)).open();
+    const host = await new StageHost(
+      script,
+      makeArchiveBuffer([...boxes, coarse], 0, facts),
+    ).open();
     try {
       const view = { ...kView, position: [32, 1200, 64], pitchDeg: -89 } as const;
       const page = await start(host, kManyPools, view);

@@ -22,7 +22,10 @@ import {
   type Room,
   type Viewpoint,
 } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
-import { lengthDecimals, numberText } from '../../voxelserver/serve/page/src/viewer/ui/number-text.js';
+import {
+  lengthDecimals,
+  numberText,
+} from '../../voxelserver/serve/page/src/viewer/ui/number-text.js';
 import {
   embedCode,
   readOptions,
@@ -92,11 +95,12 @@ test('every text is there in every language, with the same values', () => {
   const values = ['1', '2', '3'];
   const named = (language: (typeof kLanguages)[number], key: TextKey): string[] =>
     [...text(language, key, '\u00011', '\u00012').matchAll(/\u0001\d/g)].map(([v]) => v).sort();
-  for (const key of kTextKeys)
+  for (const key of kTextKeys) {
     for (const language of kLanguages) {
       assert.notEqual(text(language, key, ...values).trim(), '', `${language}: ${key}`);
       assert.deepEqual(named(language, key), named('en', key), `${language}: ${key}`);
     }
+  }
 });
 
 test('Slovene has a form for one, two, a few and many', () => {
@@ -133,8 +137,9 @@ test('measures have the digits that the voxels justify', () => {
     [0.05, 2],
     [0.001, 3],
   ];
-  for (const [voxelM, decimals] of cases)
+  for (const [voxelM, decimals] of cases) {
     assert.equal(lengthDecimals(voxelM), decimals, `voxels of ${voxelM} m`);
+  }
   const numbers = numberText('en', 0.5);
   assert.equal(numbers.length(12.34), '12.3 m');
   assert.equal(numbers.length(-0.01), '0.0 m');
@@ -173,8 +178,9 @@ test('azimuths go clockwise from north', () => {
     [[5, 0, 0], 90],
     [[0, 0, 5], 180],
     [[-5, 0, 0], 270],
-  ] as const)
+  ] as const) {
     isNear(measurePath([[0, 0, 0], to], 1).azimuthDeg!, azimuth);
+  }
   assert.equal(
     measurePath(
       [
@@ -242,8 +248,9 @@ test('a segment that passes the camera is cut in front of it, and at the edges',
   const camera = toCamera({ ...kView, position: [0, 0, 0], headingDeg: 0, pitchDeg: 0 });
   const ahead: Vec3 = [0, 0, -100];
   const [from, to] = projectSegment(camera, kSize, [4, 1, 60], ahead)!;
-  for (const [x, y] of [from, to])
+  for (const [x, y] of [from, to]) {
     assert.ok(x >= -1e-6 && x <= 640 + 1e-6 && y >= -1e-6 && y <= 360 + 1e-6, `${x}, ${y}`);
+  }
   isNear(to[0], 320);
   isNear(to[1], 180);
   // The other way round it is the same line.
@@ -297,8 +304,9 @@ test('points of a link are bounded in number and place', () => {
     '1,2,x',
     '1,2,3e40',
     'NaN,1,2',
-  ])
+  ]) {
     assert.deepEqual(readPoints(bad), [], bad.slice(0, 40));
+  }
   assert.deepEqual(readPoints(null), []);
   assert.equal(readPoint('1,2,3,4'), undefined);
 });
@@ -516,8 +524,9 @@ test('a plane survives its link, and wrong words are no plane', () => {
   for (const plane of [
     { ...kNoPlane, kind: 'vertical', azimuthDeg: 215, position: -69.67, isFlipped: true },
     { ...kNoPlane, kind: 'horizontal', height: 480.5 },
-  ] as const)
+  ] as const) {
     assert.deepEqual(readSection(sectionWord(plane), kNoPlane), plane);
+  }
   for (const bad of [
     null,
     '',
@@ -529,8 +538,9 @@ test('a plane survives its link, and wrong words are no plane', () => {
     'h,1,7',
     'x,1,2',
     'h,1e30,0',
-  ])
+  ]) {
     assert.equal(readSection(bad, kNoPlane), kNoPlane, String(bad));
+  }
 });
 
 // --- Line of sight
@@ -617,8 +627,9 @@ test('the command that shows a folder is one that a shell takes', () => {
     ['file:///home/me/my%20site/', "terravox view '/home/me/my site/'"],
     ["file:///tmp/it's/index.html#at=1", "terravox view '/tmp/it'\\''s/'"],
     ['file:///tmp/%24(id)/index.html', "terravox view '/tmp/$(id)/'"],
-  ] as const)
+  ] as const) {
     assert.equal(viewCommand(address), command);
+  }
 });
 
 test(
@@ -630,8 +641,9 @@ test(
     try {
       mkdirSync(join(folder, 'viewer'));
       copyFileSync(join(TERRAVOX_PAGE_DIST, 'viewer.html'), join(folder, 'index.html'));
-      for (const name of ['viewer.js', 'worker.js', 'viewer.css'])
+      for (const name of ['viewer.js', 'worker.js', 'viewer.css']) {
         copyFileSync(join(TERRAVOX_PAGE_DIST, name), join(folder, 'viewer', name));
+      }
       const { page, errors } = await openPage(
         browser,
         pathToFileURL(join(folder, 'index.html')).href,

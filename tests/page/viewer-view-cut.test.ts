@@ -25,8 +25,8 @@ test('columns are in view exactly where a ray of the picture may meet them', () 
   ] as const) {
     const { camera, cut } = makeCut(heading, pitch, aspect);
     // Whatever a ray of the picture passes within the world must count as in view.
-    for (let i = 0; i <= 10; ++i)
-      for (let j = 0; j <= 10; ++j)
+    for (let i = 0; i <= 10; ++i) {
+      for (let j = 0; j <= 10; ++j) {
         for (let t = 5; t < 2000; t += 40) {
           const across = aspect * (i / 5 - 1);
           const upward = j / 5 - 1;
@@ -40,19 +40,22 @@ test('columns are in view exactly where a ray of the picture may meet them', () 
           const where = `heading ${heading}, pitch ${pitch}, ${point.join(' ')}`;
           assert.ok(cut.isInView(0, Math.floor(x / kSide), Math.floor(z / kSide)), where);
         }
+      }
+    }
   }
 });
 
 test('what is out of view is as coarse as can be, what is in view as in the tracer', () => {
   const { plain, cut } = makeCut(90, 0);
   const counts = { finer: 0, out: 0 };
-  for (let bx = -32; bx < 32; ++bx)
+  for (let bx = -32; bx < 32; ++bx) {
     for (let bz = -32; bz < 32; ++bz) {
       const isOut = !cut.isInView(1, bx, bz);
       counts.out += Number(isOut);
       counts.finer += Number(!plain.isFarEnough(1, bx, bz) && isOut);
       assert.equal(cut.isFarEnough(1, bx, bz), isOut || plain.isFarEnough(1, bx, bz));
     }
+  }
   // To the east, with 60 degrees: far more than half of the world is out of view.
   assert.ok(counts.out > 64 * 64 * 0.7 && counts.out < 64 * 64 * 0.9, `${counts.out}`);
   assert.ok(counts.finer > 0);

@@ -2,7 +2,10 @@ import { FakeHost } from './fake-host.js';
 import { boxBytes, kFacts, zstdFrame, type Key } from './make-archive.js';
 import { kBoxes } from './small-archive.js';
 
-export type BatchOptions = { readonly chooseStatus?: (key: Key) => number; readonly cutAfter?: number };
+export type BatchOptions = {
+  readonly chooseStatus?: (key: Key) => number;
+  readonly cutAfter?: number;
+};
 
 export function record(key: Key, code: number, payload: Uint8Array): Buffer {
   const head = Buffer.alloc(24);
@@ -24,8 +27,9 @@ export function serverHost(options: BatchOptions = {}): FakeHost {
     return record(key, code, zstdFrame(boxBytes(key, box?.voxels ?? [])));
   };
   host.handler = (url, init) => {
-    if (url.endsWith('/v2/world'))
+    if (url.endsWith('/v2/world')) {
       return new Response(JSON.stringify(kFacts), { headers: { 'Terravox-Edition': 'e1' } });
+    }
     const { boxes } = JSON.parse(String(init.body)) as { boxes: Key[] };
     const records = boxes.map(makeRecord);
     const last = record([-1, boxes.length, 0, 0], 0, new Uint8Array(0));

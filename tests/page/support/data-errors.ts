@@ -1,5 +1,8 @@
 import assert from 'node:assert/strict';
-import { DataError, type DataErrorKind } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
+import {
+  DataError,
+  type DataErrorKind,
+} from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
 
 /** The kind of the DataError that this throws. */
 export function catchKind(work: () => unknown): DataErrorKind | 'none' {

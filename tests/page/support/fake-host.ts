@@ -92,15 +92,17 @@ export class FakeHost {
     const bytes = this.files.get(url);
     if (bytes === undefined) return new Response('no', { status: 404 });
     const headers = new Headers(init.headers);
-    if ((headers.get('If-Match') ?? this.etag) !== this.etag)
+    if ((headers.get('If-Match') ?? this.etag) !== this.etag) {
       return new Response('', { status: 412 });
+    }
     const own: Record<string, string> = this.etag === undefined ? {} : { ETag: this.etag };
     const [, from, to] = /bytes=(\d+)-(\d+)/.exec(headers.get('Range') ?? '') ?? [];
-    if (Number(from) >= bytes.length)
+    if (Number(from) >= bytes.length) {
       return new Response('', {
         status: 416,
         headers: { ...own, 'Content-Range': `bytes */${bytes.length}` },
       });
+    }
     const end = Math.min(Number(to) + 1, bytes.length);
     const range = `bytes ${from}-${end - 1}/${bytes.length}`;
     return new Response(bytes.slice(Number(from), end), {

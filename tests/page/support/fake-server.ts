@@ -2,7 +2,16 @@ import { readFileSync } from 'node:fs';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import type { AddressInfo } from 'node:net';
 import { join } from 'node:path';
-import { boxFrame, kLevels, kMax, kMin, squaresJson, tilePng, worldJson, type SquareRow } from './fake-world.js';
+import {
+  boxFrame,
+  kLevels,
+  kMax,
+  kMin,
+  squaresJson,
+  tilePng,
+  worldJson,
+  type SquareRow,
+} from './fake-world.js';
 import { kNoData, makeRaster } from './make-raster.js';
 
 declare const TERRAVOX_PAGE_DIST: string;
@@ -25,7 +34,11 @@ export class FakeServer {
     { name: 'TM_462_101', state: 'prepared' },
     { name: 'TM_463_101', state: 'fetched' },
     { name: 'TM_462_100', state: 'wanted' },
-    { name: 'TM_463_100', state: 'failed', error: 'read TM_463_100.laz: the file ends in the header' },
+    {
+      name: 'TM_463_100',
+      state: 'failed',
+      error: 'read TM_463_100.laz: the file ends in the header',
+    },
   ];
   stepName = 'point load';
   /** Whether it makes analyses, and how the next one goes. */
@@ -81,14 +94,22 @@ export class FakeServer {
 
   #answer(request: IncomingMessage, reply: ServerResponse): void {
     this.requestPaths.push(request.url ?? '');
-    if (request.url?.startsWith(this.prefix) !== true) return problem(reply, 404, 'not below the prefix');
+    if (request.url?.startsWith(this.prefix) !== true) {
+      return problem(reply, 404, 'not below the prefix');
+    }
     const path = request.url.slice(this.prefix.length);
     ++this.#requests;
     const asset = path === '' ? 'index.html' : path.startsWith('page/') ? path.slice(5) : undefined;
     if (asset !== undefined && asset in kTypes) {
-      const scripts = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; ";
-      reply.setHeader('Content-Security-Policy', `${scripts}frame-ancestors 'none'; base-uri 'none'; form-action 'none'`);
-      return void reply.setHeader('Content-Type', kTypes[asset]!).end(readFileSync(join(TERRAVOX_PAGE_DIST, asset)));
+      const scripts =
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; ";
+      reply.setHeader(
+        'Content-Security-Policy',
+        `${scripts}frame-ancestors 'none'; base-uri 'none'; form-action 'none'`,
+      );
+      return void reply
+        .setHeader('Content-Type', kTypes[asset]!)
+        .end(readFileSync(join(TERRAVOX_PAGE_DIST, asset)));
     }
     if (this.token !== '' && request.headers.authorization !== `Bearer ${this.token}`) {
       reply.setHeader('WWW-Authenticate', 'Bearer');
@@ -103,7 +124,10 @@ export class FakeServer {
     const cached = /^v2\/cached\/(\d+)$/.exec(path);
     const json = cached ? this.#cached(Number(cached[1])) : this.#json(path);
     if (json === undefined) return problem(reply, 404, `nothing at ${path}`);
-    reply.setHeader('Content-Type', 'application/json').setHeader('Cache-Control', 'no-store').end(JSON.stringify(json));
+    reply
+      .setHeader('Content-Type', 'application/json')
+      .setHeader('Cache-Control', 'no-store')
+      .end(JSON.stringify(json));
   }
 
   #job(request: IncomingMessage, reply: ServerResponse, [, , id, file]: readonly string[]): void {
@@ -117,7 +141,10 @@ export class FakeServer {
       request.on('data', (part: Buffer) => parts.push(part));
       return void request.on('end', () => {
         const made = String(this.jobs.size).padStart(32, '0');
-        this.jobs.set(made, { body: JSON.parse(Buffer.concat(parts).toString()) as Record<string, unknown>, looks: 0 });
+        this.jobs.set(made, {
+          body: JSON.parse(Buffer.concat(parts).toString()) as Record<string, unknown>,
+          looks: 0,
+        });
         send(201, { id: made, kind: 'sun', state: 'waiting', progress: 0, before: 1 });
       });
     }
@@ -128,10 +155,19 @@ export class FakeServer {
       return void reply.writeHead(204).end();
     }
     if (file !== undefined && this.rasterFails) return problem(reply, 500, 'no such disk');
-    if (file !== undefined) return sendRange(request, reply, jobRaster(job.body['area'] as number[]));
+    if (file !== undefined) {
+      return sendRange(request, reply, jobRaster(job.body['area'] as number[]));
+    }
     const isOver = ++job.looks >= this.jobLooks;
     const state = isOver ? (this.jobFails === '' ? 'done' : 'failed') : 'running';
-    send(200, { id, kind: 'sun', state, progress: Math.min(1, job.looks / this.jobLooks), message: this.jobFails, holes: this.jobHoles });
+    send(200, {
+      id,
+      kind: 'sun',
+      state,
+      progress: Math.min(1, job.looks / this.jobLooks),
+      message: this.jobFails,
+      holes: this.jobHoles,
+    });
   }
 
   #tile(reply: ServerResponse, zoom: number, x: number, y: number): void {
@@ -145,26 +181,41 @@ export class FakeServer {
     const side = 64 * 2 ** level;
     const keys = (from: number, to: number): number[][] => {
       const out: number[][] = [];
-      for (let bz = Math.floor(kMin[2] / side); bz < kMax[2] / side; ++bz)
+      for (let bz = Math.floor(kMin[2] / side); bz < kMax[2] / side; ++bz) {
         for (let bx = Math.floor(kMin[0] / side); bx < kMax[0] / side; ++bx) {
           const turn = (((bx + 2 * bz) % 5) + 5) % 5;
           if (turn >= from && turn < to) out.push([bx, 1, bz]);
         }
+      }
       return out;
     };
     return { level, changes: this.made, memory: keys(0, 2), disk: keys(1, 4), truncated: false };
   }
 
   #json(path: string): unknown {
-    if (path === 'v2/world') return this.isOnEarth ? worldJson(this.title) : { ...(worldJson(this.title) as object), centre: undefined };
+    if (path === 'v2/world') {
+      return this.isOnEarth
+        ? worldJson(this.title)
+        : { ...(worldJson(this.title) as object), centre: undefined };
+    }
     if (path === 'v2/squares') return squaresJson(this.squares);
-    if (/^v2\/columns\/0\//.test(path)) return { by_begin: 0, by_end: 3, min_y: kMin[1], max_y: kMax[1] };
+    if (/^v2\/columns\/0\//.test(path)) {
+      return { by_begin: 0, by_end: 3, min_y: kMin[1], max_y: kMax[1] };
+    }
     if (path === 'v2/stats') return this.#stats();
     return undefined;
   }
 
   #stats(): unknown {
-    const cache = { hits: 812, misses: 64, waits: 2, evictions: 1, bytes: 48_123_456, entries: 64, limit_bytes: 2 ** 30 };
+    const cache = {
+      hits: 812,
+      misses: 64,
+      waits: 2,
+      evictions: 1,
+      bytes: 48_123_456,
+      entries: 64,
+      limit_bytes: 2 ** 30,
+    };
     const steps = [
       [this.stepName, 2.31, 4],
       ['k-d trees (all)', 0.42, 4],
@@ -180,8 +231,17 @@ export class FakeServer {
       replies: { count: this.#requests, bytes: 9_876_543 },
       cache,
       disk: { ...cache, writes: 12, limit_bytes: 20 * 2 ** 30 },
-      making: { running: 2, waiting: 5, ahead_waiting: 17, made: this.made, made_ahead: 4, failed: 1 },
-      jobs: this.hasJobs ? { kinds: ['sun'], max_cells: 4_000_000, max_minutes: 30, waiting: 0, running: 0 } : null,
+      making: {
+        running: 2,
+        waiting: 5,
+        ahead_waiting: 17,
+        made: this.made,
+        made_ahead: 4,
+        failed: 1,
+      },
+      jobs: this.hasJobs
+        ? { kinds: ['sun'], max_cells: 4_000_000, max_minutes: 30, waiting: 0, running: 0 }
+        : null,
       memory: { rss_bytes: 512 * 2 ** 20, limit_bytes: 4 * 2 ** 30 },
       prepare: { done: 1, total: 4, failed: 1 },
     };
@@ -197,13 +257,23 @@ function sendBox(reply: ServerResponse, box: Uint8Array | undefined): void {
 /** Hours of sun that grow to the east, with a gap. */
 function jobRaster([west, , east, north]: readonly number[]): Buffer {
   const side = 40;
-  const values = Array.from({ length: side * side }, (_, i) => (i % side < 4 ? kNoData : (i % side) / 4));
+  const values = Array.from({ length: side * side }, (_, i) =>
+    i % side < 4 ? kNoData : (i % side) / 4,
+  );
   const bands = [
     { name: 'sun_hours', unit: 'h', values },
     { name: 'first_sun', unit: 'h', values: values.map(() => 5) },
     { name: 'hole', unit: '', values: values.map(() => 0) },
   ];
-  return makeRaster({ width: side, height: side, tile: 16, bands, west: west!, north: north!, cell: (east! - west!) / side });
+  return makeRaster({
+    width: side,
+    height: side,
+    tile: 16,
+    bands,
+    west: west!,
+    north: north!,
+    cell: (east! - west!) / side,
+  });
 }
 
 function sendRange(request: IncomingMessage, reply: ServerResponse, file: Buffer): void {
@@ -215,5 +285,7 @@ function sendRange(request: IncomingMessage, reply: ServerResponse, file: Buffer
 
 function problem(reply: ServerResponse, status: number, detail: string): void {
   reply.statusCode = status;
-  reply.setHeader('Content-Type', 'application/problem+json').end(JSON.stringify({ title: 'Trouble', status, detail }));
+  reply
+    .setHeader('Content-Type', 'application/problem+json')
+    .end(JSON.stringify({ title: 'Trouble', status, detail }));
 }

@@ -10,7 +10,8 @@ export const kMax = [463024, 640, -101000] as const;
 export const kLevels = 6;
 const kTilePx = 256;
 
-export const heightAt = (x: number, z: number): number => 300 + Math.floor(40 * Math.sin(x / 90) * Math.cos(z / 120));
+export const heightAt = (x: number, z: number): number =>
+  300 + Math.floor(40 * Math.sin(x / 90) * Math.cos(z / 120));
 
 export function worldJson(title: string): unknown {
   return {
@@ -49,15 +50,21 @@ export function tilePng(zoom: number, tx: number, ty: number, whole: boolean): B
 /** @return a box, undefined for air */
 export function boxFrame(bx: number, by: number, bz: number): Uint8Array | undefined {
   const voxels: Voxel[] = [];
-  for (let z = 0; z < 64; ++z)
+  for (let z = 0; z < 64; ++z) {
     for (let x = 0; x < 64; ++x) {
       const y = heightAt(bx * 64 + x, bz * 64 + z) - by * 256;
       if (y >= 0 && y < 256) voxels.push({ x, y, z, material: 4, rgb: [80, 120, 60] });
     }
+  }
   return voxels.length === 0 ? undefined : makeBox(voxels);
 }
 
-export type SquareRow = { readonly name: string; readonly state: string; readonly licence?: string; readonly error?: string };
+export type SquareRow = {
+  readonly name: string;
+  readonly state: string;
+  readonly licence?: string;
+  readonly error?: string;
+};
 
 /** Squares of 512 m, row by row from the north-west. */
 export function squaresJson(rows: readonly SquareRow[]): unknown {
@@ -66,7 +73,13 @@ export function squaresJson(rows: readonly SquareRow[]): unknown {
     crs: 'EPSG:3794',
     features: rows.map((row, i) => {
       const [west, north] = [kMin[0] + 512 * (i % 2), -kMin[2] - 512 * Math.floor(i / 2)];
-      const ring = [[west, north], [west + 512, north], [west + 512, north - 512], [west, north - 512], [west, north]];
+      const ring = [
+        [west, north],
+        [west + 512, north],
+        [west + 512, north - 512],
+        [west, north - 512],
+        [west, north],
+      ];
       return {
         type: 'Feature',
         geometry: { type: 'Polygon', coordinates: [ring] },

@@ -21,8 +21,9 @@ export function fullBoxFrame(key: Key, material = 0): Uint8Array {
     const first = i < 260 ? 4 + 64 * i : 64 * (i - 260);
     box.writeUInt32LE(first, kHeaderBytes + 24 * i + 16);
   }
-  for (let i = 0; material > 0 && i < kVoxels; ++i)
+  for (let i = 0; material > 0 && i < kVoxels; ++i) {
     box[attributesAt + kAttributeBytes * i] = material;
+  }
   key.forEach((number, i) => box.writeInt32LE(number, 12 + 4 * i));
   const seed = xxh64(box.subarray(0, 56));
   box.writeBigUInt64LE(big(xxh64(box.subarray(kHeaderBytes), seed)), 56);

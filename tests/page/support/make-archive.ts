@@ -60,18 +60,22 @@ export function slowXxh64(data: Uint8Array, seed = 0n): bigint {
   let hash = (seed + p5) & k64;
   if (bytes.length >= 32) {
     const lanes = [seed + p1 + p2, seed + p2, seed, seed - p1].map((lane) => lane & k64);
-    for (; at + 32 <= bytes.length; at += 32)
+    for (; at + 32 <= bytes.length; at += 32) {
       for (let i = 0; i < 4; ++i) lanes[i] = round(lanes[i]!, bytes.readBigUInt64LE(at + 8 * i));
+    }
     hash = [1n, 7n, 12n, 18n].reduce((sum, bits, i) => sum + rotate(lanes[i]!, bits), 0n) & k64;
     for (const lane of lanes) hash = (((hash ^ round(0n, lane)) & k64) * p1 + p4) & k64;
   }
   hash = (hash + BigInt(bytes.length)) & k64;
-  for (; at + 8 <= bytes.length; at += 8)
+  for (; at + 8 <= bytes.length; at += 8) {
     hash = (rotate(hash ^ round(0n, bytes.readBigUInt64LE(at)), 27n) * p1 + p4) & k64;
-  for (; at + 4 <= bytes.length; at += 4)
+  }
+  for (; at + 4 <= bytes.length; at += 4) {
     hash = (rotate(hash ^ ((BigInt(bytes.readUInt32LE(at)) * p1) & k64), 23n) * p2 + p3) & k64;
-  for (; at < bytes.length; ++at)
+  }
+  for (; at < bytes.length; ++at) {
     hash = (rotate(hash ^ ((BigInt(bytes[at]!) * p5) & k64), 11n) * p1) & k64;
+  }
   hash = ((hash ^ (hash >> 33n)) * p2) & k64;
   hash = ((hash ^ (hash >> 29n)) * p3) & k64;
   return hash ^ (hash >> 32n);
@@ -154,11 +158,12 @@ export const kFacts = {
 
 function morton([, bx, by, bz]: Key): bigint {
   let code = 0n;
-  for (let bit = 0n; bit < 21n; ++bit)
+  for (let bit = 0n; bit < 21n; ++bit) {
     [bx, by, bz].forEach((value, axis) => {
       const set = (BigInt.asUintN(21, BigInt(value)) >> bit) & 1n;
       code |= set << (3n * bit + BigInt(axis));
     });
+  }
   return code;
 }
 

@@ -21,13 +21,23 @@ function chunk(type: string, data: Uint8Array): Buffer {
 }
 
 /** An RGBA PNG. @param colour of a pixel, 0 to 255 each */
-export function makePng(side: number, colour: (x: number, y: number) => readonly [number, number, number, number]): Buffer {
+export function makePng(
+  side: number,
+  colour: (x: number, y: number) => readonly [number, number, number, number],
+): Buffer {
   const rows = Buffer.alloc(side * (1 + 4 * side));
-  for (let y = 0; y < side; ++y) for (let x = 0; x < side; ++x) rows.set(colour(x, y), y * (1 + 4 * side) + 1 + 4 * x);
+  for (let y = 0; y < side; ++y) {
+    for (let x = 0; x < side; ++x) rows.set(colour(x, y), y * (1 + 4 * side) + 1 + 4 * x);
+  }
   const head = Buffer.alloc(13);
   head.writeUInt32BE(side, 0);
   head.writeUInt32BE(side, 4);
   head.set([8, 6, 0, 0, 0], 8);
   const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
-  return Buffer.concat([signature, chunk('IHDR', head), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
+  return Buffer.concat([
+    signature,
+    chunk('IHDR', head),
+    chunk('IDAT', deflateSync(rows)),
+    chunk('IEND', Buffer.alloc(0)),
+  ]);
 }

@@ -6,7 +6,11 @@ export type MadeRaster = {
   readonly height: number;
   readonly tile: number;
   /** By band, row by row. */
-  readonly bands: readonly { readonly name: string; readonly unit: string; readonly values: readonly number[] }[];
+  readonly bands: readonly {
+    readonly name: string;
+    readonly unit: string;
+    readonly values: readonly number[];
+  }[];
   readonly west: number;
   readonly north: number;
   readonly cell: number;
@@ -29,16 +33,23 @@ function predicted(values: readonly number[], bands: number): Buffer {
 
 function makeTiles({ width, height, tile, bands }: MadeRaster): Buffer[] {
   const out: Buffer[] = [];
-  for (let y0 = 0; y0 < height; y0 += tile)
+  for (let y0 = 0; y0 < height; y0 += tile) {
     for (let x0 = 0; x0 < width; x0 += tile) {
       const rows: Buffer[] = [];
       for (let y = y0; y < y0 + tile; ++y) {
         const row: number[] = [];
-        for (let x = x0; x < x0 + tile; ++x) row.push(...bands.map(({ values }) => (x < width && y < height ? values[y * width + x]! : kNoData)));
+        for (let x = x0; x < x0 + tile; ++x) {
+          row.push(
+            ...bands.map(({ values }) =>
+              x < width && y < height ? values[y * width + x]! : kNoData,
+            ),
+          );
+        }
         rows.push(predicted(row, bands.length));
       }
       out.push(deflateSync(Buffer.concat(rows)));
     }
+  }
   return out;
 }
 
@@ -51,7 +62,11 @@ function makeMetadata({ bands }: MadeRaster): string {
 }
 
 /** @param change of the fields, by tag: for damage */
-export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { type: number; values: number[] | string }>) => void = () => undefined): Buffer {
+export function makeRaster(
+  raster: MadeRaster,
+  change: (fields: Map<number, { type: number; values: number[] | string }>) => void = () =>
+    undefined,
+): Buffer {
   const tiles = makeTiles(raster);
   const count = raster.bands.length;
   const fields = new Map<number, { type: number; values: number[] | string }>([
@@ -77,15 +92,25 @@ export function makeRaster(raster: MadeRaster, change: (fields: Map<number, { ty
     if (typeof values === 'string') return Buffer.from(values, 'latin1');
     const size = { 3: 2, 4: 4, 12: 8 }[type]!;
     const out = Buffer.alloc(size * values.length);
-    values.forEach((value, i) => (type === 3 ? out.writeUInt16LE(value, i * size) : type === 4 ? out.writeUInt32LE(value, i * size) : out.writeDoubleLE(value, i * size)));
+    values.forEach((value, i) =>
+      type === 3
+        ? out.writeUInt16LE(value, i * size)
+        : type === 4
+          ? out.writeUInt32LE(value, i * size)
+          : out.writeDoubleLE(value, i * size),
+    );
     return out;
   };
   const headBytes = 8 + 2 + 12 * fields.size + 4;
-  const longBytes = [...fields.values()].map((field) => toBytes(field).length).filter((length) => length > 4).reduce((sum, length) => sum + length, 0);
+  const longBytes = [...fields.values()]
+    .map((field) => toBytes(field).length)
+    .filter((length) => length > 4)
+    .reduce((sum, length) => sum + length, 0);
   let at = headBytes + longBytes;
   const offsets = fields.get(324);
-  if (offsets && typeof offsets.values !== 'string' && offsets.values.length === tiles.length)
+  if (offsets && typeof offsets.values !== 'string' && offsets.values.length === tiles.length) {
     offsets.values = tiles.map((tile) => ((at += tile.length), at - tile.length));
+  }
   const head = Buffer.alloc(headBytes);
   head.write('II*\0', 'latin1');
   head.writeUInt32LE(8, 4);

@@ -1,6 +1,6 @@
 import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/archive-source.js';
 import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
-import { DataError } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
+import type { DataError } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
 import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './columns.js';
 import { kOpen, FakeHost } from './fake-host.js';
@@ -40,7 +40,10 @@ export const archiveHost = (options?: ArchiveOptions, boxes = kBoxes): FakeHost 
   makeHost(makeArchive(boxes, options));
 
 /** Boxes side by side to the east, and facts of their world. */
-export function makeRow(count: number, levels: number): { facts: Record<string, unknown>; boxes: TestBox[] } {
+export function makeRow(
+  count: number,
+  levels: number,
+): { facts: Record<string, unknown>; boxes: TestBox[] } {
   const boxes = Array.from({ length: count }, (_, bx): TestBox => {
     return { key: [0, bx, 0, 0], voxels: [{ x: bx, y: 0, z: 0, material: 4 }] };
   });
@@ -54,9 +57,10 @@ export async function collect(
 ): Promise<Map<string, Column | DataError>> {
   const found = new Map<string, Column | DataError>();
   const work = async (): Promise<void> => {
-    for await (const result of source.columns(columns, kOpen))
+    for await (const result of source.columns(columns, kOpen)) {
       if ('column' in result) found.set(toName(result.column), result.column);
       else found.set(toName(result.failed), result.error);
+    }
   };
   await host.clock.finish(work());
   return found;

@@ -6,7 +6,10 @@ import type {
   Rgb,
 } from '../../../voxelserver/serve/page/src/viewer/draw/appearance.js';
 import { Stage, type StageStats } from '../../../voxelserver/serve/page/src/viewer/stage.js';
-import { toCamera, type Viewpoint } from '../../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import {
+  toCamera,
+  type Viewpoint,
+} from '../../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 
 export type StageJob = {
   readonly place: Place;

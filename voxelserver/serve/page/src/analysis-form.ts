@@ -1,5 +1,13 @@
 import { byId, element, setText } from './dom.js';
-import { countCells, daysOfPeriod, hasDays, kMaxDays, resolutionFor, type Kind, type Wish } from './jobs.js';
+import {
+  countCells,
+  daysOfPeriod,
+  hasDays,
+  kMaxDays,
+  resolutionFor,
+  type Kind,
+  type Wish,
+} from './jobs.js';
 import { formatCount } from './number-format.js';
 import type { Stats } from './replies.js';
 
@@ -10,7 +18,10 @@ const kNames: Readonly<Record<Kind, string>> = {
   energy: 'Energy of the sun',
   sight: 'Seen from a place',
 };
-const kSurfaces: Readonly<Record<Wish['surface'], string>> = { top: 'roofs and crowns', ground: 'ground below them' };
+const kSurfaces: Readonly<Record<Wish['surface'], string>> = {
+  top: 'roofs and crowns',
+  ground: 'ground below them',
+};
 /** A raster that is made within a minute or so. */
 const kUsualCells = 250_000;
 
@@ -33,7 +44,8 @@ const today = (): string => {
   return `${now.getFullYear()}-${String(now.getMonth() + 1).padStart(2, '0')}-${String(now.getDate()).padStart(2, '0')}`;
 };
 
-const row = (label: string, field: HTMLElement): HTMLElement => element('p', {}, element('label', { for: field.id }, label), field);
+const row = (label: string, field: HTMLElement): HTMLElement =>
+  element('p', {}, element('label', { for: field.id }, label), field);
 
 const kDay = new Intl.DateTimeFormat('en-GB', { dateStyle: 'medium', timeZone: 'UTC' });
 const dayText = (day: string): string => kDay.format(new Date(day));
@@ -46,7 +58,9 @@ export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }
   parts.push(`cells of ${resolutionM} m`);
   const sentences = [`${parts.join(' · ')}.`];
   if (hasDays(kind)) sentences.push('The sky has no clouds: this is an upper limit.');
-  if (kind === 'sun' && from === to && clockOffsetH !== undefined) sentences.push(`Clock times are those of UTC${clockOffsetH < 0 ? '' : '+'}${clockOffsetH}.`);
+  if (kind === 'sun' && from === to && clockOffsetH !== undefined) {
+    sentences.push(`Clock times are those of UTC${clockOffsetH < 0 ? '' : '+'}${clockOffsetH}.`);
+  }
   return sentences.join(' ');
 }
 
@@ -54,13 +68,44 @@ export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }
 export class AnalysisForm {
   readonly #kind = element('select', { id: 'analysis-kind' });
   readonly #surface = element('select', { id: 'analysis-surface' });
-  readonly #from = element('input', { id: 'analysis-from', type: 'date', min: '1900-01-01', max: '2100-12-31', required: '' });
-  readonly #to = element('input', { id: 'analysis-to', type: 'date', min: '1900-01-01', max: '2100-12-31', required: '' });
-  readonly #above = element('input', { id: 'analysis-above', type: 'number', min: '0', max: '10000', step: 'any', value: '1.6', required: '' });
-  readonly #resolution = element('input', { id: 'analysis-resolution', type: 'number', min: '0.01', max: '100000', step: 'any', required: '' });
+  readonly #from = element('input', {
+    id: 'analysis-from',
+    type: 'date',
+    min: '1900-01-01',
+    max: '2100-12-31',
+    required: '',
+  });
+  readonly #to = element('input', {
+    id: 'analysis-to',
+    type: 'date',
+    min: '1900-01-01',
+    max: '2100-12-31',
+    required: '',
+  });
+  readonly #above = element('input', {
+    id: 'analysis-above',
+    type: 'number',
+    min: '0',
+    max: '10000',
+    step: 'any',
+    value: '1.6',
+    required: '',
+  });
+  readonly #resolution = element('input', {
+    id: 'analysis-resolution',
+    type: 'number',
+    min: '0.01',
+    max: '100000',
+    step: 'any',
+    required: '',
+  });
   readonly #cells = element('p', { class: 'note', id: 'analysis-cells' });
   readonly #submit = element('button', { type: 'submit' }, 'Compute what the map shows');
-  readonly #rows: { readonly surface: HTMLElement; readonly days: HTMLElement; readonly observer: HTMLElement };
+  readonly #rows: {
+    readonly surface: HTMLElement;
+    readonly days: HTMLElement;
+    readonly observer: HTMLElement;
+  };
   readonly #limits: JobLimits;
   #place: FormPlace | undefined;
   #hasOwnResolution = false;
@@ -70,7 +115,9 @@ export class AnalysisForm {
     this.#limits = limits;
     for (const kind of kinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
     if (kinds.includes('sun')) this.#kind.value = 'sun';
-    for (const [surface, name] of Object.entries(kSurfaces)) this.#surface.append(element('option', { value: surface }, name));
+    for (const [surface, name] of Object.entries(kSurfaces)) {
+      this.#surface.append(element('option', { value: surface }, name));
+    }
     this.#from.value = this.#to.value = today();
     const days = element('div', {}, row('First day', this.#from), row('Last day', this.#to));
     const observer = element('div', {}, row('Eyes, metres above the marked place', this.#above));
@@ -103,7 +150,9 @@ export class AnalysisForm {
     const { extent, voxelM, metresPerUnit } = place;
     if (!this.#hasOwnResolution && extent) {
       const most = Math.min(this.#limits.maxCells, kUsualCells);
-      this.#resolution.value = String(Number(resolutionFor(extent, voxelM, metresPerUnit, most).toPrecision(6)));
+      this.#resolution.value = String(
+        Number(resolutionFor(extent, voxelM, metresPerUnit, most).toPrecision(6)),
+      );
     }
     this.#showCells();
   }
@@ -124,9 +173,17 @@ export class AnalysisForm {
   #showCells(): void {
     const extent = this.#place?.extent;
     const edge = Number(this.#resolution.value);
-    if (extent === undefined || !(edge > 0)) return setText(this.#cells, extent === undefined ? 'The map shows nothing of the world.' : '');
+    if (extent === undefined || !(edge > 0)) {
+      return setText(
+        this.#cells,
+        extent === undefined ? 'The map shows nothing of the world.' : '',
+      );
+    }
     const [columns, rows] = countCells(extent, edge, this.#place!.metresPerUnit);
-    const most = columns * rows > this.#limits.maxCells ? `; this server computes up to ${formatCount(this.#limits.maxCells)}: zoom in, or choose larger cells` : '';
+    const most =
+      columns * rows > this.#limits.maxCells
+        ? `; this server computes up to ${formatCount(this.#limits.maxCells)}: zoom in, or choose larger cells`
+        : '';
     setText(this.#cells, `About ${formatCount(columns)} × ${formatCount(rows)} cells${most}.`);
   }
 
@@ -134,11 +191,21 @@ export class AnalysisForm {
     const place = this.#place;
     const kind = this.#kind.value as Kind;
     const resolutionM = Number(this.#resolution.value);
-    if (place?.extent === undefined) return 'The map shows nothing of the world: move it to where there is land.';
-    if (resolutionM < place.voxelM) return `Cells are at least as large as a voxel: ${place.voxelM} m.`;
-    if (hasDays(kind) && this.#from.value > this.#to.value) return 'The last day lies before the first one.';
-    if (hasDays(kind) && daysOfPeriod(this.#from.value, this.#to.value) > kMaxDays) return `From the first to the last day are up to ${formatCount(kMaxDays)} days.`;
-    if (kind === 'sight' && place.picked === undefined) return 'Click the map where somebody stands who looks around.';
+    if (place?.extent === undefined) {
+      return 'The map shows nothing of the world: move it to where there is land.';
+    }
+    if (resolutionM < place.voxelM) {
+      return `Cells are at least as large as a voxel: ${place.voxelM} m.`;
+    }
+    if (hasDays(kind) && this.#from.value > this.#to.value) {
+      return 'The last day lies before the first one.';
+    }
+    if (hasDays(kind) && daysOfPeriod(this.#from.value, this.#to.value) > kMaxDays) {
+      return `From the first to the last day are up to ${formatCount(kMaxDays)} days.`;
+    }
+    if (kind === 'sight' && place.picked === undefined) {
+      return 'Click the map where somebody stands who looks around.';
+    }
     const observer = place.picked && ([...place.picked, Number(this.#above.value)] as const);
     return {
       kind,

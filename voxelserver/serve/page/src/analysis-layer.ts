@@ -35,7 +35,9 @@ export class AnalysisLayer {
 
   show(shown: ShownBand): void {
     this.#shown = shown;
-    const [west, south, east, north] = shown.info.extent.map((side) => side * this.#unitsPerRasterUnit) as [number, number, number, number];
+    const [west, south, east, north] = shown.info.extent.map(
+      (side) => side * this.#unitsPerRasterUnit,
+    ) as [number, number, number, number];
     this.#extent = [west, south, east, north];
     const { width, height } = shown.level;
     const canvas = document.createElement('canvas');
@@ -45,12 +47,16 @@ export class AnalysisLayer {
     if (context === null) throw new Error('draw the analysis: the browser has no canvas');
     const image = context.createImageData(width, height);
     const { values, info, scale, style } = shown;
-    const coloured = style.words ? values.map((value) => (value === 0 ? info.noData : value)) : values;
+    const coloured = style.words
+      ? values.map((value) => (value === 0 ? info.noData : value))
+      : values;
     paint(coloured, info.noData, scale, style.ramp, image.data);
     context.putImageData(image, 0, 0);
     const url = canvas.toDataURL('image/png');
     const imageExtent = [...this.#extent];
-    this.layer.setSource(new ImageStatic({ url, imageExtent, projection: this.#projection, interpolate: false }));
+    this.layer.setSource(
+      new ImageStatic({ url, imageExtent, projection: this.#projection, interpolate: false }),
+    );
     this.layer.setVisible(true);
   }
 

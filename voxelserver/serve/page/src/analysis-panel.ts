@@ -34,7 +34,11 @@ export class AnalysisPanel {
   /** @param limits of the server; undefined: it makes no analyses */
   set limits(limits: JobLimits | undefined) {
     if (this.#form !== undefined) return;
-    this.#say(limits === undefined ? 'This server computes no analyses. They are turned on by terravox serve --jobs 1.' : '');
+    this.#say(
+      limits === undefined
+        ? 'This server computes no analyses. They are turned on by terravox serve --jobs 1.'
+        : '',
+    );
     if (limits === undefined) return;
     this.#form = new AnalysisForm(limits, this.#kinds, (wish) => void this.#ask(wish));
     if (this.#place) this.#form.place = this.#place;
@@ -66,7 +70,11 @@ export class AnalysisPanel {
     let now = job;
     while (now.state === 'waiting' || now.state === 'running') {
       this.#bar.value = now.progress;
-      this.#say(now.state === 'waiting' ? waitingText(now.before) : `Computing: ${Math.round(100 * now.progress)} %`);
+      this.#say(
+        now.state === 'waiting'
+          ? waitingText(now.before)
+          : `Computing: ${Math.round(100 * now.progress)} %`,
+      );
       await new Promise((resolve) => setTimeout(resolve, kPollMs));
       if (this.#id !== job.id) return;
       now = (await this.#look(job.id)) ?? now;
@@ -78,7 +86,12 @@ export class AnalysisPanel {
       return this.#say(`The analysis failed: ${now.message}`, true);
     }
     this.#say('Showing the result …');
-    await this.#result.show({ id: job.id, hasHoles: now.hasHoles, caption: toCaption(wish), fileName: makeFileName(wish) });
+    await this.#result.show({
+      id: job.id,
+      hasHoles: now.hasHoles,
+      caption: toCaption(wish),
+      fileName: makeFileName(wish),
+    });
     if (this.#id === job.id) this.#say('');
   }
 
@@ -87,7 +100,9 @@ export class AnalysisPanel {
     try {
       return await this.#jobs.state(id);
     } catch (error) {
-      if (error instanceof ApiError && (error.trouble === 'gone' || error.trouble === 'busy')) return undefined;
+      if (error instanceof ApiError && (error.trouble === 'gone' || error.trouble === 'busy')) {
+        return undefined;
+      }
       throw error;
     }
   }
@@ -118,4 +133,7 @@ export class AnalysisPanel {
   }
 }
 
-const waitingText = (before: number): string => (before === 0 ? 'Waiting for its turn' : `Waiting for ${before} other ${before === 1 ? 'analysis' : 'analyses'}`);
+const waitingText = (before: number): string =>
+  before === 0
+    ? 'Waiting for its turn'
+    : `Waiting for ${before} other ${before === 1 ? 'analysis' : 'analyses'}`;

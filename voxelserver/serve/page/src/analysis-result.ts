@@ -40,7 +40,13 @@ export class AnalysisResult {
   constructor(jobs: Jobs, layer: AnalysisLayer, onDelete: () => void) {
     this.#jobs = jobs;
     this.#layer = layer;
-    const opacity = element('input', { id: 'analysis-opacity', type: 'range', min: '0', max: '100', value: '100' });
+    const opacity = element('input', {
+      id: 'analysis-opacity',
+      type: 'range',
+      min: '0',
+      max: '100',
+      value: '100',
+    });
     opacity.addEventListener('input', () => (layer.opacity = Number(opacity.value) / 100));
     this.#band.addEventListener('change', () => void this.#showBand());
     const download = element('button', { type: 'button' }, 'Download GeoTIFF');
@@ -67,7 +73,9 @@ export class AnalysisResult {
     this.#band.replaceChildren();
     this.#info.bands.forEach(({ name }, i) => {
       const style = chooseStyle(name);
-      if (style && (name !== 'hole' || hasHoles)) this.#band.append(element('option', { value: String(i) }, style.title));
+      if (style && (name !== 'hole' || hasHoles)) {
+        this.#band.append(element('option', { value: String(i) }, style.title));
+      }
     });
     setText(this.#caption, caption);
     this.#part.hidden = false;
@@ -93,7 +101,11 @@ export class AnalysisResult {
   }
 
   /** The band that is chosen: its number, its unit, and how it is drawn. */
-  #chosen({ bands }: RasterInfo): { readonly number: number; readonly unit: string; readonly style: BandStyle } {
+  #chosen({ bands }: RasterInfo): {
+    readonly number: number;
+    readonly unit: string;
+    readonly style: BandStyle;
+  } {
     const number = Number(this.#band.value);
     const { name, unit } = bands[number] ?? { name: '', unit: '' };
     return { number, unit, style: chooseStyle(name) ?? { title: name, ramp: 'much' } };
@@ -101,7 +113,9 @@ export class AnalysisResult {
 
   /** Says what has no colour, and before it what went wrong just now: neither hides the other. */
   #showNote(trouble = ''): void {
-    const colourless = this.#info ? colourlessText(this.#chosen(this.#info).style, this.#hasHoles) : '';
+    const colourless = this.#info
+      ? colourlessText(this.#chosen(this.#info).style, this.#hasHoles)
+      : '';
     setText(this.#note, [trouble, colourless].filter((text) => text !== '').join(' '));
   }
 
@@ -112,7 +126,12 @@ export class AnalysisResult {
     const { number, unit, style } = this.#chosen(info);
     const level = levelFor(info, kShownCells);
     try {
-      const values = await readBand((offset, length) => this.#jobs.read(id, offset, length), info, level, number);
+      const values = await readBand(
+        (offset, length) => this.#jobs.read(id, offset, length),
+        info,
+        level,
+        number,
+      );
       if (turn !== this.#turn) return;
       const scale = chooseScale(values, info.noData, style);
       if (scale) this.#toText = (value) => valueText(value, unit, style, scale);
@@ -135,9 +154,14 @@ export class AnalysisResult {
     this.#legend.hidden = scale === undefined;
     if (scale === undefined) return setText(this.#ends, 'No cell has a value.');
     const middle = (scale.min + scale.max) / 2;
-    const texts = words ? [words[1]] : [scale.min, middle, scale.max].map((value) => this.#toText(value));
+    const texts = words
+      ? [words[1]]
+      : [scale.min, middle, scale.max].map((value) => this.#toText(value));
     this.#ends.replaceChildren(...texts.map((text) => element('span', {}, text)));
-    this.#legend.setAttribute('aria-label', words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`);
+    this.#legend.setAttribute(
+      'aria-label',
+      words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`,
+    );
     const context = this.#legend.getContext('2d');
     for (let x = 0; x < 256 && context !== null; ++x) {
       context.fillStyle = `rgb(${toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;

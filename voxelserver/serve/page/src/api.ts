@@ -23,7 +23,11 @@ export class Api {
   readonly #fetch: Fetch;
   readonly #store: Pick<Storage, 'getItem' | 'setItem' | 'removeItem'>;
 
-  constructor(base: string, fetch: Fetch, store: Pick<Storage, 'getItem' | 'setItem' | 'removeItem'>) {
+  constructor(
+    base: string,
+    fetch: Fetch,
+    store: Pick<Storage, 'getItem' | 'setItem' | 'removeItem'>,
+  ) {
     this.base = new URL('.', base).href;
     this.#fetch = fetch;
     this.#store = store;
@@ -35,8 +39,13 @@ export class Api {
   }
 
   /** @param path relative, such as "v2/world". @throws ApiError unless the status is 2xx */
-  async get(path: string, options: { readonly timeoutMs?: number; readonly range?: string } = {}): Promise<Response> {
-    return this.#ask(path, options.range === undefined ? {} : { Range: options.range }, { signal: AbortSignal.timeout(options.timeoutMs ?? 30_000) });
+  async get(
+    path: string,
+    options: { readonly timeoutMs?: number; readonly range?: string } = {},
+  ): Promise<Response> {
+    return this.#ask(path, options.range === undefined ? {} : { Range: options.range }, {
+      signal: AbortSignal.timeout(options.timeoutMs ?? 30_000),
+    });
   }
 
   /** @throws ApiError unless the status is 2xx */
@@ -82,7 +91,9 @@ async function describe(reply: Response): Promise<string> {
   try {
     const json = (await reply.json()) as unknown;
     if (isFields(json)) {
-      const text = [parseText(json['title']), parseText(json['detail'])].filter((part) => part !== '').join(': ');
+      const text = [parseText(json['title']), parseText(json['detail'])]
+        .filter((part) => part !== '')
+        .join(': ');
       if (text !== '') return text.slice(0, 500);
     }
   } catch {
@@ -91,4 +102,5 @@ async function describe(reply: Response): Promise<string> {
   return `The server answered with status ${reply.status}.`;
 }
 
-export const toMessage = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+export const toMessage = (error: unknown): string =>
+  error instanceof Error ? error.message : String(error);

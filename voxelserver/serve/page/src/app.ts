@@ -14,15 +14,18 @@ import { WorldView } from './world-view.js';
 const kStatsMs = 1000;
 const kSquaresMs = 10_000;
 const kTilesMs = 3000;
-const kQuietTilesS = 15;  // unfinished tiles are requested again after this even if nothing was made
+const kQuietTilesS = 15; // unfinished tiles are requested again after this even if nothing was made
 
-const clock: Clock = { after: (ms, run) => void setTimeout(run, ms), isPaused: () => document.hidden };
+const clock: Clock = {
+  after: (ms, run) => void setTimeout(run, ms),
+  isPaused: () => document.hidden,
+};
 const nowS = (): number => performance.now() / 1000;
 
 const api = new Api(document.baseURI, (url, init) => fetch(url, init), sessionStorage);
 const statsPanel = new StatsPanel();
 let worldText = '';
-let mustLearnWorld = true;  // also after each trouble: it may be another server that comes back
+let mustLearnWorld = true; // also after each trouble: it may be another server that comes back
 let view: WorldView | undefined;
 let last: Stats | undefined;
 let tilesAskedS = 0;
@@ -61,7 +64,12 @@ async function watch(): Promise<void> {
     statsPanel.update(stats, nowS());
     view?.update(stats);
     connection.well();
-    const seen = [stats.cache?.entries, stats.disk?.entries, stats.making?.made, stats.cache?.evictions].join();
+    const seen = [
+      stats.cache?.entries,
+      stats.disk?.entries,
+      stats.making?.made,
+      stats.cache?.evictions,
+    ].join();
     if (seen !== boxesSeen) void view?.updateBoxes(false);
     boxesSeen = seen;
   } catch (error) {
@@ -100,5 +108,7 @@ document.addEventListener('visibilitychange', () => {
   if (document.hidden) return;
   for (const poll of [statsPoll, squaresPoll, tilesPoll]) poll.wake();
 });
-window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => view?.recolour());
+window
+  .matchMedia('(prefers-color-scheme: dark)')
+  .addEventListener('change', () => view?.recolour());
 statsPoll.wake();

@@ -33,9 +33,21 @@ const kStyles: Readonly<Record<string, BandStyle>> = {
   beam: { title: 'Energy directly from the sun', ramp: 'warm', low: 0 },
   diffuse: { title: 'Energy from the sky', ramp: 'warm', low: 0 },
   reflected: { title: 'Energy from what is around', ramp: 'warm', low: 0 },
-  seen: { title: 'Seen from the place', ramp: 'much', low: 0, high: 1, words: ['not seen', 'seen'] },
+  seen: {
+    title: 'Seen from the place',
+    ramp: 'much',
+    low: 0,
+    high: 1,
+    words: ['not seen', 'seen'],
+  },
   distance_m: { title: 'Distance to the place', ramp: 'much', low: 0 },
-  hole: { title: 'Data that could not be read', ramp: 'much', low: 0, high: 1, words: ['read', 'could not be read'] },
+  hole: {
+    title: 'Data that could not be read',
+    ramp: 'much',
+    low: 0,
+    high: 1,
+    words: ['read', 'could not be read'],
+  },
 };
 /** Bands whose values are numbers of something: no colours between them mean anything. */
 const kHiddenBands = new Set(['class', 'material', 'red', 'green', 'blue', 'dtm_source']);
@@ -60,7 +72,12 @@ function clockText(hours: number): string {
 }
 
 /** A value with its unit. */
-export function valueText(value: number, unit: string, style: BandStyle, scale: ColourScale): string {
+export function valueText(
+  value: number,
+  unit: string,
+  style: BandStyle,
+  scale: ColourScale,
+): string {
   if (style.isClock) return clockText(value);
   if (style.words) return style.words[value > 0 ? 1 : 0];
   const text = numberText(value, scale);
@@ -70,6 +87,8 @@ export function valueText(value: number, unit: string, style: BandStyle, scale: 
 
 /** What cells without colour are; empty where only their lack of a value can be meant. */
 export function colourlessText({ words }: BandStyle, hasHoles: boolean): string {
-  if (hasHoles) return `Some data could not be read: cells without colour have no value${words ? `, or are: ${words[0]}` : ''}.`;
+  if (hasHoles) {
+    return `Some data could not be read: cells without colour have no value${words ? `, or are: ${words[0]}` : ''}.`;
+  }
   return words ? `Cells without colour are: ${words[0]}.` : '';
 }

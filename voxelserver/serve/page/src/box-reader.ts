@@ -23,12 +23,20 @@ export class BoxView {
   /** @throws Error when the bytes are no box of version 1 */
   constructor(bytes: Uint8Array) {
     this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-    const magic = bytes.byteLength >= kHeaderBytes ? String.fromCharCode(...bytes.subarray(0, 8)) : '';
-    if (magic !== kMagic || this.#view.getUint32(8, true) !== 1) throw new Error('read a box: not a box of version 1');
+    const magic =
+      bytes.byteLength >= kHeaderBytes ? String.fromCharCode(...bytes.subarray(0, 8)) : '';
+    if (magic !== kMagic || this.#view.getUint32(8, true) !== 1) {
+      throw new Error('read a box: not a box of version 1');
+    }
     this.#cells = this.#view.getUint32(28, true);
     this.#attributes = this.#view.getUint32(32, true);
-    if (this.#cells < 4 || bytes.byteLength !== kHeaderBytes + this.#cells * kCellBytes + this.#attributes * kAttributeBytes)
+    if (
+      this.#cells < 4 ||
+      bytes.byteLength !==
+        kHeaderBytes + this.#cells * kCellBytes + this.#attributes * kAttributeBytes
+    ) {
       throw new Error('read a box: its size is not that of its header');
+    }
   }
 
   /** The highest solid voxel above column (x, z), 0 to 63 each. */

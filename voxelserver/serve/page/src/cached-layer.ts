@@ -16,7 +16,10 @@ import type { WorldProjection } from './world-projection.js';
  * ten thousand boxes would be slow.
  */
 export class CachedLayer {
-  readonly layer = new VectorLayer({ source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }), zIndex: 3 });
+  readonly layer = new VectorLayer({
+    source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }),
+    zIndex: 3,
+  });
   readonly #projection: WorldProjection;
   readonly #memory = new Feature<MultiPolygon>();
   readonly #disk = new Feature<MultiPolygon>();
@@ -47,7 +50,15 @@ export class CachedLayer {
     return new MultiPolygon(
       [...footprints.values()].map(([bx, bz]) => {
         const [west, south, east, north] = this.#projection.boxExtent(level, bx, bz);
-        return [[[west, south], [east, south], [east, north], [west, north], [west, south]]];
+        return [
+          [
+            [west, south],
+            [east, south],
+            [east, north],
+            [west, north],
+            [west, south],
+          ],
+        ];
       }),
     );
   }
@@ -55,5 +66,8 @@ export class CachedLayer {
 
 function chooseStyle(sign: Sign): Style {
   const colour = cssValue(sign.colour);
-  return new Style({ fill: new Fill({ color: hatchPattern(sign.hatch, colour) }), stroke: new Stroke({ color: colour, width: 1.5 }) });
+  return new Style({
+    fill: new Fill({ color: hatchPattern(sign.hatch, colour) }),
+    stroke: new Stroke({ color: colour, width: 1.5 }),
+  });
 }

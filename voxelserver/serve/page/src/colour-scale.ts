@@ -9,12 +9,39 @@ type Stops = readonly (readonly [number, number, number])[];
 
 /** Evenly spaced, those of the report (raytracer/analyse/report/band_style.cpp). */
 const kStops: Readonly<Record<Ramp, Stops>> = {
-  heights: [[62, 122, 74], [164, 184, 103], [222, 205, 140], [163, 120, 82], [245, 243, 240]],
+  heights: [
+    [62, 122, 74],
+    [164, 184, 103],
+    [222, 205, 140],
+    [163, 120, 82],
+    [245, 243, 240],
+  ],
   // Perceptually even. Ref: viridis and inferno, Smith and van der Walt, 2015 (public domain).
-  much: [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]],
-  warm: [[0, 0, 4], [87, 16, 110], [188, 55, 84], [249, 142, 9], [252, 255, 164]],
-  around: [[226, 217, 226], [98, 118, 186], [47, 20, 54], [178, 84, 82], [226, 217, 226]],
-  grey: [[0, 0, 0], [255, 255, 255]],
+  much: [
+    [68, 1, 84],
+    [59, 82, 139],
+    [33, 145, 140],
+    [94, 201, 98],
+    [253, 231, 37],
+  ],
+  warm: [
+    [0, 0, 4],
+    [87, 16, 110],
+    [188, 55, 84],
+    [249, 142, 9],
+    [252, 255, 164],
+  ],
+  around: [
+    [226, 217, 226],
+    [98, 118, 186],
+    [47, 20, 54],
+    [178, 84, 82],
+    [226, 217, 226],
+  ],
+  grey: [
+    [0, 0, 0],
+    [255, 255, 255],
+  ],
 };
 
 /** It has a length: max is above min. */
@@ -33,7 +60,11 @@ const kBins = 4096;
  * all other cells one colour.
  * @return undefined: there is no value
  */
-export function chooseScale(values: Float32Array, noData: number, { low, high }: ScaleEnds = {}): ColourScale | undefined {
+export function chooseScale(
+  values: Float32Array,
+  noData: number,
+  { low, high }: ScaleEnds = {},
+): ColourScale | undefined {
   const isThere = (value: number): boolean => value !== noData && Number.isFinite(value);
   let [min, max, count] = [Infinity, -Infinity, 0];
   for (const value of values) {
@@ -67,7 +98,11 @@ function withLength(min: number, max: number): ColourScale {
 }
 
 /** @return red, green, blue, 0 to 255 */
-export function toColour(value: number, { min, max }: ColourScale, ramp: Ramp): [number, number, number] {
+export function toColour(
+  value: number,
+  { min, max }: ColourScale,
+  ramp: Ramp,
+): [number, number, number] {
   const stops = kStops[ramp];
   const share = Math.min(1, Math.max(0, (value - min) / (max - min)));
   const at = share * (stops.length - 1);
@@ -78,7 +113,13 @@ export function toColour(value: number, { min, max }: ColourScale, ramp: Ramp): 
 }
 
 /** Fills RGBA bytes: transparent where there is no value. */
-export function paint(values: Float32Array, noData: number, scale: ColourScale, ramp: Ramp, rgba: Uint8ClampedArray): void {
+export function paint(
+  values: Float32Array,
+  noData: number,
+  scale: ColourScale,
+  ramp: Ramp,
+  rgba: Uint8ClampedArray,
+): void {
   values.forEach((value, i) => {
     if (value === noData || Number.isNaN(value)) return;
     rgba.set([...toColour(value, scale, ramp), 255], 4 * i);

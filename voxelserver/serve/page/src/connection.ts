@@ -50,7 +50,10 @@ export class Connection {
   }
 
   #askForToken(): void {
-    this.#say(this.#hasTried ? 'The server does not take this token.' : 'The server requires a token.', true);
+    this.#say(
+      this.#hasTried ? 'The server does not take this token.' : 'The server requires a token.',
+      true,
+    );
     if (!this.#form.hidden) return;
     this.#form.hidden = false;
     this.#field.focus();

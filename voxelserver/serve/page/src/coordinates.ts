@@ -28,17 +28,25 @@ export function parsePlace(text: string, projection: WorldProjection): FoundPlac
     } else return `“${part}” is no number. Write easting, northing or latitude, longitude.`;
   }
   const [first, second] = numbers;
-  if (first === undefined || second === undefined || numbers.length > 2) return 'Write two numbers: easting, northing or latitude, longitude.';
+  if (first === undefined || second === undefined || numbers.length > 2) {
+    return 'Write two numbers: easting, northing or latitude, longitude.';
+  }
   const inside = isInside(first, second, projection);
   const canBeDegrees = Math.abs(first) <= 90 && Math.abs(second) <= 180;
   if (!hasLetter && (inside || !canBeDegrees)) return { easting: first, northing: second };
   if (!canBeDegrees) return 'A latitude is -90 to 90, a longitude -180 to 180.';
   const [easting, northing] = projection.fromLatLon({ latDeg: first, lonDeg: second }) ?? [];
-  if (easting === undefined || northing === undefined) return 'Latitude and longitude are not known in this world. Write easting, northing.';
+  if (easting === undefined || northing === undefined) {
+    return 'Latitude and longitude are not known in this world. Write easting, northing.';
+  }
   return { easting, northing };
 }
 
-export function isInside(easting: number, northing: number, { extent: [west, south, east, north] }: WorldProjection): boolean {
+export function isInside(
+  easting: number,
+  northing: number,
+  { extent: [west, south, east, north] }: WorldProjection,
+): boolean {
   return easting >= west && easting < east && northing > south && northing <= north;
 }
 
@@ -47,17 +55,29 @@ export function decimalsFor(unitsPerVoxel: number): number {
   return Math.min(6, Math.max(0, Math.ceil(-Math.log10(unitsPerVoxel) + 1)));
 }
 
-export const formatLatLon = (latDeg: number, lonDeg: number): string => `${latDeg.toFixed(6)}, ${lonDeg.toFixed(6)}`;
+export const formatLatLon = (latDeg: number, lonDeg: number): string =>
+  `${latDeg.toFixed(6)}, ${lonDeg.toFixed(6)}`;
 
 /** The place in an address: "#e=462500&n=101500&r=1.5" (r: CRS units in a pixel). */
-export function placeToHash(easting: number, northing: number, resolution: number, decimals: number): string {
+export function placeToHash(
+  easting: number,
+  northing: number,
+  resolution: number,
+  decimals: number,
+): string {
   return `#e=${easting.toFixed(decimals)}&n=${northing.toFixed(decimals)}&r=${Number(resolution.toPrecision(3))}`;
 }
 
-export function placeFromHash(hash: string): (FoundPlace & { readonly resolution: number }) | undefined {
+export function placeFromHash(
+  hash: string,
+): (FoundPlace & { readonly resolution: number }) | undefined {
   const fields = new URLSearchParams(hash.replace(/^#/, ''));
-  const [easting, northing, resolution] = ['e', 'n', 'r'].map((name) => (kNumber.test(fields.get(name) ?? '') ? Number(fields.get(name)) : NaN));
+  const [easting, northing, resolution] = ['e', 'n', 'r'].map((name) =>
+    kNumber.test(fields.get(name) ?? '') ? Number(fields.get(name)) : NaN,
+  );
   if (easting === undefined || northing === undefined || resolution === undefined) return undefined;
-  if (!Number.isFinite(easting) || !Number.isFinite(northing) || !(resolution > 0)) return undefined;
+  if (!Number.isFinite(easting) || !Number.isFinite(northing) || !(resolution > 0)) {
+    return undefined;
+  }
   return { easting, northing, resolution };
 }

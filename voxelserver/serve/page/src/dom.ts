@@ -26,10 +26,15 @@ export function setText(target: Element, text: string): void {
 }
 
 /** Rows of a definition list; those with an empty text are left out. Keeps the elements whose text did not change. */
-export function setFacts(list: HTMLDListElement, facts: readonly (readonly [string, string])[]): void {
+export function setFacts(
+  list: HTMLDListElement,
+  facts: readonly (readonly [string, string])[],
+): void {
   const shown = facts.filter(([, text]) => text !== '');
   while (list.children.length > shown.length) list.lastElementChild?.remove();
-  while (list.children.length < shown.length) list.append(element('div', {}, element('dt'), element('dd')));
+  while (list.children.length < shown.length) {
+    list.append(element('div', {}, element('dt'), element('dd')));
+  }
   shown.forEach(([name, text], i) => {
     const row = list.children[i]!;
     setText(row.children[0]!, name);
@@ -38,7 +43,8 @@ export function setFacts(list: HTMLDListElement, facts: readonly (readonly [stri
 }
 
 /** The value of a colour or the like from app.css, which differs between light and dark. */
-export const cssValue = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const cssValue = (name: string): string =>
+  getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** A button that copies a text, and confirms it. */
 export function copyButton(label: string, text: () => string): HTMLButtonElement {

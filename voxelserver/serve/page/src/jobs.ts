@@ -8,7 +8,8 @@ export type Kind = (typeof kKinds)[number];
 /** Whether it is of the sun, so of some days. */
 export const hasDays = (kind: Kind): boolean => kind === 'sun' || kind === 'energy';
 /** @param isOnEarth elsewhere nobody knows where the sun is */
-export const listKinds = (isOnEarth: boolean): readonly Kind[] => kKinds.filter((kind) => isOnEarth || !hasDays(kind));
+export const listKinds = (isOnEarth: boolean): readonly Kind[] =>
+  kKinds.filter((kind) => isOnEarth || !hasDays(kind));
 
 export type Job = {
   readonly id: string;
@@ -38,14 +39,17 @@ export type Wish = {
 /** Height of a person's eyes above the ground. */
 export const kEyesM = 1.6;
 
-const number = (value: unknown): number => (typeof value === 'number' && Number.isFinite(value) ? value : 0);
+const number = (value: unknown): number =>
+  typeof value === 'number' && Number.isFinite(value) ? value : 0;
 
 export function readJob(json: unknown): Job {
   const all = isFields(json) ? json : {};
   const states = ['waiting', 'running', 'done', 'failed'] as const;
   const state = states.find((one) => one === all['state']);
   const id = parseText(all['id']);
-  if (state === undefined || !/^[0-9a-f]{32}$/.test(id)) throw new Error('read the job: it has no name or no state');
+  if (state === undefined || !/^[0-9a-f]{32}$/.test(id)) {
+    throw new Error('read the job: it has no name or no state');
+  }
   return {
     id,
     state,
@@ -59,7 +63,10 @@ export function readJob(json: unknown): Job {
 /** How the places of a world are written: in its CRS, or in voxels, whose z is to the south. */
 export type Places = { readonly isPlaced: boolean; readonly unitsPerVoxel: number };
 
-export function toBody(wish: Wish, { isPlaced, unitsPerVoxel: u }: Places): Record<string, unknown> {
+export function toBody(
+  wish: Wish,
+  { isPlaced, unitsPerVoxel: u }: Places,
+): Record<string, unknown> {
   const [west, south, east, north] = wish.extent as [number, number, number, number];
   const area = isPlaced ? [west, south, east, north] : [west / u, -north / u, east / u, -south / u];
   const body: Record<string, unknown> = { kind: wish.kind, area, resolution_m: wish.resolutionM };
@@ -80,9 +87,11 @@ const kMaxSteps = 1_000_000;
 export const kMaxDays = Math.floor((kMaxSteps * kStepMin) / (24 * 60));
 
 /** @param from, to days as YYYY-MM-DD, both included */
-export const daysOfPeriod = (from: string, to: string): number => (Date.parse(to) - Date.parse(from)) / 86_400_000 + 1;
+export const daysOfPeriod = (from: string, to: string): number =>
+  (Date.parse(to) - Date.parse(from)) / 86_400_000 + 1;
 
-const toDateFields = ({ from, to }: Wish): Record<string, unknown> => (from === to ? { date: from } : { from, to, step_min: kStepMin });
+const toDateFields = ({ from, to }: Wish): Record<string, unknown> =>
+  from === to ? { date: from } : { from, to, step_min: kStepMin };
 
 /** A name for the raster that tells it from those of other kinds and days. */
 export function makeFileName({ kind, from, to }: Wish): string {
@@ -91,14 +100,24 @@ export function makeFileName({ kind, from, to }: Wish): string {
 }
 
 /** Columns and rows of a raster, about. */
-export function countCells(extent: readonly number[], resolutionM: number, metresPerUnit: number): [number, number] {
+export function countCells(
+  extent: readonly number[],
+  resolutionM: number,
+  metresPerUnit: number,
+): [number, number] {
   const [west, south, east, north] = extent as [number, number, number, number];
-  const side = (length: number): number => Math.max(1, Math.ceil((length * metresPerUnit) / resolutionM));
+  const side = (length: number): number =>
+    Math.max(1, Math.ceil((length * metresPerUnit) / resolutionM));
   return [side(east - west), side(north - south)];
 }
 
 /** A round edge of cells that is not finer than a voxel, with at most so many cells. */
-export function resolutionFor(extent: readonly number[], voxelM: number, metresPerUnit: number, maxCells: number): number {
+export function resolutionFor(
+  extent: readonly number[],
+  voxelM: number,
+  metresPerUnit: number,
+  maxCells: number,
+): number {
   for (let edge = voxelM; ; edge *= 2) {
     const [columns, rows] = countCells(extent, edge, metresPerUnit);
     if (columns * rows <= maxCells || edge > 1e5) return edge;

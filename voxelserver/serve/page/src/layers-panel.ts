@@ -18,7 +18,11 @@ export class LayersPanel {
 
   constructor(levels: number, hasTopView: boolean, events: LayerEvents) {
     const select = element('select', { id: 'level' });
-    for (let level = 0; level < levels; ++level) select.append(element('option', { value: String(level) }, `${level}: voxels of ${2 ** level}`));
+    for (let level = 0; level < levels; ++level) {
+      select.append(
+        element('option', { value: String(level) }, `${level}: voxels of ${2 ** level}`),
+      );
+    }
     select.addEventListener('change', () => events.onLevel(Number(select.value)));
     this.#legends = element('ul', { class: 'legend' });
     this.#boxLegends = element('ul', { class: 'legend' });
@@ -43,7 +47,8 @@ export class LayersPanel {
   /** @param boxes undefined: not shown */
   set boxes(boxes: CachedBoxes | undefined) {
     const rest = boxes?.truncated === true ? ' (more than are drawn)' : '';
-    const text = (all: CachedBoxes): string => `${formatCount(all.memory.length)} in memory, ${formatCount(all.disk.length)} on disk${rest}`;
+    const text = (all: CachedBoxes): string =>
+      `${formatCount(all.memory.length)} in memory, ${formatCount(all.disk.length)} on disk${rest}`;
     setText(this.#boxesText, boxes === undefined ? '' : text(boxes));
   }
 
@@ -52,7 +57,10 @@ export class LayersPanel {
   }
 
   set unfinishedTiles(tiles: number) {
-    setText(this.#topText, tiles === 0 ? '' : 'Some of it is not made yet. Zoom in to have it made.');
+    setText(
+      this.#topText,
+      tiles === 0 ? '' : 'Some of it is not made yet. Zoom in to have it made.',
+    );
   }
 }
 

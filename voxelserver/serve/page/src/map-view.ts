@@ -58,7 +58,10 @@ export class MapView {
     this.map = new OlMap({
       target,
       view: this.#view,
-      controls: [new Zoom({ zoomInTipLabel: 'Zoom in', zoomOutTipLabel: 'Zoom out' }), new ScaleLine({ units: 'metric', minWidth: 80 })],
+      controls: [
+        new Zoom({ zoomInTipLabel: 'Zoom in', zoomOutTipLabel: 'Zoom out' }),
+        new ScaleLine({ units: 'metric', minWidth: 80 }),
+      ],
       interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
       layers: [this.#markerLayer()],
     });
@@ -99,7 +102,11 @@ export class MapView {
   #markerLayer(): VectorLayer {
     const ring = (color: string, width: number): Style =>
       new Style({ image: new CircleStyle({ radius: 9, stroke: new Stroke({ color, width }) }) });
-    return new VectorLayer({ source: new VectorSource({ features: [this.#marker], wrapX: false }), style: [ring('#fff', 6), ring('#c2185b', 3)], zIndex: 9 });
+    return new VectorLayer({
+      source: new VectorSource({ features: [this.#marker], wrapX: false }),
+      style: [ring('#fff', 6), ring('#c2185b', 3)],
+      zIndex: 9,
+    });
   }
 
   #listen(target: HTMLElement, events: MapEvents): void {
@@ -114,4 +121,9 @@ export class MapView {
   }
 }
 
-const grown = ([west, south, east, north]: readonly number[], by: number): number[] => [west! - by, south! - by, east! + by, north! + by];
+const grown = ([west, south, east, north]: readonly number[], by: number): number[] => [
+  west! - by,
+  south! - by,
+  east! + by,
+  north! + by,
+];

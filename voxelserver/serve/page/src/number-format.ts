@@ -14,7 +14,11 @@ export const formatCount = (value: number): string => kWhole.format(value);
 
 /** A mean time of a run: three digits, with the unit that suits. */
 export function formatSeconds(seconds: number): string {
-  const units: readonly (readonly [number, string])[] = [[1, 's'], [1e-3, 'ms'], [1e-6, 'µs']];
+  const units: readonly (readonly [number, string])[] = [
+    [1, 's'],
+    [1e-3, 'ms'],
+    [1e-6, 'µs'],
+  ];
   const [size, name] = units.find(([size]) => seconds >= size) ?? units[2]!;
   const value = seconds / size;
   return `${value >= 100 ? kWhole.format(value) : value >= 10 ? value.toFixed(1) : value.toFixed(2)} ${name}`;
@@ -22,10 +26,15 @@ export function formatSeconds(seconds: number): string {
 
 export function formatDuration(seconds: number): string {
   const whole = Math.max(0, Math.floor(seconds));
-  const [days, hours, minutes] = [Math.floor(whole / 86400), Math.floor(whole / 3600) % 24, Math.floor(whole / 60) % 60];
+  const [days, hours, minutes] = [
+    Math.floor(whole / 86400),
+    Math.floor(whole / 3600) % 24,
+    Math.floor(whole / 60) % 60,
+  ];
   if (days > 0) return `${days} d ${hours} h`;
   if (hours > 0) return `${hours} h ${minutes} min`;
   return minutes > 0 ? `${minutes} min ${whole % 60} s` : `${whole} s`;
 }
 
-export const formatShare = (part: number, whole: number): string => (whole > 0 ? `${Math.round((100 * part) / whole)} %` : '0 %');
+export const formatShare = (part: number, whole: number): string =>
+  whole > 0 ? `${Math.round((100 * part) / whole)} %` : '0 %';

@@ -4,7 +4,12 @@ import type { SquareState } from './squares.js';
 /** Hatches, so that no state is shown by colour alone. Colours come from app.css. */
 
 export type Hatch = 'dots' | 'rising' | 'falling' | 'cross';
-export type Sign = { readonly letter: string; readonly hatch: Hatch; readonly colour: string; readonly label: string };
+export type Sign = {
+  readonly letter: string;
+  readonly hatch: Hatch;
+  readonly colour: string;
+  readonly label: string;
+};
 
 export const kStateSigns: Readonly<Record<SquareState, Sign>> = {
   wanted: { letter: 'W', hatch: 'dots', colour: '--wanted', label: 'wanted: not fetched yet' },
@@ -12,7 +17,12 @@ export const kStateSigns: Readonly<Record<SquareState, Sign>> = {
   prepared: { letter: 'P', hatch: 'rising', colour: '--prepared', label: 'prepared: decoded' },
   failed: { letter: '!', hatch: 'cross', colour: '--failed', label: 'failed' },
 };
-export const kMemorySign: Sign = { letter: 'M', hatch: 'rising', colour: '--memory', label: 'in memory' };
+export const kMemorySign: Sign = {
+  letter: 'M',
+  hatch: 'rising',
+  colour: '--memory',
+  label: 'in memory',
+};
 export const kDiskSign: Sign = { letter: 'D', hatch: 'dots', colour: '--disk', label: 'on disk' };
 
 const kTilePx = 12;

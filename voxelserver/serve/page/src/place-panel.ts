@@ -15,7 +15,12 @@ export class PlacePanel {
   readonly #tops: TopFinder;
   readonly #summary = byId('place-summary', HTMLElement);
   readonly #facts = element('dl');
-  readonly #command = element('textarea', { id: 'command', readonly: '', rows: '5', spellcheck: 'false' });
+  readonly #command = element('textarea', {
+    id: 'command',
+    readonly: '',
+    rows: '5',
+    spellcheck: 'false',
+  });
   readonly #note = element('p', { class: 'note' });
   readonly #latLonButton: HTMLButtonElement;
   readonly #geo = element('a', {}, 'Open in a map program');
@@ -40,19 +45,34 @@ export class PlacePanel {
       this.#geo,
     );
     const label = element('label', { for: 'command' }, 'Render it');
-    const command = element('div', { class: 'command' }, label, this.#command, copyButton('Copy command', () => this.#command.value), this.#note);
+    const command = element(
+      'div',
+      { class: 'command' },
+      label,
+      this.#command,
+      copyButton('Copy command', () => this.#command.value),
+      this.#note,
+    );
     byId('place', HTMLElement).append(this.#facts, buttons, command);
     byId('place', HTMLElement).hidden = true;
   }
 
   /** Shows a place: known facts at once, then, with the reply of the server, what is on top. */
-  async show(easting: number, northing: number, resolution: number, square: Square | undefined): Promise<void> {
+  async show(
+    easting: number,
+    northing: number,
+    resolution: number,
+    square: Square | undefined,
+  ): Promise<void> {
     const mine = ++this.#shown;
     this.#place = [easting, northing];
     this.#height = undefined;
     this.#resolution = resolution;
     byId('place', HTMLElement).hidden = false;
-    setText(this.#summary, `${this.#placeText()}: ${square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square'}`);
+    setText(
+      this.#summary,
+      `${this.#placeText()}: ${square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square'}`,
+    );
     this.#draw(square, 'looking …');
     setText(this.#note, 'The height is being looked up …');
     this.#command.value = '';
@@ -63,21 +83,42 @@ export class PlacePanel {
       const ground = await this.#tops.find(...camera).catch(() => undefined);
       if (mine !== this.#shown) return;
       this.#height = top?.heightM;
-      this.#draw(square, top ? describe(top, this.#projection.world.materials) : 'nothing: only air here');
+      this.#draw(
+        square,
+        top ? describe(top, this.#projection.world.materials) : 'nothing: only air here',
+      );
       this.#propose(camera, top, ground, square);
     } catch (error) {
       if (mine !== this.#shown) return;
       this.#draw(square, 'unknown');
-      setText(this.#note, `The top of this place could not be loaded. ${toMessage(error)} Choose the place again to retry.`);
+      setText(
+        this.#note,
+        `The top of this place could not be loaded. ${toMessage(error)} Choose the place again to retry.`,
+      );
     }
   }
 
-  #propose(camera: readonly [number, number], top: Top | undefined, ground: Top | undefined, square: Square | undefined): void {
+  #propose(
+    camera: readonly [number, number],
+    top: Top | undefined,
+    ground: Top | undefined,
+    square: Square | undefined,
+  ): void {
     if (top === undefined) return setText(this.#note, 'Nothing to render here.');
     const [easting, northing] = this.#place;
     const target = { easting, northing, heightM: top.heightM };
-    const from = { easting: camera[0], northing: camera[1], heightM: cameraHeight(top.heightM, ground?.heightM) };
-    this.#command.value = renderCommand(this.#api.base.replace(/\/$/, ''), target, from, square?.name ?? 'picture', this.#projection);
+    const from = {
+      easting: camera[0],
+      northing: camera[1],
+      heightM: cameraHeight(top.heightM, ground?.heightM),
+    };
+    this.#command.value = renderCommand(
+      this.#api.base.replace(/\/$/, ''),
+      target,
+      from,
+      square?.name ?? 'picture',
+      this.#projection,
+    );
     this.#linkView(viewLink(target, from, this.#projection));
     setText(this.#note, 'Seen from the south-west, 400 m away.');
   }
@@ -103,7 +144,10 @@ export class PlacePanel {
 
   #placeText(): string {
     const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
-    return [...this.#place.map((value) => value.toFixed(decimals)), ...(this.#height === undefined ? [] : [this.#height.toFixed(2)])].join(',');
+    return [
+      ...this.#place.map((value) => value.toFixed(decimals)),
+      ...(this.#height === undefined ? [] : [this.#height.toFixed(2)]),
+    ].join(',');
   }
 
   #latLonText(): string {
@@ -120,7 +164,10 @@ export class PlacePanel {
 function describe(top: Top, materials: readonly string[]): string {
   const height = `${top.heightM.toFixed(2)} m`;
   if (top.look === undefined) return height;
-  const material = (materials[top.look.material] ?? `material ${top.look.material}`).replace(/_/g, ' ');
+  const material = (materials[top.look.material] ?? `material ${top.look.material}`).replace(
+    /_/g,
+    ' ',
+  );
   return `${material}, ${height}${top.look.colour ? `, ${top.look.colour}` : ''}`;
 }
 
@@ -131,9 +178,19 @@ export function toFacts(square: Square | undefined): [string, string][] {
     ['Square', square.name],
     ['State', square.state],
     ['Error', square.error],
-    ['File', [square.file, square.bytes === undefined ? '' : formatBytes(square.bytes)].filter((text) => text !== '').join(', ')],
+    [
+      'File',
+      [square.file, square.bytes === undefined ? '' : formatBytes(square.bytes)]
+        .filter((text) => text !== '')
+        .join(', '),
+    ],
     ['Points', square.points === undefined ? '' : formatCount(square.points)],
-    ['Density', square.densityPerM2 === undefined ? '' : `${square.densityPerM2.toFixed(1)} points a square metre`],
+    [
+      'Density',
+      square.densityPerM2 === undefined
+        ? ''
+        : `${square.densityPerM2.toFixed(1)} points a square metre`,
+    ],
     ['Source', square.source],
     ['Licence', square.licence],
     ['Attribution', square.attribution],

@@ -81,7 +81,9 @@ class Head {
     const size = kBytesOf[type]!;
     return Array.from({ length: count }, (_, i) => {
       if (type === 3) return this.#bytes.getUint16(at + i * size, true);
-      return type === 4 ? this.#bytes.getUint32(at + i * size, true) : this.#bytes.getFloat64(at + i * size, true);
+      return type === 4
+        ? this.#bytes.getUint32(at + i * size, true)
+        : this.#bytes.getFloat64(at + i * size, true);
     });
   }
 }
@@ -93,14 +95,20 @@ const numbers = (fields: Fields, tag: number): readonly number[] => {
 
 function whole(fields: Fields, tag: number, what: string, max: number): number {
   const [value] = numbers(fields, tag);
-  if (value === undefined || value < 1 || value > max) refuse(`${what} ${String(value)}; allowed: 1 to ${max}`);
+  if (value === undefined || value < 1 || value > max) {
+    refuse(`${what} ${String(value)}; allowed: 1 to ${max}`);
+  }
   return value;
 }
 
 function parseLevel(fields: Fields, bands: number): RasterLevel {
   const [compression, predictor, planar] = [259, 317, 284].map((tag) => numbers(fields, tag)[0]);
-  const isFloat = numbers(fields, 339).every((format) => format === 3) && numbers(fields, 258).every((bits) => bits === 32);
-  if (compression !== 8 || predictor !== 3 || planar !== 1 || !isFloat) refuse('not 32-bit floats by DEFLATE, pixel by pixel');
+  const isFloat =
+    numbers(fields, 339).every((format) => format === 3) &&
+    numbers(fields, 258).every((bits) => bits === 32);
+  if (compression !== 8 || predictor !== 3 || planar !== 1 || !isFloat) {
+    refuse('not 32-bit floats by DEFLATE, pixel by pixel');
+  }
   if (whole(fields, 277, 'bands', kMaxBands) !== bands) refuse('levels of different bands');
   const level = {
     width: whole(fields, 256, 'columns', kMaxSide),
@@ -110,8 +118,11 @@ function parseLevel(fields: Fields, bands: number): RasterLevel {
     offsets: numbers(fields, 324),
     lengths: numbers(fields, 325),
   };
-  const tiles = Math.ceil(level.width / level.tileWidth) * Math.ceil(level.height / level.tileHeight);
-  if (level.offsets.length !== tiles || level.lengths.length !== tiles) refuse(`${level.offsets.length} tiles instead of ${tiles}`);
+  const tiles =
+    Math.ceil(level.width / level.tileWidth) * Math.ceil(level.height / level.tileHeight);
+  if (level.offsets.length !== tiles || level.lengths.length !== tiles) {
+    refuse(`${level.offsets.length} tiles instead of ${tiles}`);
+  }
   return level;
 }
 
@@ -120,17 +131,27 @@ function parseBands(fields: Fields, count: number): RasterInfo['bands'] {
   const text = fields.get(42112);
   const items = typeof text === 'string' ? text : '';
   const find = (role: string): Map<number, string> => {
-    const pattern = new RegExp(`<Item name="[^"<>]*" sample="(\\d+)" role="${role}">([^<]*)</Item>`, 'g');
-    return new Map([...items.matchAll(pattern)].map(([, sample, value]) => [Number(sample), value ?? '']));
+    const pattern = new RegExp(
+      `<Item name="[^"<>]*" sample="(\\d+)" role="${role}">([^<]*)</Item>`,
+      'g',
+    );
+    return new Map(
+      [...items.matchAll(pattern)].map(([, sample, value]) => [Number(sample), value ?? '']),
+    );
   };
   const [names, units] = [find('description'), find('unittype')];
-  return Array.from({ length: count }, (_, i) => ({ name: names.get(i) ?? `band ${i + 1}`, unit: units.get(i) ?? '' }));
+  return Array.from({ length: count }, (_, i) => ({
+    name: names.get(i) ?? `band ${i + 1}`,
+    unit: units.get(i) ?? '',
+  }));
 }
 
 function readExtent(fields: Fields, width: number, height: number): RasterInfo['extent'] {
   const [across, down] = numbers(fields, 33550);
   const [, , , west, north] = numbers(fields, 33922);
-  if (across === undefined || down === undefined || west === undefined || north === undefined) refuse('it has no place');
+  if (across === undefined || down === undefined || west === undefined || north === undefined) {
+    refuse('it has no place');
+  }
   return [west, north - down * height, west + across * width, north];
 }
 
@@ -138,7 +159,7 @@ function parseInfo(bytes: Uint8Array): RasterInfo {
   const head = new Head(bytes);
   const levels: RasterLevel[] = [];
   let first: Fields | undefined;
-  for (let at = head.first(); at !== 0 && levels.length < kMaxLevels; ) {
+  for (let at = head.first(); at !== 0 && levels.length < kMaxLevels;) {
     const { fields, next } = head.fields(at);
     first ??= fields;
     levels.push(parseLevel(fields, whole(first, 277, 'bands', kMaxBands)));
@@ -212,9 +233,16 @@ function decodeFloats(row: Uint8Array, bands: number, band: number, out: Float32
  * @param band from 0 on
  * @throws Error where the file is damaged, or cannot be read
  */
-export async function readBand(readAt: ReadAt, info: RasterInfo, level: RasterLevel, band: number): Promise<Float32Array> {
+export async function readBand(
+  readAt: ReadAt,
+  info: RasterInfo,
+  level: RasterLevel,
+  band: number,
+): Promise<Float32Array> {
   const bands = info.bands.length;
-  if (level.width * level.height > kMaxCells) refuse(`${level.width} x ${level.height} cells in one level`);
+  if (level.width * level.height > kMaxCells) {
+    refuse(`${level.width} x ${level.height} cells in one level`);
+  }
   const out = new Float32Array(level.width * level.height).fill(info.noData);
   const columns = Math.ceil(level.width / level.tileWidth);
   for (const [tile, length] of level.lengths.entries()) {
@@ -222,7 +250,10 @@ export async function readBand(readAt: ReadAt, info: RasterInfo, level: RasterLe
     const bytes = await readAt(level.offsets[tile]!, length);
     const rowBytes = level.tileWidth * bands * 4;
     const plain = await inflate(bytes, rowBytes * level.tileHeight);
-    const [x0, y0] = [(tile % columns) * level.tileWidth, Math.floor(tile / columns) * level.tileHeight];
+    const [x0, y0] = [
+      (tile % columns) * level.tileWidth,
+      Math.floor(tile / columns) * level.tileHeight,
+    ];
     const row = new Float32Array(Math.min(level.tileWidth, level.width - x0));
     for (let y = 0; y < level.tileHeight && y0 + y < level.height; ++y) {
       decodeFloats(plain.subarray(y * rowBytes, (y + 1) * rowBytes), bands, band, row);

@@ -32,7 +32,10 @@ export class Rates {
     const end = this.#samples.at(-1)?.atS ?? 0;
     const top = Math.max(1, this.highest);
     return this.#samples
-      .map(({ atS, rate }) => `${(width * (1 - (end - atS) / kSpanS)).toFixed(1)},${(height * (1 - rate / top)).toFixed(1)}`)
+      .map(
+        ({ atS, rate }) =>
+          `${(width * (1 - (end - atS) / kSpanS)).toFixed(1)},${(height * (1 - rate / top)).toFixed(1)}`,
+      )
       .join(' ');
   }
 }

@@ -67,12 +67,14 @@ export type Stats = {
   readonly memory: { readonly rssBytes: number; readonly limitBytes: number } | undefined;
   /** Limits of analyses; undefined: the server makes none. */
   readonly jobs: { readonly maxCells: number; readonly maxMinutes: number } | undefined;
-  readonly prepare: { readonly done: number; readonly total: number; readonly failed: number } | undefined;
+  readonly prepare:
+    { readonly done: number; readonly total: number; readonly failed: number } | undefined;
 };
 
 type Fields = Readonly<Record<string, unknown>>;
 
-export const isFields = (value: unknown): value is Fields => typeof value === 'object' && value !== null && !Array.isArray(value);
+export const isFields = (value: unknown): value is Fields =>
+  typeof value === 'object' && value !== null && !Array.isArray(value);
 
 function fields(value: unknown, what: string): Fields {
   if (!isFields(value)) throw new Error(`read ${what}: not a JSON object`);
@@ -80,7 +82,8 @@ function fields(value: unknown, what: string): Fields {
 }
 
 export const parseText = (value: unknown): string => (typeof value === 'string' ? value : '');
-const count = (value: unknown): number => (typeof value === 'number' && Number.isFinite(value) ? value : 0);
+const count = (value: unknown): number =>
+  typeof value === 'number' && Number.isFinite(value) ? value : 0;
 const texts = (value: unknown): string[] => (Array.isArray(value) ? value.map(parseText) : []);
 
 function number(value: unknown, what: string, min: number, max: number): number {
@@ -127,7 +130,10 @@ export function readWorld(json: unknown): World {
     software: parseText(all['software']),
     min: vec3(bounds['min'], 'bounds.min'),
     max: vec3(bounds['max'], 'bounds.max'),
-    framed: atHeights({ min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') }, heights),
+    framed: atHeights(
+      { min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') },
+      heights,
+    ),
     voxelM: number(all['voxel_m'], 'voxel_m', 1e-6, 1e6),
     levels: number(all['levels'], 'levels', 1, 32),
     crs: parseText(all['crs']),
@@ -158,7 +164,9 @@ function cacheStats(value: unknown): CacheStats | undefined {
 function sumOfRequests(value: unknown): number {
   if (!isFields(value)) return 0;
   let sum = 0;
-  for (const byStatus of Object.values(value)) if (isFields(byStatus)) for (const times of Object.values(byStatus)) sum += count(times);
+  for (const byStatus of Object.values(value)) {
+    if (isFields(byStatus)) for (const times of Object.values(byStatus)) sum += count(times);
+  }
   return sum;
 }
 
@@ -169,7 +177,11 @@ export function readStats(json: unknown): Stats {
   return {
     version: parseText(all['version']),
     uptimeS: count(all['uptime_s']),
-    stages: stages.map((s) => ({ name: parseText(s['name']), seconds: count(s['seconds']), count: count(s['count']) })),
+    stages: stages.map((s) => ({
+      name: parseText(s['name']),
+      seconds: count(s['seconds']),
+      count: count(s['count']),
+    })),
     requests: sumOfRequests(all['requests']),
     replyBytes: isFields(replies) ? count(replies['bytes']) : undefined,
     cache: cacheStats(all['cache']),
@@ -184,8 +196,18 @@ export function readStats(json: unknown): Stats {
           failed: count(making['failed']),
         }
       : undefined,
-    memory: isFields(memory) ? { rssBytes: count(memory['rss_bytes']), limitBytes: count(memory['limit_bytes']) } : undefined,
-    jobs: isFields(jobs) ? { maxCells: count(jobs['max_cells']), maxMinutes: count(jobs['max_minutes']) } : undefined,
-    prepare: isFields(prepare) ? { done: count(prepare['done']), total: count(prepare['total']), failed: count(prepare['failed']) } : undefined,
+    memory: isFields(memory)
+      ? { rssBytes: count(memory['rss_bytes']), limitBytes: count(memory['limit_bytes']) }
+      : undefined,
+    jobs: isFields(jobs)
+      ? { maxCells: count(jobs['max_cells']), maxMinutes: count(jobs['max_minutes']) }
+      : undefined,
+    prepare: isFields(prepare)
+      ? {
+          done: count(prepare['done']),
+          total: count(prepare['total']),
+          failed: count(prepare['failed']),
+        }
+      : undefined,
   };
 }

@@ -3,7 +3,10 @@ import { byId, setText } from './dom.js';
 import type { WorldProjection } from './world-projection.js';
 
 /** The field that takes coordinates. */
-export function setUpSearch(projection: WorldProjection, onFound: (place: FoundPlace) => void): void {
+export function setUpSearch(
+  projection: WorldProjection,
+  onFound: (place: FoundPlace) => void,
+): void {
   const field = byId('search-text', HTMLInputElement);
   const error = byId('search-error', HTMLElement);
   byId('search', HTMLFormElement).addEventListener('submit', (event) => {

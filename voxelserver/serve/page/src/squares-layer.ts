@@ -8,15 +8,25 @@ import Style from 'ol/style/Style.js';
 import Text from 'ol/style/Text.js';
 import { cssValue } from './dom.js';
 import { hatchPattern, kStateSigns } from './patterns.js';
-import { measureExtent, kSquareStates, squareContains, type Position, type Square, type SquareState } from './squares.js';
+import {
+  measureExtent,
+  kSquareStates,
+  squareContains,
+  type Position,
+  type Square,
+  type SquareState,
+} from './squares.js';
 
 const kNameFromPx = 90;
 const kLetterFromPx = 16;
-const kHatchToPx = 480;  // a square that fills the map is there to look at the ground: its frame and letter must do
+const kHatchToPx = 480; // a square that fills the map is there to look at the ground: its frame and letter must do
 
 /** LiDAR squares by state: hatch, letter and, when there is room, name. */
 export class SquaresLayer {
-  readonly layer = new VectorLayer({ source: new VectorSource<Feature<Polygon>>({ wrapX: false }), zIndex: 4 });
+  readonly layer = new VectorLayer({
+    source: new VectorSource<Feature<Polygon>>({ wrapX: false }),
+    zIndex: 4,
+  });
   #squares: readonly Square[] = [];
   #hasHatch = true;
   #styles = stylesOfStates();
@@ -25,9 +35,18 @@ export class SquaresLayer {
     this.layer.setStyle((feature, resolution) => {
       const square = feature.get('square') as Square;
       const widthPx = (feature.get('width') as number) / resolution;
-      const style = this.#styles[square.state][this.#hasHatch && widthPx <= kHatchToPx ? 'hatched' : 'framed'];
+      const style =
+        this.#styles[square.state][this.#hasHatch && widthPx <= kHatchToPx ? 'hatched' : 'framed'];
       const letter = kStateSigns[square.state].letter;
-      style.getText()?.setText(widthPx >= kNameFromPx ? `${letter} ${square.name}` : widthPx >= kLetterFromPx ? letter : '');
+      style
+        .getText()
+        ?.setText(
+          widthPx >= kNameFromPx
+            ? `${letter} ${square.name}`
+            : widthPx >= kLetterFromPx
+              ? letter
+              : '',
+        );
       return style;
     });
   }
@@ -39,7 +58,11 @@ export class SquaresLayer {
     source?.addFeatures(
       squares.map((square) => {
         const [west, , east] = measureExtent(square);
-        return new Feature({ geometry: new Polygon(square.rings.map((ring) => ring.map((p) => [p[0], p[1]]))), square, width: east - west });
+        return new Feature({
+          geometry: new Polygon(square.rings.map((ring) => ring.map((p) => [p[0], p[1]]))),
+          square,
+          width: east - west,
+        });
       }),
     );
   }
@@ -72,7 +95,12 @@ function stylesOfStates(): Styles {
   const makeStyles = (state: SquareState): Styles[SquareState] => {
     const sign = kStateSigns[state];
     const colour = cssValue(sign.colour);
-    const text = new Text({ font: 'bold 13px system-ui, sans-serif', fill: ink, stroke: halo, overflow: true });
+    const text = new Text({
+      font: 'bold 13px system-ui, sans-serif',
+      fill: ink,
+      stroke: halo,
+      overflow: true,
+    });
     const framed = new Style({ stroke: new Stroke({ color: colour, width: 2.5 }), text });
     const hatched = framed.clone();
     hatched.setFill(new Fill({ color: hatchPattern(sign.hatch, colour) }));

@@ -15,7 +15,11 @@ export class SquaresTable {
 
   constructor(onChosen: (square: Square) => void) {
     this.#onChosen = onChosen;
-    const head = element('tr', {}, ...['Square', 'State', 'Points'].map((title) => element('th', { scope: 'col' }, title)));
+    const head = element(
+      'tr',
+      {},
+      ...['Square', 'State', 'Points'].map((title) => element('th', { scope: 'col' }, title)),
+    );
     const caption = element('caption', { class: 'hidden-text' }, 'LiDAR squares and their state');
     this.#table = element('table', {}, caption, element('thead', {}, head), this.#body);
     this.#table.hidden = true;
@@ -36,11 +40,21 @@ export class SquaresTable {
   }
 
   #row(square: Square): HTMLTableRowElement {
-    const button = element('button', { type: 'button', class: 'link' }, square.name === '' ? '(no name)' : square.name);
+    const button = element(
+      'button',
+      { type: 'button', class: 'link' },
+      square.name === '' ? '(no name)' : square.name,
+    );
     button.addEventListener('click', () => this.#onChosen(square));
     const state = `${kStateSigns[square.state].letter} ${square.state}${square.error === '' ? '' : `: ${square.error}`}`;
     const points = square.points === undefined ? '' : formatCount(square.points);
-    return element('tr', {}, element('th', { scope: 'row' }, button), element('td', {}, state), element('td', {}, points));
+    return element(
+      'tr',
+      {},
+      element('th', { scope: 'row' }, button),
+      element('td', {}, state),
+      element('td', {}, points),
+    );
   }
 }
 

@@ -31,7 +31,8 @@ export type CachedBoxes = {
   readonly truncated: boolean;
 };
 
-const isNumber = (value: unknown): value is number => typeof value === 'number' && Number.isFinite(value);
+const isNumber = (value: unknown): value is number =>
+  typeof value === 'number' && Number.isFinite(value);
 const numberOrNot = (value: unknown): number | undefined => (isNumber(value) ? value : undefined);
 const items = (value: unknown): unknown[] => (Array.isArray(value) ? (value as unknown[]) : []);
 
@@ -44,9 +45,13 @@ function readRing(value: unknown): Position[] {
 
 /** Leaves out what is no polygon: one bad square must not hide the others. */
 export function readSquares(json: unknown): Square[] {
-  if (!isFields(json) || !Array.isArray(json['features'])) throw new Error('read the squares: no GeoJSON FeatureCollection');
+  if (!isFields(json) || !Array.isArray(json['features'])) {
+    throw new Error('read the squares: no GeoJSON FeatureCollection');
+  }
   return items(json['features']).flatMap((feature): Square[] => {
-    if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) return [];
+    if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) {
+      return [];
+    }
     const rings = items(feature['geometry']['coordinates'])
       .map(readRing)
       .filter((ring) => ring.length >= 3);
@@ -91,12 +96,13 @@ export function readCachedBoxes(json: unknown): CachedBoxes {
 /** The even-odd rule over all rings. */
 export function squareContains(square: Square, [e, n]: Position): boolean {
   let inside = false;
-  for (const ring of square.rings)
+  for (const ring of square.rings) {
     for (let i = 0, j = ring.length - 1; i < ring.length; j = i++) {
       const [ax, ay] = ring[i]!;
       const [bx, by] = ring[j]!;
       if (ay > n !== by > n && e < ((bx - ax) * (n - ay)) / (by - ay) + ax) inside = !inside;
     }
+  }
   return inside;
 }
 

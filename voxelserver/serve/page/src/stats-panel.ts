@@ -1,5 +1,11 @@
 import { byId, element, setFacts, setText } from './dom.js';
-import { formatBytes, formatCount, formatDuration, formatSeconds, formatShare } from './number-format.js';
+import {
+  formatBytes,
+  formatCount,
+  formatDuration,
+  formatSeconds,
+  formatShare,
+} from './number-format.js';
 import { RateChart } from './rate-chart.js';
 import type { CacheStats, Stage, Stats } from './replies.js';
 
@@ -39,13 +45,26 @@ export class StatsPanel {
   constructor() {
     const head = element('tr');
     for (const { order, title } of kColumns) {
-      const button = element('button', { type: 'button', title: `Sort by ${title.toLowerCase()}; again: in the order of the server` }, title);
-      button.addEventListener('click', () => this.#sort(this.#order === order ? 'reported' : order));
+      const button = element(
+        'button',
+        {
+          type: 'button',
+          title: `Sort by ${title.toLowerCase()}; again: in the order of the server`,
+        },
+        title,
+      );
+      button.addEventListener('click', () =>
+        this.#sort(this.#order === order ? 'reported' : order),
+      );
       const cell = element('th', { scope: 'col' }, button);
       this.#heads.set(order, cell);
       head.append(cell);
     }
-    const caption = element('caption', { class: 'hidden-text' }, 'Steps of making boxes: mean time of a run, number of runs, share of all time');
+    const caption = element(
+      'caption',
+      { class: 'hidden-text' },
+      'Steps of making boxes: mean time of a run, number of runs, share of all time',
+    );
     this.#table = element('table', {}, caption, element('thead', {}, head), this.#body);
     byId('steps', HTMLElement).append(this.#none, this.#table);
     this.#drawSteps();
@@ -60,9 +79,11 @@ export class StatsPanel {
 
   #sort(order: Order): void {
     this.#order = order;
-    for (const [name, cell] of this.#heads)
-      if (name === order) cell.setAttribute('aria-sort', name === 'name' ? 'ascending' : 'descending');
-      else cell.removeAttribute('aria-sort');
+    for (const [name, cell] of this.#heads) {
+      if (name === order) {
+        cell.setAttribute('aria-sort', name === 'name' ? 'ascending' : 'descending');
+      } else cell.removeAttribute('aria-sort');
+    }
     this.#drawSteps();
   }
 
@@ -79,7 +100,14 @@ export class StatsPanel {
 
 function emptyRow(): HTMLTableRowElement {
   const bar = element('span', { class: 'bar', 'aria-hidden': 'true' }, element('span'));
-  return element('tr', {}, element('th', { scope: 'row' }), element('td'), element('td'), element('td', {}, bar, element('span')));
+  return element(
+    'tr',
+    {},
+    element('th', { scope: 'row' }),
+    element('td'),
+    element('td'),
+    element('td', {}, bar, element('span')),
+  );
 }
 
 function fillRow(row: HTMLTableRowElement, stage: Stage, allSeconds: number): void {
@@ -88,16 +116,19 @@ function fillRow(row: HTMLTableRowElement, stage: Stage, allSeconds: number): vo
   setText(mean!, formatSeconds(computeMean(stage)));
   setText(runs!, formatCount(stage.count));
   const [bar, text] = share!.children;
-  (bar!.firstElementChild as HTMLElement).style.width = allSeconds > 0 ? `${(100 * stage.seconds) / allSeconds}%` : '0';
+  (bar!.firstElementChild as HTMLElement).style.width =
+    allSeconds > 0 ? `${(100 * stage.seconds) / allSeconds}%` : '0';
   setText(text!, formatShare(stage.seconds, allSeconds));
 }
 
-const ofLimit = (bytes: number, limit: number): string => (limit > 0 ? `${formatBytes(bytes)} of ${formatBytes(limit)}` : formatBytes(bytes));
+const ofLimit = (bytes: number, limit: number): string =>
+  limit > 0 ? `${formatBytes(bytes)} of ${formatBytes(limit)}` : formatBytes(bytes);
 
 function cacheText(cache: CacheStats | undefined): string {
   if (cache === undefined) return '';
   const lookups = cache.hits + cache.misses;
-  const hits = lookups > 0 ? `, ${formatShare(cache.hits, lookups)} of ${formatCount(lookups)} found` : '';
+  const hits =
+    lookups > 0 ? `, ${formatShare(cache.hits, lookups)} of ${formatCount(lookups)} found` : '';
   return `${ofLimit(cache.bytes, cache.limitBytes)}, ${formatCount(cache.entries)} boxes${hits}`;
 }
 
@@ -105,12 +136,30 @@ function toFacts({ making, memory, prepare, ...stats }: Stats): [string, string]
   const failed = (times: number): string => (times > 0 ? `, ${formatCount(times)} failed` : '');
   return [
     ['Running for', formatDuration(stats.uptimeS)],
-    ['Requests', `${formatCount(stats.requests)}${stats.replyBytes === undefined ? '' : `, ${formatBytes(stats.replyBytes)} sent`}`],
+    [
+      'Requests',
+      `${formatCount(stats.requests)}${stats.replyBytes === undefined ? '' : `, ${formatBytes(stats.replyBytes)} sent`}`,
+    ],
     ['Memory', memory ? ofLimit(memory.rssBytes, memory.limitBytes) : ''],
     ['Boxes in memory', cacheText(stats.cache)],
     ['Boxes on disk', stats.disk ? cacheText(stats.disk) : 'not kept'],
-    ['Being made', making ? `${formatCount(making.running)} now, ${formatCount(making.waiting)} wait, ${formatCount(making.aheadWaiting)} ahead` : ''],
-    ['Made', making ? `${formatCount(making.made)}, ${formatCount(making.madeAhead)} ahead${failed(making.failed)}` : ''],
-    ['Squares prepared', prepare ? `${formatCount(prepare.done)} of ${formatCount(prepare.total)}${failed(prepare.failed)}` : ''],
+    [
+      'Being made',
+      making
+        ? `${formatCount(making.running)} now, ${formatCount(making.waiting)} wait, ${formatCount(making.aheadWaiting)} ahead`
+        : '',
+    ],
+    [
+      'Made',
+      making
+        ? `${formatCount(making.made)}, ${formatCount(making.madeAhead)} ahead${failed(making.failed)}`
+        : '',
+    ],
+    [
+      'Squares prepared',
+      prepare
+        ? `${formatCount(prepare.done)} of ${formatCount(prepare.total)}${failed(prepare.failed)}`
+        : '',
+    ],
   ];
 }

@@ -27,18 +27,33 @@ export class TopFinder {
     const [x, z] = this.#projection.toVoxel(easting, northing);
     const [bx, bz] = [Math.floor(x / kBoxSide), Math.floor(z / kBoxSide)];
     const extent = await this.#api.getJson(`v2/columns/0/${bx}/${bz}`);
-    const [begin, end] = isFields(extent) ? [Number(extent['by_begin']), Number(extent['by_end'])] : [0, 0];
+    const [begin, end] = isFields(extent)
+      ? [Number(extent['by_begin']), Number(extent['by_end'])]
+      : [0, 0];
     for (let by = end - 1; by >= begin && end - by <= kMostBoxes; --by) {
       const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, { timeoutMs: 120_000 });
       if (reply.status === 204) continue;
-      const top = findTop(new Uint8Array(await reply.arrayBuffer()), x - bx * kBoxSide, z - bz * kBoxSide);
-      if (top !== undefined) return { heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM, look: top.look };
+      const top = findTop(
+        new Uint8Array(await reply.arrayBuffer()),
+        x - bx * kBoxSide,
+        z - bz * kBoxSide,
+      );
+      if (top !== undefined) {
+        return {
+          heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM,
+          look: top.look,
+        };
+      }
     }
     return undefined;
   }
 }
 
-function findTop(bytes: Uint8Array, x: number, z: number): ReturnType<ReturnType<typeof readBox>['top']> {
+function findTop(
+  bytes: Uint8Array,
+  x: number,
+  z: number,
+): ReturnType<ReturnType<typeof readBox>['top']> {
   try {
     return readBox(bytes).top(x, z);
   } catch (error) {

@@ -49,7 +49,10 @@ export class TopViewLayer {
   unfinishedIn(extent: number[], resolution: number): [string, ImageTile][] {
     const zoom = this.#grid.getZForResolution(resolution, this.#source.zDirection);
     const range = this.#grid.getTileRangeForExtentAndZ(extent, zoom);
-    return [...this.#unfinished].filter(([, tile]) => tile.tileCoord[0] === zoom && range.containsXY(tile.tileCoord[1]!, tile.tileCoord[2]!));
+    return [...this.#unfinished].filter(
+      ([, tile]) =>
+        tile.tileCoord[0] === zoom && range.containsXY(tile.tileCoord[1]!, tile.tileCoord[2]!),
+    );
   }
 
   /** Forgets all tiles: the server is another, or now answers. */
@@ -64,8 +67,11 @@ export class TopViewLayer {
     this.#retrying = true;
     try {
       const due = this.unfinishedIn(extent, resolution);
-      for (let i = 0; i < due.length; i += kRetriesAtOnce)
-        await Promise.all(due.slice(i, i + kRetriesAtOnce).map(([path, tile]) => this.#load(tile, path)));
+      for (let i = 0; i < due.length; i += kRetriesAtOnce) {
+        await Promise.all(
+          due.slice(i, i + kRetriesAtOnce).map(([path, tile]) => this.#load(tile, path)),
+        );
+      }
     } finally {
       this.#retrying = false;
     }
@@ -91,7 +97,9 @@ export class TopViewLayer {
     this.#unfinished.delete(path);
     this.#unfinished.set(path, tile);
     const oldest = this.#unfinished.keys().next().value;
-    if (this.#unfinished.size > kMostUnfinished && oldest !== undefined) this.#unfinished.delete(oldest);
+    if (this.#unfinished.size > kMostUnfinished && oldest !== undefined) {
+      this.#unfinished.delete(oldest);
+    }
   }
 }
 

@@ -14,10 +14,18 @@ export function viewLink(target: Spot, from: Spot, projection: WorldProjection):
 }
 
 /** The place of the panel, seen from where the proposed picture is. @param topM undefined: air */
-export function viewOfPlace(place: { readonly easting: number; readonly northing: number }, topM: number | undefined, projection: WorldProjection): string {
+export function viewOfPlace(
+  place: { readonly easting: number; readonly northing: number },
+  topM: number | undefined,
+  projection: WorldProjection,
+): string {
   const target = { ...place, heightM: topM ?? middleM(projection) };
   const [easting, northing] = cameraPlace(place, projection);
-  return viewLink(target, { easting, northing, heightM: cameraHeight(target.heightM, undefined) }, projection);
+  return viewLink(
+    target,
+    { easting, northing, heightM: cameraHeight(target.heightM, undefined) },
+    projection,
+  );
 }
 
 /**
@@ -25,23 +33,39 @@ export function viewOfPlace(place: { readonly easting: number; readonly northing
  * not known without a request.
  * @param across CRS units
  */
-export function viewOfMap([easting, northing]: readonly [number, number], across: number, projection: WorldProjection): string {
+export function viewOfMap(
+  [easting, northing]: readonly [number, number],
+  across: number,
+  projection: WorldProjection,
+): string {
   const acrossM = across * projection.metresPerUnit;
   const target = { easting, northing, heightM: middleM(projection) };
-  const heightM = Math.max(target.heightM + acrossM * Math.sin((kDownDeg * Math.PI) / 180), topM(projection) + 10);
+  const heightM = Math.max(
+    target.heightM + acrossM * Math.sin((kDownDeg * Math.PI) / 180),
+    topM(projection) + 10,
+  );
   const backM = (heightM - target.heightM) / Math.tan((kDownDeg * Math.PI) / 180);
-  return viewLink(target, { easting, northing: northing - backM / projection.metresPerUnit, heightM }, projection);
+  return viewLink(
+    target,
+    { easting, northing: northing - backM / projection.metresPerUnit, heightM },
+    projection,
+  );
 }
 
-const middleM = ({ world: { framed, voxelM } }: WorldProjection): number => ((framed.min[1] + framed.max[1]) / 2) * voxelM;
+const middleM = ({ world: { framed, voxelM } }: WorldProjection): number =>
+  ((framed.min[1] + framed.max[1]) / 2) * voxelM;
 const topM = ({ world: { framed, voxelM } }: WorldProjection): number => framed.max[1] * voxelM;
 
 // Not a whole voxel, unlike WorldProjection.toVoxel().
-function toVoxel({ easting, northing, heightM }: Spot, { world }: WorldProjection): readonly [number, number, number] {
+function toVoxel(
+  { easting, northing, heightM }: Spot,
+  { world }: WorldProjection,
+): readonly [number, number, number] {
   return [easting / world.unitsPerVoxel, heightM / world.voxelM, -northing / world.unitsPerVoxel];
 }
 
 function makeLink({ position, headingDeg, pitchDeg, fovDeg }: Viewpoint): string {
-  const list = (values: readonly number[]): string => values.map((v) => Number(v.toFixed(2))).join();
+  const list = (values: readonly number[]): string =>
+    values.map((v) => Number(v.toFixed(2))).join();
   return `view/#at=${list(position)}&look=${list([headingDeg, pitchDeg, fovDeg])}`;
 }

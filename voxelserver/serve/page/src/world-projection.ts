@@ -59,7 +59,12 @@ export class WorldProjection {
 
   toLatLon(easting: number, northing: number): LatLon | undefined {
     const [lonDeg, latDeg] = this.#geographic?.inverse([easting, northing]) ?? [];
-    return lonDeg !== undefined && latDeg !== undefined && Number.isFinite(lonDeg) && Number.isFinite(latDeg) ? { latDeg, lonDeg } : undefined;
+    return lonDeg !== undefined &&
+      latDeg !== undefined &&
+      Number.isFinite(lonDeg) &&
+      Number.isFinite(latDeg)
+      ? { latDeg, lonDeg }
+      : undefined;
   }
 
   /**
@@ -67,7 +72,8 @@ export class WorldProjection {
    * time. As for the sun (raytracer/analyse/raster/cell_grid.cpp), it is the middle of the world
    * that counts, or in a wide world that of the square that holds the middle of the part.
    */
-  clockOffsetH([west, south, east, north]: readonly [number, number, number, number]): number | undefined {
+  clockOffsetH([west, south, east, north]: readonly [number, number, number, number]):
+    number | undefined {
     const { centre, crsWkt } = this.world;
     if (centre === undefined) return undefined;
     const [w, s, e, n] = this.extent;
@@ -81,7 +87,9 @@ export class WorldProjection {
 
   fromLatLon({ latDeg, lonDeg }: LatLon): [number, number] | undefined {
     const [e, n] = this.#geographic?.forward([lonDeg, latDeg]) ?? [];
-    return e !== undefined && n !== undefined && Number.isFinite(e) && Number.isFinite(n) ? [e, n] : undefined;
+    return e !== undefined && n !== undefined && Number.isFinite(e) && Number.isFinite(n)
+      ? [e, n]
+      : undefined;
   }
 }
 
@@ -113,7 +121,10 @@ export function horizontalWkt(wkt: string): string {
  * and the one nearest to the server's own latitude and longitude of the centre is used, or the WKT
  * when the server has none.
  */
-function chooseGeographic(world: World, centre: readonly [number, number]): proj4.Converter | undefined {
+function chooseGeographic(
+  world: World,
+  centre: readonly [number, number],
+): proj4.Converter | undefined {
   let best: { readonly converter: proj4.Converter; readonly errorDeg: number } | undefined;
   for (const definition of [horizontalWkt(world.crsWkt), world.crsProj4]) {
     if (definition === '') continue;
@@ -121,7 +132,9 @@ function chooseGeographic(world: World, centre: readonly [number, number]): proj
       const converter = proj4('EPSG:4326', definition);
       const [lonDeg, latDeg] = converter.inverse([centre[0], centre[1]]);
       const errorDeg = measureError(world, latDeg, lonDeg);
-      if (errorDeg <= kLargestErrorDeg && (best === undefined || errorDeg < best.errorDeg)) best = { converter, errorDeg };
+      if (errorDeg <= kLargestErrorDeg && (best === undefined || errorDeg < best.errorDeg)) {
+        best = { converter, errorDeg };
+      }
     } catch {
       // Not supported: the next definition is tried, or the map has no latitude and longitude.
     }
@@ -129,7 +142,7 @@ function chooseGeographic(world: World, centre: readonly [number, number]): proj
   return best?.converter;
 }
 
-const kLargestErrorDeg = 0.01;  // about a kilometre: more is another CRS, not another datum
+const kLargestErrorDeg = 0.01; // about a kilometre: more is another CRS, not another datum
 
 function measureError(world: World, latDeg: number, lonDeg: number): number {
   if (!Number.isFinite(latDeg) || !Number.isFinite(lonDeg)) return Infinity;

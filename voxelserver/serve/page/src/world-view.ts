@@ -18,7 +18,7 @@ import { TopViewLayer } from './top-view-layer.js';
 import { viewOfMap } from './view-link.js';
 import { WorldProjection } from './world-projection.js';
 
-const kPlaceVoxels = 400;  // shown across 512 pixels when the map moves to a place
+const kPlaceVoxels = 400; // shown across 512 pixels when the map moves to a place
 
 /** The map with its layers and panels: the whole page once the world is known. */
 export class WorldView {
@@ -52,7 +52,10 @@ export class WorldView {
         this.#placeAnalyses();
       },
     });
-    this.#topView = world.finestZoom >= 0 ? new TopViewLayer(api, projection, this.#map.mapProjection) : undefined;
+    this.#topView =
+      world.finestZoom >= 0
+        ? new TopViewLayer(api, projection, this.#map.mapProjection)
+        : undefined;
     this.#cached = new CachedLayer(projection);
     this.#cached.layer.setVisible(false);
     if (this.#topView) this.#map.add(this.#topView.layer);
@@ -60,9 +63,17 @@ export class WorldView {
     this.#map.add(this.#cached.layer);
     const analyses = new AnalysisLayer(this.#map.mapProjection, projection);
     this.#map.add(analyses.layer);
-    analyses.layer.on('change:visible', () => (this.#squares.hasHatch = !analyses.layer.getVisible()));
+    analyses.layer.on(
+      'change:visible',
+      () => (this.#squares.hasHatch = !analyses.layer.getVisible()),
+    );
     const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
-    this.#analyses = new AnalysisPanel(api, listKinds(world.centre !== undefined), places, analyses);
+    this.#analyses = new AnalysisPanel(
+      api,
+      listKinds(world.centre !== undefined),
+      places,
+      analyses,
+    );
     this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
       onSwitch: (name, shown) => this.#switch(name, shown),
       onLevel: (level) => {
@@ -92,7 +103,9 @@ export class WorldView {
     try {
       const boxes = readCachedBoxes(await this.#api.getJson(`v2/cached/${level}`));
       if (level !== this.#level || !this.#showsBoxes) return;
-      if (!always && boxes.level === this.#boxes?.level && boxes.changes === this.#boxes.changes) return;
+      if (!always && boxes.level === this.#boxes?.level && boxes.changes === this.#boxes.changes) {
+        return;
+      }
       this.#boxes = boxes;
       this.#cached.show(boxes);
       this.#layers.boxes = boxes;
@@ -112,7 +125,8 @@ export class WorldView {
   }
 
   update(stats: Stats): void {
-    this.#layers.unfinishedTiles = this.#topView?.unfinishedIn(this.#map.shownExtent, this.#map.resolution).length ?? 0;
+    this.#layers.unfinishedTiles =
+      this.#topView?.unfinishedIn(this.#map.shownExtent, this.#map.resolution).length ?? 0;
     this.#analyses.limits = stats.jobs;
     setText(byId('software', HTMLElement), `Terravox ${stats.version}`);
   }
@@ -143,7 +157,12 @@ export class WorldView {
     this.#map.mark(easting, northing);
     this.#picked = [easting, northing];
     this.#placeAnalyses();
-    await this.#place.show(easting, northing, this.#map.resolution, this.#squares.at([easting, northing]));
+    await this.#place.show(
+      easting,
+      northing,
+      this.#map.resolution,
+      this.#squares.at([easting, northing]),
+    );
   }
 
   #goTo(easting: number, northing: number, resolution?: number): void {
@@ -166,15 +185,25 @@ export class WorldView {
   #linkView(): void {
     const [west, south, east, north] = this.#map.shownExtent;
     const across = Math.min(east! - west!, north! - south!);
-    byId('view-link', HTMLAnchorElement).href = new URL(viewOfMap(this.#map.centre, across, this.#projection), this.#api.base).href;
+    byId('view-link', HTMLAnchorElement).href = new URL(
+      viewOfMap(this.#map.centre, across, this.#projection),
+      this.#api.base,
+    ).href;
   }
 
   #placeAnalyses(): void {
     const shown = getIntersection(this.#map.shownExtent, this.#projection.extent);
     const { world, metresPerUnit } = this.#projection;
     const extent = isEmpty(shown) ? undefined : shown;
-    const clockOffsetH = extent && this.#projection.clockOffsetH(extent as [number, number, number, number]);
-    this.#analyses.place = { extent, voxelM: world.voxelM, metresPerUnit, clockOffsetH, picked: this.#picked };
+    const clockOffsetH =
+      extent && this.#projection.clockOffsetH(extent as [number, number, number, number]);
+    this.#analyses.place = {
+      extent,
+      voxelM: world.voxelM,
+      metresPerUnit,
+      clockOffsetH,
+      picked: this.#picked,
+    };
   }
 
   // Without a pointer (keyboard, touch) it is the middle of the map that counts.
@@ -183,7 +212,10 @@ export class WorldView {
     this.#analyses.pointAt(e, n);
     const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
     const latLon = this.#projection.toLatLon(e, n);
-    const texts = [`${e.toFixed(decimals)}, ${n.toFixed(decimals)}`, ...(latLon ? [formatLatLon(latLon.latDeg, latLon.lonDeg)] : [])];
+    const texts = [
+      `${e.toFixed(decimals)}, ${n.toFixed(decimals)}`,
+      ...(latLon ? [formatLatLon(latLon.latDeg, latLon.lonDeg)] : []),
+    ];
     setText(byId('position', HTMLElement), `${place ? '' : 'Middle: '}${texts.join('  ·  ')}`);
   }
 }

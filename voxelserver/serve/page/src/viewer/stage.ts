@@ -253,8 +253,9 @@ export class Stage {
     const ms = this.#clock.finished(nowMs);
     if (renderer === undefined || this.#camera === undefined || ms === undefined) return;
     if (ms > 0) this.#finish(nowMs, ms);
-    if (this.#isPlanDue && nowMs - this.#plannedMs >= (this.#plan === undefined ? 0 : kPlanMs))
+    if (this.#isPlanDue && nowMs - this.#plannedMs >= (this.#plan === undefined ? 0 : kPlanMs)) {
       this.#replan(nowMs);
+    }
     if (this.#plan === undefined) return;
     const isBare = this.#plan.shown.length === 0;
     // Until the first column is there, one picture of the sky is enough.
@@ -309,8 +310,9 @@ export class Stage {
    */
   cast(rays: readonly CastRay[]): readonly (Pick | undefined)[] {
     const camera = this.#camera;
-    if (this.#renderer === undefined || camera === undefined || !this.#canRead())
+    if (this.#renderer === undefined || camera === undefined || !this.#canRead()) {
       return rays.map(() => undefined);
+    }
     const look = { ...this.#look, ...kExact, section: undefined };
     const hits = this.#renderer.cast(rays, camera, look);
     return rays.map((ray, i) => makePick(hits, i, ray.origin, ray.direction, look));
@@ -322,8 +324,9 @@ export class Stage {
    */
   firstHits(): (FirstHits & { readonly size: readonly [number, number] }) | undefined {
     const { width, height } = this.#canvas;
-    if (this.#renderer === undefined || this.#camera === undefined || !this.#canRead())
+    if (this.#renderer === undefined || this.#camera === undefined || !this.#canRead()) {
       return undefined;
+    }
     const look = { ...this.#look, ...kExact };
     return {
       ...this.#renderer.firstHits(this.#camera, look, [width, height]),
@@ -475,12 +478,13 @@ export class Stage {
         return;
       case 'stats':
         this.#workerStats = message.stats;
-        if (this.#readyMs !== undefined)
+        if (this.#readyMs !== undefined) {
           this.#first ??= {
             ms: this.#readyMs,
             requests: message.stats.requests,
             bytes: message.stats.bytes,
           };
+        }
         return;
     }
   }

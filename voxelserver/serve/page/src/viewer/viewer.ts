@@ -354,8 +354,9 @@ function poolBytes(): number {
 
 async function load(name: string): Promise<Response> {
   const response = await fetchWithToken(new URL(name, document.baseURI), say);
-  if (!response.ok)
+  if (!response.ok) {
     throw new Error(`read ${name}: the host answers ${response.status}; is the site complete?`);
+  }
   return response;
 }
 
@@ -368,8 +369,9 @@ async function start(): Promise<Viewer> {
   const place = readPlaceFile(await file.json());
   const viewer = new Viewer(place, readAppearance(await unpackAppearance(appearance.body!)));
   viewer.start();
-  if ('server' in place.archive)
+  if ('server' in place.archive) {
     watchServer(new URL(place.archive.server, document.baseURI).href, say, viewer);
+  }
   return viewer;
 }
 

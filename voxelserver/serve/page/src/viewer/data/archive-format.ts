@@ -73,8 +73,9 @@ export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
   if (!isArchive) throw fail('not a box archive');
   const version = view.getUint32(8, true);
   if (version !== kVersion) throw fail(`version ${version}; allowed: ${kVersion}`);
-  if (!sameHash(xxh64(bytes.subarray(0, 56)), hashAt(view, 56)))
+  if (!sameHash(xxh64(bytes.subarray(0, 56)), hashAt(view, 56))) {
     throw fail('its header is damaged');
+  }
   const header: ArchiveHeader = {
     damage: view.getUint32(12, true),
     infoOffset: sizeAt(view, 16),
@@ -92,12 +93,13 @@ export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
     infoOffset + infoBytes <= fileBytes &&
     rootOffset + rootBytes <= fileBytes;
   if (!isSound) throw fail('its header leads outside');
-  if (rootBytes > kMaxRootBytes)
+  if (rootBytes > kMaxRootBytes) {
     throw new DataError(
       'too-large',
       `open the box archive ${name}: an index of ${rootBytes} bytes; ` +
         `the viewer can open ${kMaxRootBytes}: convert a smaller area`,
     );
+  }
   return header;
 }
 
@@ -111,8 +113,9 @@ export class RootIndex {
   constructor(bytes: Uint8Array, limits: IndexLimits, name: string) {
     this.#view = toView(bytes);
     const payload = bytes.length - 8;
-    if (!sameHash(xxh64(bytes.subarray(0, payload)), hashAt(this.#view, payload)))
+    if (!sameHash(xxh64(bytes.subarray(0, payload)), hashAt(this.#view, payload))) {
       throw damaged(name, 'its index is damaged');
+    }
     this.count = payload / kRootEntryBytes;
     this.#order = new CurveOrder(this.count);
     for (let i = 0; i < this.count; ++i) {
@@ -168,8 +171,9 @@ export class LeafIndex {
     const fail = (what: string): DataError => new DataError('damaged', what);
     if (!sameHash(xxh64(frame), place.checksum)) throw fail('its checksum differs');
     const bytes = unpack(frame, kMaxEntries * kEntryBytes);
-    if (bytes.length !== place.entries * kEntryBytes)
+    if (bytes.length !== place.entries * kEntryBytes) {
       throw fail(`${bytes.length} bytes; the root states ${place.entries} entries`);
+    }
     this.count = place.entries;
     this.#view = toView(bytes);
     this.#order = new CurveOrder(this.count);
@@ -177,13 +181,15 @@ export class LeafIndex {
       const key = keyAt(this.#view, kEntryBytes * i);
       if (!isInRange(key) || !limits.hasRoomFor(key)) throw fail(outside(key));
       if (!this.#order.append(i, key)) throw fail(`box ${nameOfBox(key)} is out of order`);
-      if (!this.#isSound(i, limits.fileBytes))
+      if (!this.#isSound(i, limits.fileBytes)) {
         throw fail(`the entry of box ${nameOfBox(key)} leads outside`);
+      }
     }
     const first = keyAt(this.#view, 0);
     const last = keyAt(this.#view, kEntryBytes * (this.count - 1));
-    if (nameOfBox(first) !== nameOfBox(place.first) || !root.isBeforeLeaf(last, index + 1))
+    if (nameOfBox(first) !== nameOfBox(place.first) || !root.isBeforeLeaf(last, index + 1)) {
       throw fail('it has boxes of another leaf');
+    }
   }
 
   /** Of memory. */

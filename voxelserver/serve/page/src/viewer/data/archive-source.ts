@@ -7,7 +7,13 @@ import type { ColumnKey } from './column-key.js';
 import type { Clock } from './environment.js';
 import { asDataError, oneLine, within, type DataError } from './errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
-import { findGaps, planRanges, Stretches, type ByteRange, type RangeRequest } from './range-plan.js';
+import {
+  findGaps,
+  planRanges,
+  Stretches,
+  type ByteRange,
+  type RangeRequest,
+} from './range-plan.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
 import { Turns } from './turns.js';
 
@@ -60,8 +66,9 @@ export class ArchiveSource implements BoxSource {
       if (isAdded) taken.push(key);
       return !isAdded;
     });
-    for (const { ranges, column: key } of left.reverse())
+    for (const { ranges, column: key } of left.reverse()) {
       if (stretches.extend(ranges)) taken.push(key);
+    }
     return taken;
   }
 
@@ -81,12 +88,16 @@ export class ArchiveSource implements BoxSource {
       if (found.length === 0) yield { column: column.builder.finish() };
     }
     const isKept = (box: WantedBox): boolean => this.#archive.file.has(box.offset, box.bytes);
-    for (const box of wanted.filter(isKept))
+    for (const box of wanted.filter(isKept)) {
       yield* this.#read({ offset: box.offset, bytes: box.bytes, ranges: [box] }, signal);
+    }
     for (const { ranges } of planRanges(wanted.filter((box) => !isKept(box))))
-      // What a column that has failed meanwhile still lacks is not fetched.
-      for (const request of planRanges(ranges.filter(({ column }) => !column.isOver)))
+    // What a column that has failed meanwhile still lacks is not fetched.
+    {
+      for (const request of planRanges(ranges.filter(({ column }) => !column.isOver))) {
         yield* this.#read(request, signal);
+      }
+    }
   }
 
   async #find(

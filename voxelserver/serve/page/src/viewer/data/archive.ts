@@ -105,9 +105,11 @@ export class Archive {
     const kept = missing.filter(isKept).map((leaf) => ({ ...leaf, ranges: [leaf] }));
     const requests = planRanges(missing.filter((leaf) => !isKept(leaf)));
     const own = requests.filter(({ ranges }) => ranges.some(({ index }) => leaves.has(index)));
-    for (const request of [...kept, ...own])
-      for (const { index } of request.ranges)
+    for (const request of [...kept, ...own]) {
+      for (const { index } of request.ranges) {
         this.#startLeaf(index, request, signal).catch(() => undefined);
+      }
+    }
     for (const index of leaves) await this.#leaf(index, signal);
   }
 
@@ -118,7 +120,9 @@ export class Archive {
    */
   async column(column: ColumnKey, signal: AbortSignal): Promise<readonly ColumnEntry[]> {
     const leaves = new Map<number, LeafIndex>();
-    for (const index of this.#findLeaves(column)) leaves.set(index, await this.#leaf(index, signal));
+    for (const index of this.#findLeaves(column)) {
+      leaves.set(index, await this.#leaf(index, signal));
+    }
     return this.#entries(column, leaves);
   }
 
@@ -193,8 +197,9 @@ export class Archive {
       return leaf;
     } catch (error) {
       const failure = within(`open the box archive ${this.file.name}: leaf ${index}`, error);
-      if (this.#damagedLeaves.size < kMaxRememberedFailures)
+      if (this.#damagedLeaves.size < kMaxRememberedFailures) {
         this.#damagedLeaves.set(index, failure);
+      }
       throw failure;
     }
   }

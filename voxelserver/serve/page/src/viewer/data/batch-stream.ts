@@ -82,8 +82,9 @@ export class BatchStream {
   #isLast({ key, status, payload }: BatchRecord): boolean {
     if (key.level !== -1) return false;
     const isSound = key.bx === this.#requested && status === 0 && payload.length === 0;
-    if (!isSound || this.#taken !== this.#requested)
+    if (!isSound || this.#taken !== this.#requested) {
       throw damaged(`a last record after ${this.#taken} of ${this.#requested} boxes`);
+    }
     this.#isWhole = true;
     return true;
   }

@@ -68,22 +68,26 @@ export function bytesOfArrays(box: BoxArrays): number {
 export function readBoxArrays(bytes: Uint8Array, key: BoxKey): BoxArrays {
   const fail = (what: string): DataError =>
     new DataError('damaged', `read box ${nameOfBox(key)}: ${what}`);
-  if (bytes.length < kHeaderBytes)
+  if (bytes.length < kHeaderBytes) {
     throw fail(`${bytes.length} bytes; at least ${kHeaderBytes} are needed`);
+  }
   // Words can only be read from multiples of 4.
   const aligned = bytes.byteOffset % 4 === 0 ? bytes : new Uint8Array(bytes);
   const words = new Uint32Array(aligned.buffer, aligned.byteOffset, aligned.length >> 2);
   if (words[0] !== kMagic[0] || words[1] !== kMagic[1]) throw fail('not in the box format');
   if (words[2] !== kVersion) throw fail(`format version ${words[2]}; allowed: ${kVersion}`);
   const found = toKey(words);
-  if (found.level < 0 || found.level > kMaxLevel)
+  if (found.level < 0 || found.level > kMaxLevel) {
     throw fail(`level ${found.level}; allowed: 0 to ${kMaxLevel}`);
+  }
   const cellCount = words[7]!;
   const attributeCount = words[8]!;
-  if (cellCount < kRoots || cellCount > kMaxCells)
+  if (cellCount < kRoots || cellCount > kMaxCells) {
     throw fail(`${cellCount} cells; allowed: ${kRoots} to ${kMaxCells}`);
-  if (attributeCount > kMaxAttributes)
+  }
+  if (attributeCount > kMaxAttributes) {
     throw fail(`${attributeCount} attributes; allowed: 0 to ${kMaxAttributes}`);
+  }
   const size = kHeaderBytes + 4 * (cellCount * kCellWords + attributeCount * kAttributeWords);
   if (bytes.length !== size) throw fail(`${bytes.length} bytes; its header states ${size}`);
   if (!checksumHolds(aligned)) throw fail('its checksum differs');
@@ -131,8 +135,9 @@ function indicesHold(cells: Uint32Array, first: Uint32Array, attributeCount: num
     for (let i = begin; i < end; ++i) {
       const detailLow = cells[4 * i + 2]!;
       const detailHigh = cells[4 * i + 3]!;
-      if ((detailLow & ~cells[4 * i]!) !== 0 || (detailHigh & ~cells[4 * i + 1]!) !== 0)
+      if ((detailLow & ~cells[4 * i]!) !== 0 || (detailHigh & ~cells[4 * i + 1]!) !== 0) {
         return false;
+      }
       const count = onesIn(detailLow) + onesIn(detailHigh);
       if (count !== 0 && first[i] !== firstChild + children) return false;
       children += count;

@@ -17,11 +17,12 @@ export class ColumnBuilder {
   add(by: number, box: ColumnBox): void {
     this.#boxes.set(by, box);
     if (typeof box === 'object' && 'cells' in box) this.#bytes += bytesOfArrays(box);
-    if (this.#bytes > kMaxColumnBytes)
+    if (this.#bytes > kMaxColumnBytes) {
       throw new DataError(
         'too-large',
         `read column ${nameOfColumn(this.key)}: more than ${kMaxColumnBytes} bytes of boxes`,
       );
+    }
   }
 
   /** The column: from the lowest to the highest box that is not air. */

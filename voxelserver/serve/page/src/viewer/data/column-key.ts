@@ -16,11 +16,12 @@ export function nameOfColumn({ level, bx, bz }: ColumnKey): string {
 export function listKeys(column: ColumnKey, facts: Facts): BoxKey[] {
   const { world } = facts;
   const { level, bx, bz } = column;
-  if (!hasLevel(facts, level))
+  if (!hasLevel(facts, level)) {
     throw new DataError(
       'missing',
       `read column ${nameOfColumn(column)}: no such level; allowed: 0 to ${world.levels - 1}`,
     );
+  }
   if (isEmpty(world)) return [];
   const { min, max } = boxRange(world, level);
   const isInside = bx >= min[0] && bx < max[0] && bz >= min[2] && bz < max[2];

@@ -52,11 +52,12 @@ export function readFacts(text: Uint8Array, name: string): World {
   const problem = isFields(json) ? findProblem(json, world) : 'not a JSON object';
   if (problem !== undefined) throw fail(problem);
   const high = columnHeight({ world }, 0);
-  if (high > kMaxColumnBoxes)
+  if (high > kMaxColumnBoxes) {
     throw new DataError(
       'too-large',
       `read the world of ${name}: ${high} boxes high; the viewer can show ${kMaxColumnBoxes}`,
     );
+  }
   return world;
 }
 
@@ -64,18 +65,23 @@ export function readFacts(text: Uint8Array, name: string): World {
 function findProblem(json: Readonly<Record<string, unknown>>, world: World): string | undefined {
   if (json['version'] !== kWorldVersion) return `another version; allowed: ${kWorldVersion}`;
   const box: readonly unknown[] = Array.isArray(json['box']) ? json['box'] : [];
-  if (box.length !== kBoxSize.length || kBoxSize.some((edge, axis) => box[axis] !== edge))
+  if (box.length !== kBoxSize.length || kBoxSize.some((edge, axis) => box[axis] !== edge)) {
     return 'boxes of another size than 64 x 256 x 64';
+  }
   const missing = kTexts.find((name) => typeof json[name] !== 'string');
   if (missing !== undefined) return `${missing} is not a text`;
-  for (const name of ['framed', 'typical_heights', 'centre'])
+  for (const name of ['framed', 'typical_heights', 'centre']) {
     if (name in json && !isFields(json[name])) return `${name} is not an object`;
-  for (const { min, max } of [world, world.framed])
+  }
+  for (const { min, max } of [world, world.framed]) {
     if (!isSound(min, max)) return 'bounds beyond 2^30 voxels, not whole, or upside down';
-  if (world.voxelM > kMaxVoxelM)
+  }
+  if (world.voxelM > kMaxVoxelM) {
     return `voxel_m = ${world.voxelM}; allowed: above 0, up to ${kMaxVoxelM}`;
-  if (!Number.isInteger(world.levels) || world.levels > kMaxLevel + 1)
+  }
+  if (!Number.isInteger(world.levels) || world.levels > kMaxLevel + 1) {
     return `levels = ${world.levels}; allowed: 1 to ${kMaxLevel + 1}`;
+  }
   return problemOfSize(world);
 }
 
@@ -112,11 +118,13 @@ export function checkArchiveBounds(world: World, name: string): void {
   const { min, max } = boxRange(world, 0);
   const low = Math.min(...min);
   const high = Math.max(...max);
-  if (low < -kMaxBoxesFromOrigin || high > kMaxBoxesFromOrigin)
+  if (low < -kMaxBoxesFromOrigin || high > kMaxBoxesFromOrigin) {
     throw fail('its bounds reach beyond 2^20 boxes from the origin');
+  }
   const needed = levelsFor(world);
-  if (world.levels < needed)
+  if (world.levels < needed) {
     throw fail(`levels = ${world.levels}; bounds of this width need at least ${needed}`);
+  }
 }
 
 // The coarsest level is the first that is at most one box across; 20 are enough.

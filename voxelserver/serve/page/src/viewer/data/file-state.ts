@@ -60,12 +60,15 @@ export function toCondition(state: FileState): Record<string, string> {
  * without any there, only the size counts.
  */
 export function isOtherVersion(first: FileState, later: FileState): boolean {
-  if (first.bytes !== undefined && later.bytes !== undefined && first.bytes !== later.bytes)
+  if (first.bytes !== undefined && later.bytes !== undefined && first.bytes !== later.bytes) {
     return true;
-  if (first.etag !== undefined && later.etag !== undefined)
+  }
+  if (first.etag !== undefined && later.etag !== undefined) {
     return opaque(first.etag) !== opaque(later.etag);
-  if (first.lastModified !== undefined && later.lastModified !== undefined)
+  }
+  if (first.lastModified !== undefined && later.lastModified !== undefined) {
     return first.lastModified !== later.lastModified;
+  }
   return first.etag !== undefined || first.lastModified !== undefined;
 }
 

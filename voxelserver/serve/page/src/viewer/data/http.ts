@@ -84,16 +84,18 @@ export class Reply {
     const bytes = new Uint8Array(length);
     let filled = 0;
     for await (const chunk of this.chunks()) {
-      if (chunk.length > length - filled)
+      if (chunk.length > length - filled) {
         throw new DataError('no-range', `${this.name}: more than the ${length} bytes asked for`);
+      }
       bytes.set(chunk, filled);
       filled += chunk.length;
     }
-    if (filled < length)
+    if (filled < length) {
       throw new DataError(
         'cut',
         `${this.name}: the reply ended after ${filled} of ${length} bytes; try again`,
       );
+    }
     return bytes;
   }
 
@@ -232,12 +234,14 @@ export function statusError(reply: Reply, nowMs: number): DataError {
 
 function toKind(status: number): readonly [DataErrorKind, string] {
   if (status === 404 || status === 410) return ['missing', 'check the address'];
-  if (status === 401 || status === 403)
+  if (status === 401 || status === 403) {
     return ['refused', 'the host does not let this page read it; check its access rules'];
+  }
   if (status === 412) return ['changed', 'it was replaced while it was read; load the page again'];
   if (status === 416) return ['range', 'the file is shorter than that; load the page again'];
-  if (status === 429 || status >= 500)
+  if (status === 429 || status >= 500) {
     return ['server', 'the host is overloaded or broken; try again later'];
+  }
   if (status >= 400) return ['refused', 'the host refuses this request; check the address'];
   return ['no-range', 'the host must answer range requests with status 206'];
 }

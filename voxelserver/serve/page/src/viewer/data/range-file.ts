@@ -36,8 +36,9 @@ export class RangeFile {
     }
     const [first] = place;
     const isSized = place.every(({ bytes }) => Number.isSafeInteger(bytes) && bytes > 0);
-    if (first === undefined || !isSized)
+    if (first === undefined || !isSized) {
       throw new DataError('damaged', 'open an archive in parts: each part needs its size in bytes');
+    }
     this.name = place.length === 1 ? first.url : `${first.url} and ${place.length - 1} more`;
     this.#files = place.map(({ url, bytes }) => new UrlFile(http, url, bytes, wholes));
   }
@@ -76,8 +77,9 @@ export class RangeFile {
     if (bytes.length > kMaxRememberedBytes || this.has(offset, bytes.length)) return;
     this.#remembered.push({ offset, bytes: bytes.slice() });
     this.#rememberedBytes += bytes.length;
-    while (this.#rememberedBytes > kMaxRememberedBytes)
+    while (this.#rememberedBytes > kMaxRememberedBytes) {
       this.#rememberedBytes -= this.#remembered.shift()!.bytes.length;
+    }
   }
 
   /** Whether these bytes are kept or remembered. */
@@ -94,8 +96,9 @@ export class RangeFile {
     if (length === 0) return new Uint8Array(0);
     const kept = this.#find(offset, length);
     if (kept !== undefined) return kept;
-    if (this.size !== undefined && offset + length > this.size)
+    if (this.size !== undefined && offset + length > this.size) {
       throw this.#tooShort(offset, length);
+    }
     const pieces: Uint8Array[] = [];
     let start = 0;
     for (const file of this.#files) {

@@ -38,8 +38,9 @@ export function waitBeforeRetry(
   attempts: number,
 ): number | undefined {
   const waitMs = kWaitsMs[attempts - 1];
-  if (waitMs === undefined || !(error instanceof DataError) || !kPassing.has(error.kind))
+  if (waitMs === undefined || !(error instanceof DataError) || !kPassing.has(error.kind)) {
     return undefined;
+  }
   const spread = waitMs * (0.75 + environment.random() / 2);
   return Math.max(spread, Math.min(error.retryAfterMs, kMaxRetryAfterMs));
 }

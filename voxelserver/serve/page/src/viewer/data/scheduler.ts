@@ -117,8 +117,9 @@ export class Scheduler {
     job.isPreparing = false;
     // Another job was prepared earlier, and has taken the column.
     if (job.columns.size === 0) return;
-    for (const companion of this.#source.companions(column, this.#free()))
+    for (const companion of this.#source.companions(column, this.#free())) {
       this.#add(job, companion);
+    }
     for await (const result of this.#source.columns([...job.columns.values()], signal)) {
       await this.#events.whenReady();
       signal.throwIfAborted();

@@ -80,8 +80,9 @@ export class ServerSource implements BoxSource {
       const reply = await send(http, url, `fetch ${url}`, { headers, cache: 'no-store' }, signal);
       if (reply.status !== 200) throw refusal(reply, http.environment.clock.now());
       const text = await reply.atMost(kMaxFactsBytes);
-      if (text === undefined)
+      if (text === undefined) {
         throw new DataError('too-large', `fetch ${url}: more than ${kMaxFactsBytes} bytes`);
+      }
       const whole = { world: readFacts(text, base.href), damage: 0 };
       const facts = place.coarsest === undefined ? whole : upTo(place.coarsest, whole);
       const edition = reply.headers.get(kEdition) ?? undefined;
@@ -170,13 +171,14 @@ export class ServerSource implements BoxSource {
     this.#checkEdition(reply);
     const stream = new BatchStream(keys.length);
     let busy: DataError | undefined;
-    for await (const chunk of reply.chunks())
+    for await (const chunk of reply.chunks()) {
       for (const record of stream.feed(chunk)) {
         busy ??= busyError(record);
         const result = this.#take(record, pending);
         if (result !== undefined) yield result;
         await this.#turns.give(signal);
       }
+    }
     stream.finish();
     if (busy !== undefined) throw busy;
   }
@@ -238,12 +240,13 @@ function upTo(coarsest: number, facts: Facts): Facts {
   if (isEmpty(world)) return facts;
   const { min, max } = boxRange(world, levels - 1);
   const columns = (max[0] - min[0]) * (max[2] - min[2]);
-  if (columns > kMaxCoarsestColumns)
+  if (columns > kMaxCoarsestColumns) {
     throw new DataError(
       'too-large',
       `open a voxel server up to level ${coarsest}: ${columns} columns of it; ` +
         `allowed: up to ${kMaxCoarsestColumns}`,
     );
+  }
   return { ...facts, world: { ...world, levels } };
 }
 

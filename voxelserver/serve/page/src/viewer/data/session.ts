@@ -143,8 +143,9 @@ export class Session {
   }
 
   async #whenTaken(): Promise<void> {
-    while (this.#untakenBytes > kMaxUntakenBytes)
+    while (this.#untakenBytes > kMaxUntakenBytes) {
       await new Promise<void>((resolve) => this.#onTaken.push(resolve));
+    }
   }
 
   #take(bytes: number): void {

@@ -193,8 +193,9 @@ export class UrlFile {
   }
 
   #pin(state: FileState, size: number): void {
-    if (this.#declared !== undefined && this.#declared !== size)
+    if (this.#declared !== undefined && this.#declared !== size) {
       throw this.#changedError(`it has ${size} bytes; the list of parts states ${this.#declared}`);
+    }
     this.#state ??= state;
     this.#size ??= size;
   }

@@ -56,11 +56,12 @@ function addStripes(hash: Words, view: DataView): number {
   setTo(lanes, 6, seed, 0, 0);
   subtractFrom(lanes, 6, kPrime1Low, kPrime1High);
   const end = view.byteLength - (view.byteLength % kStripeBytes);
-  for (let at = 0; at < end; at += kStripeBytes)
+  for (let at = 0; at < end; at += kStripeBytes) {
     for (let lane = 0; lane < 4; ++lane) {
       const from = at + 8 * lane;
       round(lanes, 2 * lane, view.getInt32(from, true), view.getInt32(from + 4, true));
     }
+  }
   combine(hash, lanes);
   return end;
 }
@@ -100,8 +101,8 @@ function addTail(hash: Words, view: DataView, from: number): void {
     word[0] = view.getInt32(at, true);
     word[1] = 0;
     multiply(word, kPrime1Low, kPrime1High);
-    hash[0]! ^= word[0]!;
-    hash[1]! ^= word[1]!;
+    hash[0]! ^= word[0];
+    hash[1]! ^= word[1];
     rotateLeft(hash, 23);
     multiply(hash, kPrime2Low, kPrime2High);
     add(hash, kPrime3Low, kPrime3High);
@@ -111,8 +112,8 @@ function addTail(hash: Words, view: DataView, from: number): void {
     word[0] = view.getUint8(at);
     word[1] = 0;
     multiply(word, kPrime5Low, kPrime5High);
-    hash[0]! ^= word[0]!;
-    hash[1]! ^= word[1]!;
+    hash[0]! ^= word[0];
+    hash[1]! ^= word[1];
     rotateLeft(hash, 11);
     multiply(hash, kPrime1Low, kPrime1High);
   }

@@ -103,8 +103,9 @@ function compressedLiterals(
   const bits = Math.floor(littleEndian(frame.bytes, from, headBytes) / 16);
   const size = bits % 2 ** sizeBits;
   const next = from + headBytes + Math.floor(bits / 2 ** sizeBits);
-  if (size > kMaxBlockBytes || next > to)
+  if (size > kMaxBlockBytes || next > to) {
     throw damagedFrame(`a block has ${size} literals, or ends within them`);
+  }
   let at = from + headBytes;
   if (hasNewTable) {
     const made = readHuffmanTable(frame.bytes, frame.view, at, next);
@@ -147,8 +148,9 @@ function readTables(frame: FrameState, from: number, to: number): number {
   const modes = byteAt(frame, from, to);
   if ((modes & 3) !== 0) throw damagedFrame('reserved bits are set');
   let at = from + 1;
-  for (const [index, code] of [kLiteralLengths, kOffsets, kMatchLengths].entries())
+  for (const [index, code] of [kLiteralLengths, kOffsets, kMatchLengths].entries()) {
     at = readTable(frame, at, to, index, (modes >> (6 - 2 * index)) & 3, code);
+  }
   return at;
 }
 
@@ -211,8 +213,9 @@ function copySequences(
       matchState = matches.base[matchState]! + stream.read(matches.bits[matchState]!);
       offsetState = offsets.base[offsetState]! + stream.read(offsets.bits[offsetState]!);
     }
-    if (length > literals.to - from || length + match > end - to)
+    if (length > literals.to - from || length + match > end - to) {
       throw damagedFrame('a block has more bytes than it may');
+    }
     copyLiterals(literals.bytes, from, out, to, length);
     from += length;
     to += length;
@@ -277,8 +280,9 @@ function copyMatch(out: Uint8Array, to: number, offset: number, count: number): 
 
 function copyRest(frame: FrameState, literals: Literals, from: number): void {
   const count = literals.to - from;
-  if (count > frame.out.length - frame.done)
+  if (count > frame.out.length - frame.done) {
     throw damagedFrame('a block has more bytes than it may');
+  }
   copyLiterals(literals.bytes, from, frame.out, frame.done, count);
   frame.done += count;
 }

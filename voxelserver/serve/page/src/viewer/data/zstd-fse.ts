@@ -116,13 +116,14 @@ function spreadSymbols(counts: Int16Array, symbols: Uint8Array, next: Uint16Arra
   }
   const step = (size >> 1) + (size >> 3) + 3;
   let place = 0;
-  for (let symbol = 0; symbol < counts.length; ++symbol)
+  for (let symbol = 0; symbol < counts.length; ++symbol) {
     for (let i = 0; i < counts[symbol]!; ++i) {
       symbols[place] = symbol;
       // There is a place below `high`: the sum of the counts is the number of places.
       do place = (place + step) & (size - 1);
       while (place >= high);
     }
+  }
 }
 
 /** The table of a single symbol, which takes no bits. */

@@ -79,8 +79,9 @@ function buildHuffmanTable(weights: Uint8Array, count: number): HuffmanTable {
     sum += (1 << weights[i]!) >> 1;
   }
   const log = sum === 0 ? 0 : highestBit(sum) + 1;
-  if (log === 0 || log > kMaxLog || count >= kMaxSymbols)
+  if (log === 0 || log > kMaxLog || count >= kMaxSymbols) {
     throw damagedFrame(`a Huffman code of ${count} symbols and up to ${log} bits`);
+  }
   const missing = (1 << log) - sum;
   if ((missing & (missing - 1)) !== 0) throw damagedFrame('a Huffman code does not add up');
   weights[count] = highestBit(missing) + 1;
@@ -96,8 +97,9 @@ function fillHuffmanTable(weights: Uint8Array, count: number, log: number): Huff
   }
   const longest = begin[2]!;
   if (longest < 2 || longest % 2 !== 0) throw damagedFrame('a Huffman code does not add up');
-  for (let weight = 1; weight < begin.length; ++weight)
+  for (let weight = 1; weight < begin.length; ++weight) {
     begin[weight] = begin[weight]! + begin[weight - 1]!;
+  }
   const entries = new Uint16Array(1 << log);
   for (let i = 0; i < count; ++i) {
     const weight = weights[i]!;
@@ -145,6 +147,7 @@ export function decodeHuffman(
     at += 1;
     position -= other >> 8;
   }
-  if (position !== start || at !== outTo)
+  if (position !== start || at !== outTo) {
     throw damagedFrame('a Huffman stream has another length than its symbols');
+  }
 }

@@ -35,11 +35,12 @@ export function unpack(frame: Uint8Array, maxBytes: number): Uint8Array<ArrayBuf
   if (maxBytes > kMaxUnpackedBytes) throw new RangeError(`unpack up to ${maxBytes} bytes`);
   const view = new DataView(frame.buffer, frame.byteOffset, frame.byteLength);
   const header = readHeader(frame, view);
-  if (header.size > maxBytes)
+  if (header.size > maxBytes) {
     throw new DataError(
       'too-large',
       `unpack a zstd frame: it claims ${header.size} bytes; allowed: up to ${maxBytes}`,
     );
+  }
   const out = new Uint8Array(header.size);
   const state: FrameState = {
     bytes: frame,
@@ -51,11 +52,13 @@ export function unpack(frame: Uint8Array, maxBytes: number): Uint8Array<ArrayBuf
     offsets: [1, 4, 8],
   };
   let end = unpackBlocks(state, header.next);
-  if (state.done !== header.size)
+  if (state.done !== header.size) {
     throw damagedFrame(`it has ${state.done} bytes and claims ${header.size}`);
+  }
   if (header.hasChecksum) {
-    if (frame.length - end < 4 || view.getUint32(end, true) !== xxh64(out).low)
+    if (frame.length - end < 4 || view.getUint32(end, true) !== xxh64(out).low) {
       throw damagedFrame('its checksum differs');
+    }
     end += 4;
   }
   if (end !== frame.length) throw damagedFrame(`${frame.length - end} bytes follow it`);
@@ -63,8 +66,9 @@ export function unpack(frame: Uint8Array, maxBytes: number): Uint8Array<ArrayBuf
 }
 
 function readHeader(frame: Uint8Array, view: DataView): FrameHeader {
-  if (frame.length < 6 || view.getUint32(0, true) !== kMagic)
+  if (frame.length < 6 || view.getUint32(0, true) !== kMagic) {
     throw damagedFrame('it does not begin like one');
+  }
   const flags = frame[4]!;
   const isSingleSegment = (flags & 0x20) !== 0;
   if ((flags & 0x08) !== 0) throw damagedFrame('a reserved bit is set');
@@ -73,11 +77,13 @@ function readHeader(frame: Uint8Array, view: DataView): FrameHeader {
   let at = 5 + (isSingleSegment ? 0 : 1);
   const next = at + dictionaryBytes + sizeBytes;
   if (next > frame.length) throw damagedFrame('it ends within its header');
-  if (!isSingleSegment && 10 + (frame[5]! >> 3) > kMaxWindowLog)
+  if (!isSingleSegment && 10 + (frame[5]! >> 3) > kMaxWindowLog) {
     throw damagedFrame('its window is too large');
+  }
   if (sizeBytes === 0) throw damagedFrame('it does not declare its size');
-  for (let i = 0; i < dictionaryBytes; ++i)
+  for (let i = 0; i < dictionaryBytes; ++i) {
     if (frame[at + i] !== 0) throw damagedFrame('it needs a dictionary');
+  }
   at += dictionaryBytes;
   return { next, size: declaredSize(view, at, sizeBytes), hasChecksum: (flags & 4) !== 0 };
 }
@@ -103,8 +109,9 @@ function unpackBlocks(frame: FrameState, first: number): number {
     at += 3;
     if (size > kMaxBlockBytes || type === 3) throw damagedFrame(`a block of ${size} bytes`);
     if (stored > bytes.length - at) throw damagedFrame('it ends within a block');
-    if (type !== 2 && size > out.length - frame.done)
+    if (type !== 2 && size > out.length - frame.done) {
       throw damagedFrame('it has more bytes than it claims');
+    }
     if (type === 0) out.set(bytes.subarray(at, at + size), frame.done);
     if (type === 1) out.fill(bytes[at]!, frame.done, frame.done + size);
     if (type === 2) unpackBlock(frame, at, at + size);

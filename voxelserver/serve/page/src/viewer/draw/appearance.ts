@@ -136,8 +136,9 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   );
   if (materials.length === 0) fail('it has no materials');
   const sky = readSky(parseFields(facts['sky'], 'sky'));
-  if (skyNodes.length !== sky.altitudesDeg.length * sky.rows * sky.columns * 9)
+  if (skyNodes.length !== sky.altitudesDeg.length * sky.rows * sky.columns * 9) {
     fail('the sky has another size');
+  }
   return { materials, sky, ratio, own, panes, skyNodes };
 }
 
@@ -183,8 +184,9 @@ function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
 function readSky(s: Fields): SkyFacts {
   const degrees = (name: string): number[] => {
     const values = list(s[name], name, 1000).map((v) => number(v, name, -90, 90));
-    if (values.length < 2 || values.some((v, i) => i > 0 && v <= values[i - 1]!))
+    if (values.length < 2 || values.some((v, i) => i > 0 && v <= values[i - 1]!)) {
       fail(`${name} do not ascend`);
+    }
     return values;
   };
   const sunAltitudesDeg = degrees('sunAltitudes_deg');
@@ -208,8 +210,9 @@ function fail(what: string): never {
 }
 
 function parseFields(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value))
+  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
     fail(`${what} is no object`);
+  }
   return value as Fields;
 }
 
@@ -219,8 +222,9 @@ function list(value: unknown, what: string, max: number): readonly unknown[] {
 }
 
 function number(value: unknown, what: string, min: number, max: number): number {
-  if (typeof value !== 'number' || !(value >= min && value <= max))
+  if (typeof value !== 'number' || !(value >= min && value <= max)) {
     fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
+  }
   return value;
 }
 

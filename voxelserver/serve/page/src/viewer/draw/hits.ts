@@ -117,7 +117,8 @@ function packed(rays: readonly CastRay[], rows: number): Int32Array {
 
 function upsideDown(rows: Int32Array, stride: number): Int32Array {
   const out = new Int32Array(rows.length);
-  for (let from = 0, to = rows.length - stride; to >= 0; from += stride, to -= stride)
+  for (let from = 0, to = rows.length - stride; to >= 0; from += stride, to -= stride) {
     out.set(rows.subarray(from, from + stride), to);
+  }
   return out;
 }

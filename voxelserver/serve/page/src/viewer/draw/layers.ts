@@ -96,8 +96,9 @@ export function heightColour(share: number): Bytes {
   // Less chroma where the screen has no such colour.
   for (let chroma = kRampChroma; ; chroma -= 0.002) {
     const rgb = fromOklab(lightness, chroma * Math.cos(hue), chroma * Math.sin(hue));
-    if (rgb.every((c) => c >= 0 && c <= 1) || chroma <= 0)
+    if (rgb.every((c) => c >= 0 && c <= 1) || chroma <= 0) {
       return rgb.map((c) => Math.round(toSrgb(c) * 255)) as unknown as Bytes;
+    }
   }
 }
 
@@ -126,21 +127,24 @@ export function makeLegend(
   voxelM: number,
   levels: number,
 ): readonly LegendEntry[] {
-  if (layer === 'material')
+  if (layer === 'material') {
     return appearance.materials
       .slice(1) // air
       .map((material, i) => ({ name: material.name, colour: materialColour(appearance, i + 1) }));
-  if (layer === 'level')
+  }
+  if (layer === 'level') {
     return Array.from({ length: levels }, (_, level) => ({
       name: `${Number((voxelM * 2 ** level).toPrecision(3))} m`,
       colour: levelColour(level, levels),
     }));
-  if (layer === 'class')
+  }
+  if (layer === 'class') {
     return [
       ...[...kClasses].map(([number, colour]) => ({ name: `class${number}`, colour })),
       { name: 'classOther', colour: kOtherClass },
       { name: 'classUnknown', colour: kNoClass },
     ];
+  }
   return [];
 }
 
@@ -150,8 +154,9 @@ export function makeLegend(
  */
 export function layerTable(layer: Layer, appearance: Appearance, levels: number): Float32Array {
   const out = new Float32Array(kLayerColours * 4);
-  for (let i = 0; i < kLayerColours; ++i)
+  for (let i = 0; i < kLayerColours; ++i) {
     out.set([...layerColour(layer, i, appearance, levels).map((c) => toLinear(c / 255)), 1], i * 4);
+  }
   return out;
 }
 

@@ -53,16 +53,20 @@ const kMaxLengthError = 1e-3;
 /** @throws Error for numbers that no picture can be drawn with */
 export function checkLook({ heightRange, section, observer }: Look): void {
   const [low, high] = heightRange;
-  if (!(isPlace(low) && isPlace(high) && low < high))
+  if (!(isPlace(low) && isPlace(high) && low < high)) {
     refuse('heightRange', heightRange, 'two ascending numbers of voxels');
-  if (observer !== undefined && !observer.every(isPlace))
+  }
+  if (observer !== undefined && !observer.every(isPlace)) {
     refuse('observer', observer, 'three numbers of voxels');
+  }
   if (section === undefined) return;
-  if (!(Math.abs(Math.hypot(...section.normal) - 1) < kMaxLengthError))
+  if (!(Math.abs(Math.hypot(...section.normal) - 1) < kMaxLengthError)) {
     refuse('section.normal', section.normal, 'a vector of length 1');
+  }
   // Three components can add up.
-  if (!isPlace(section.offset / 2))
+  if (!isPlace(section.offset / 2)) {
     refuse('section.offset', [section.offset], 'a number of voxels');
+  }
 }
 
 function isPlace(v: number): boolean {

@@ -37,8 +37,9 @@ export class Program {
     gl.linkProgram(program);
     gl.deleteShader(vertex);
     gl.deleteShader(fragment);
-    if (gl.getProgramParameter(program, gl.LINK_STATUS) !== true && !gl.isContextLost())
+    if (gl.getProgramParameter(program, gl.LINK_STATUS) !== true && !gl.isContextLost()) {
       throw new Error(`link a shader program: ${gl.getProgramInfoLog(program) ?? ''}`);
+    }
     this.#program = program;
   }
 
@@ -101,7 +102,8 @@ function compile(gl: WebGL2RenderingContext, type: number, source: string): WebG
   if (shader === null) throw new Error('compile a shader: the graphics context is lost');
   gl.shaderSource(shader, source);
   gl.compileShader(shader);
-  if (gl.getShaderParameter(shader, gl.COMPILE_STATUS) !== true && !gl.isContextLost())
+  if (gl.getShaderParameter(shader, gl.COMPILE_STATUS) !== true && !gl.isContextLost()) {
     throw new Error(`compile a shader: ${gl.getShaderInfoLog(shader) ?? ''}`);
+  }
   return shader;
 }

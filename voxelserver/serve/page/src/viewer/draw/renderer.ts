@@ -84,8 +84,9 @@ export class Renderer {
     voxelM: number,
     levels: number,
   ) {
-    if (gl.getExtension('EXT_color_buffer_float') === null)
+    if (gl.getExtension('EXT_color_buffer_float') === null) {
       throw new Error('draw the place: this browser cannot draw into textures of floats');
+    }
     this.#gl = gl;
     this.#pools = pools;
     this.#look = look;
@@ -121,8 +122,9 @@ export class Renderer {
     const gl = this.#gl;
     const texels = light.columns * 3;
     const rgba = new Float32Array(texels * light.rows * 4);
-    for (let i = 0; i < texels * light.rows; ++i)
+    for (let i = 0; i < texels * light.rows; ++i) {
       rgba.set(light.nodes.subarray(i * 3, i * 3 + 3), i * 4);
+    }
     this.#upload(this.#sky, gl.RGBA32F, texels, rgba);
     this.#light = light;
     this.restart();
@@ -196,8 +198,9 @@ export class Renderer {
 
   /** Follows rays of a list to their first hits. @throws Error for more than kMaxRays */
   cast(rays: readonly CastRay[], camera: Camera, look: Look): FirstHits {
-    if (rays.length > kMaxRays)
+    if (rays.length > kMaxRays) {
       throw new Error(`cast rays: ${rays.length} of them; allowed: 0 to ${kMaxRays}`);
+    }
     return this.#hitsPass().cast(rays, (p) => this.#setScene(p, camera, look, [0.5, 0.5], [1, 1]));
   }
 

@@ -61,8 +61,9 @@ export class Residency {
    */
   dropOldest(): boolean {
     let oldest: [string, Entry] | undefined;
-    for (const item of this.#entries)
+    for (const item of this.#entries) {
       if (oldest === undefined || item[1].usedAt < oldest[1].usedAt) oldest = item;
+    }
     if (oldest === undefined || oldest[1].usedAt >= this.#planNumber) return false;
     this.#entries.delete(oldest[0]);
     this.#store.drop(oldest[1].column);
@@ -76,12 +77,13 @@ export class Residency {
     const shown: CutColumn[] = [];
     const roots = cut.roots();
     let isComplete = true;
-    for (let bx = roots.x[0]; bx < roots.x[1]; ++bx)
+    for (let bx = roots.x[0]; bx < roots.x[1]; ++bx) {
       for (let bz = roots.z[0]; bz < roots.z[1]; ++bz) {
         const part = this.#visit(cut, { level: cut.coarsest, bx, bz }, wanted);
         if (part === undefined) isComplete = false;
         else shown.push(...part);
       }
+    }
     isComplete &&= wanted.length === 0;
     const order = new Map(wanted.map((key) => [key, urgency(cut, key, isInView(key))]));
     wanted.sort((a, b) => b.level - a.level || order.get(a)! - order.get(b)!);

@@ -107,7 +107,7 @@ function gather(table: SkyTable, normals: readonly Rgb[], ground?: Rgb): Rgb[] {
   const sums: Rgb[] = normals.map(() => [0, 0, 0]);
   const solidAngle = (2 * Math.PI) / (kRings * 2 * kRings);
   const first = ground === undefined ? 0 : -kRings;
-  for (let ring = first; ring < kRings; ++ring)
+  for (let ring = first; ring < kRings; ++ring) {
     for (let i = 0; i < 2 * kRings; ++i) {
       const y = (ring + 0.5) / kRings;
       const r = Math.sqrt(1 - y * y);
@@ -119,6 +119,7 @@ function gather(table: SkyTable, normals: readonly Rgb[], ground?: Rgb): Rgb[] {
         sums[k] = add(sums[k]!, times(light, facing));
       });
     }
+  }
   return sums;
 }
 
@@ -204,10 +205,11 @@ function nodesFor(look: Appearance, altitudeDeg: number): Float32Array {
   const [i, t] = placeIn(altitudesDeg, altitudeDeg);
   const size = rows * columns * 9;
   const out = new Float32Array(size);
-  for (let k = 0; k < size; ++k)
+  for (let k = 0; k < size; ++k) {
     out[k] =
       fromHalf(look.skyNodes[i * size + k]!) * (1 - t) +
       fromHalf(look.skyNodes[(i + 1) * size + k]!) * t;
+  }
   return out;
 }
 

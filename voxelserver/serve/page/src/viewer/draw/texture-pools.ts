@@ -94,8 +94,9 @@ export class TexturePools {
       const rows = this.#rows.get(slot);
       if (rows === undefined || slot.kind !== 'box') continue;
       this.#cellRows.free(slot.cells / kCellsRow, rows.cells);
-      if (rows.attributes > 0)
+      if (rows.attributes > 0) {
         this.#attributeRows.free(slot.attributes / kAttributesRow, rows.attributes);
+      }
       this.#rows.delete(slot);
     }
   }
@@ -149,8 +150,9 @@ export class TexturePools {
     gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, format, width, height, layers);
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    if (gl.getError() === gl.OUT_OF_MEMORY)
+    if (gl.getError() === gl.OUT_OF_MEMORY) {
       throw new Error('make the pools of boxes: the graphics memory does not suffice');
+    }
     return texture;
   }
 

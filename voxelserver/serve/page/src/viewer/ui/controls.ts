@@ -14,7 +14,6 @@ export type ControlsHost = {
   onClick(x: number, y: number): void;
 };
 
-
 const kClickPx = 5;
 const kTurnDegPerPx = 0.15;
 const kKeyTurnDegPerS = 60;
@@ -96,12 +95,13 @@ export class Controls {
       const by = kMoves[code];
       if (by !== undefined) view = moved(view, scaled(by, this.speed * haste * seconds));
       const turn = kTurns[code];
-      if (turn !== undefined)
+      if (turn !== undefined) {
         view = turned(
           view,
           turn[0] * kKeyTurnDegPerS * seconds,
           turn[1] * kKeyTurnDegPerS * seconds,
         );
+      }
     }
     if (view !== this.view) this.#host.setView(view);
   }
@@ -191,8 +191,9 @@ export class Controls {
 
   #pointerUp(event: PointerEvent): void {
     this.#pointers.delete(event.pointerId);
-    if (this.#travelledPx < kClickPx && event.button === 0)
+    if (this.#travelledPx < kClickPx && event.button === 0) {
       this.#host.onClick(event.clientX, event.clientY);
+    }
   }
 
   #wheel(event: WheelEvent): void {

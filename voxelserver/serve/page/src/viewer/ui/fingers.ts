@@ -34,7 +34,10 @@ export function fingersMoved(
   const next = orbited(view, at, -twistDeg(before, after), 0);
   const { right, up } = toCamera(next);
   const perPx = (2 * distance) / heightPx;
-  const [x, y] = [0, 1].map((i) => findMiddle(after)[i]! - findMiddle(before)[i]!) as [number, number];
+  const [x, y] = [0, 1].map((i) => findMiddle(after)[i]! - findMiddle(before)[i]!) as [
+    number,
+    number,
+  ];
   const toward = [0, 1, 2].map((a) => at[a]! - next.position[a]!) as unknown as Vec3;
   const share = 1 - measureDistance(before) / Math.max(measureDistance(after), 1);
   const position = along(next.position, [

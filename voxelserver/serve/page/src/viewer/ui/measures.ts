@@ -19,7 +19,7 @@ export type Measures = {
 /** @param points level-0 voxels @param voxelM edge of a voxel */
 export function measurePath(points: readonly Vec3[], voxelM: number): Measures {
   const [first, last] = [points[0], points.at(-1)];
-  if (first === undefined || last === undefined)
+  if (first === undefined || last === undefined) {
     return {
       slopeM: 0,
       horizontalM: 0,
@@ -29,6 +29,7 @@ export function measurePath(points: readonly Vec3[], voxelM: number): Measures {
       areaM2: 0,
       perimeterM: 0,
     };
+  }
   const steps = points.slice(1).map((to, i) => [points[i]!, to] as const);
   const horizontalM = sum(steps.map(([a, b]) => flatDistance(a, b))) * voxelM;
   const spanM = flatDistance(first, last) * voxelM;

@@ -13,8 +13,9 @@ const kLeastRoom = 1 / 3;
 export function setUpPanel(options: Options, say: Say): void {
   document.documentElement.lang = options.language;
   document.body.classList.toggle('embedded', options.isEmbedded);
-  for (const target of document.querySelectorAll<HTMLElement>('[data-text]'))
+  for (const target of document.querySelectorAll<HTMLElement>('[data-text]')) {
     setText(target, say(target.dataset['text'] as TextKey));
+  }
   setUpFolding(options, say);
   setUpTheme(options);
   const own = byId('own-page', HTMLAnchorElement);

@@ -96,7 +96,9 @@ function readFrame(frame: Fields): Frame {
 }
 
 function readPoint(fields: Fields, name: string): Vec3 {
-  const c = parseList(fields[name], name, 3).map((v) => parseNumber(v, name, -kFarthest, kFarthest));
+  const c = parseList(fields[name], name, 3).map((v) =>
+    parseNumber(v, name, -kFarthest, kFarthest),
+  );
   if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
   return [c[0]!, c[1]!, c[2]!];
 }
@@ -106,8 +108,9 @@ function fail(what: string): never {
 }
 
 function parseFields(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value))
+  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
     fail(`${what} is no object`);
+  }
   return value as Fields;
 }
 
@@ -117,13 +120,15 @@ function parseList(value: unknown, what: string, max: number): readonly unknown[
 }
 
 function parseText(value: unknown, what: string): string {
-  if (typeof value !== 'string' || value.length > kMaxText)
+  if (typeof value !== 'string' || value.length > kMaxText) {
     fail(`${what} is no text of at most ${kMaxText}`);
+  }
   return value;
 }
 
 function parseNumber(value: unknown, what: string, min: number, max: number): number {
-  if (typeof value !== 'number' || !(value >= min && value <= max))
+  if (typeof value !== 'number' || !(value >= min && value <= max)) {
     fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
+  }
   return value;
 }

@@ -60,13 +60,14 @@ export function makeProfileChart(say: Say, numbers: NumberText, onMove: () => vo
     event.preventDefault();
     moveTo(to);
   });
-  for (const type of ['pointerdown', 'pointermove'] as const)
+  for (const type of ['pointerdown', 'pointermove'] as const) {
     plot.addEventListener(type, (event) => {
       if (frame === undefined || samples.length === 0) return;
       const x = event.clientX - plot.getBoundingClientRect().left;
       const share = (x - kMargin.left) / (frame.width - kMargin.left - kMargin.right);
       moveTo(Math.round(share * (samples.length - 1)));
     });
+  }
   new ResizeObserver(() => draw()).observe(plot);
 
   function draw(): void {
@@ -182,9 +183,10 @@ function countDecimals(ticks: readonly number[]): number {
 // A curve for each run of places where something is known.
 function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
   const runs: (readonly [number, number])[][] = [[]];
-  for (const { distanceM, heightM } of samples)
+  for (const { distanceM, heightM } of samples) {
     if (heightM === undefined) runs.push([]);
     else runs.at(-1)!.push(toPixel(frame, distanceM, heightM));
+  }
   const bottom = frame.height - kMargin.bottom;
   return runs
     .filter((run) => run.length > 0)
@@ -222,7 +224,7 @@ function label(text: string, x: number, y: number, anchor: string): SVGElement {
 }
 
 function part(name: string, attributes: Readonly<Record<string, string | number>>): SVGElement {
-  const made = document.createElementNS(kSvg, name) as SVGElement;
+  const made = document.createElementNS(kSvg, name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
   return made;
 }

@@ -51,7 +51,7 @@ export function readSection(word: string | null, otherwise: SectionPlane): Secti
   const far = [-kFarthest, kFarthest] as const;
   if (kind === 'v,') {
     const v = numbers(rest, [[0, 360], far, [0, 1]]);
-    if (v !== undefined)
+    if (v !== undefined) {
       return {
         ...otherwise,
         kind: 'vertical',
@@ -59,11 +59,13 @@ export function readSection(word: string | null, otherwise: SectionPlane): Secti
         position: v[1]!,
         isFlipped: v[2] === 1,
       };
+    }
   }
   if (kind === 'h,') {
     const v = numbers(rest, [far, [0, 1]]);
-    if (v !== undefined)
+    if (v !== undefined) {
       return { ...otherwise, kind: 'horizontal', height: v[0]!, isFlipped: v[1] === 1 };
+    }
   }
   return otherwise;
 }

@@ -36,8 +36,9 @@ function storage(): Storage | undefined {
 
 /** @throws Error for a server of another origin, which must not get the token */
 export function serverPlace(server: string, coarsest: number): Place {
-  if (new URL(server).origin !== location.origin)
+  if (new URL(server).origin !== location.origin) {
     throw new Error('read place.json: a server of another origin; allowed: that of the page');
+  }
   const token = tokenStore.getItem(kTokenKey);
   return { server, coarsest, ...(token === null ? {} : { token }) };
 }

@@ -46,14 +46,17 @@ export function watchServer(server: string, say: Say, viewer: WatchedViewer): vo
 /** One sentence; empty where the server makes nothing. */
 export function describeProgress({ making, prepare }: Stats, say: Say): string {
   const parts: string[] = [];
-  if (making !== undefined && making.running + making.waiting > 0)
+  if (making !== undefined && making.running + making.waiting > 0) {
     parts.push(
       say('serverMaking', String(making.running), String(making.waiting), String(making.made)),
     );
-  if (prepare !== undefined && prepare.done < prepare.total)
+  }
+  if (prepare !== undefined && prepare.done < prepare.total) {
     parts.push(say('serverPrepares', String(prepare.done), String(prepare.total)));
-  if (making !== undefined && making.failed > 0)
+  }
+  if (making !== undefined && making.failed > 0) {
     parts.push(say('serverFailed', String(making.failed)));
+  }
   return parts.join('; ');
 }
 

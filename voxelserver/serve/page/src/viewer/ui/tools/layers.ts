@@ -86,8 +86,9 @@ export function makeLayers(context: ToolContext): Tool {
     svg.setAttribute('viewBox', `0 0 ${kRampSteps} 1`);
     svg.setAttribute('preserveAspectRatio', 'none');
     svg.setAttribute('aria-hidden', 'true');
-    for (let i = 0; i < kRampSteps; ++i)
+    for (let i = 0; i < kRampSteps; ++i) {
       svg.append(swatchRect(heightColour((i + 0.5) / kRampSteps), i));
+    }
     const ends = rangeM.map((m) => element('span', {}, `${numbers.number(m, 0)} m`));
     const middle = element('span', {}, `${numbers.number((rangeM[0] + rangeM[1]) / 2, 0)} m`);
     const scale = element('span', { class: 'ends' }, ends[0]!, middle, ends[1]!);

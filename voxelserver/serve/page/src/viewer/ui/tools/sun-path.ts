@@ -115,9 +115,10 @@ function lengthMs(rise: SunAt, set: SunAt): number {
 // Parts of the day while the sun is up.
 function findRuns(path: readonly SunAt[]): SunAt[][] {
   const runs: SunAt[][] = [[]];
-  for (const at of path)
+  for (const at of path) {
     if (isUp(at)) runs.at(-1)!.push(at);
     else if (runs.at(-1)!.length > 0) runs.push([]);
+  }
   return runs;
 }
 
