@@ -5,7 +5,8 @@ import {
   unpackAppearance,
   type Appearance,
 } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
-import type { Camera, Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Camera } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import {
   heightColour,
   kLayerColours,

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import { fromLink } from '../../voxelserver/serve/page/src/viewer/ui/link.js';
 import { toCamera, lookingAt } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';

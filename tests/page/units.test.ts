@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Api, ApiError, type Fetch } from '../../voxelserver/serve/page/src/api.js';
-import { readBox } from '../../voxelserver/serve/page/src/box-reader.js';
 import {
   decimalsFor,
   parsePlace,
@@ -35,8 +34,7 @@ import {
   WorldProjection,
 } from '../../voxelserver/serve/page/src/world-projection.js';
 import crsCases from './support/crs.json';
-import { heightAt, kCrs, squaresJson, worldJson } from './support/fake-world.js';
-import { makeBox, type Voxel } from './support/make-box.js';
+import { kCrs, squaresJson, worldJson } from './support/fake-world.js';
 
 const world = readWorld(worldJson('Synthetic hills'));
 const projection = new WorldProjection(world);
@@ -294,64 +292,6 @@ test('links to the viewer are views of the place, from above the ground', () => 
     );
     assert.ok(view.position[1] > (name.startsWith('the map') ? 640 : 600), name);
   }
-});
-
-test('the top of every column of a box is found, with its look', () => {
-  const voxels: Voxel[] = [];
-  for (let z = 0; z < 64; ++z) {
-    for (let x = 0; x < 64; ++x) {
-      const colour = z % 2 === 0 ? { rgb: [x, z, 7] as const } : {};
-      if ((x * 7 + z * 13) % 11 !== 0) {
-        voxels.push({ x, y: heightAt(x, z) % 256, z, material: x % 5, ...colour });
-      }
-    }
-  }
-  const box = readBox(makeBox(voxels));
-  const tops = new Map(voxels.map((voxel) => [`${voxel.x} ${voxel.z}`, voxel]));
-  for (let z = 0; z < 64; ++z) {
-    for (let x = 0; x < 64; ++x) {
-      const voxel = tops.get(`${x} ${z}`);
-      const hex =
-        voxel?.rgb && `#${voxel.rgb.map((part) => part.toString(16).padStart(2, '0')).join('')}`;
-      assert.deepEqual(
-        box.top(x, z),
-        voxel && { y: voxel.y, look: { material: voxel.material, colour: hex } },
-        `column ${x}, ${z}`,
-      );
-    }
-  }
-});
-
-test('the higher of two voxels counts, and rock without a look is still solid', () => {
-  const box = readBox(
-    makeBox(
-      [
-        { x: 5, y: 3, z: 6, material: 2 },
-        { x: 5, y: 200, z: 6, material: 3 },
-      ],
-      [[40, 65, 40]],
-    ),
-  );
-  assert.deepEqual(box.top(5, 6), { y: 200, look: { material: 3, colour: undefined } });
-  assert.deepEqual(box.top(41, 43), { y: 67, look: undefined });
-  assert.equal(box.top(44, 40), undefined);
-});
-
-test('damaged boxes are errors, never air', () => {
-  const whole = makeBox([{ x: 1, y: 2, z: 3, material: 4 }]);
-  const changed = (at: number, value: number): Uint8Array =>
-    Buffer.from(whole).fill(value, at, at + 1);
-  assert.throws(() => readBox(new Uint8Array(0)), /not a box/);
-  assert.throws(() => readBox(whole.subarray(0, 63)), /not a box/);
-  const bad = [
-    changed(0, 0),
-    changed(8, 2),
-    changed(28, 9),
-    changed(32, 200),
-    whole.subarray(0, whole.length - 1),
-  ];
-  for (const bytes of bad) assert.throws(() => readBox(bytes), /box/);
-  assert.throws(() => readBox(changed(64 + 16, 250)).top(1, 3), /beyond the end/);
 });
 
 test('the map begins with what the world frames, or with all of it', () => {

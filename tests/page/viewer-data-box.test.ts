@@ -1,12 +1,22 @@
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
-import { readBox } from '../../voxelserver/serve/page/src/box-reader.js';
-import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
+import {
+  findTop,
+  kMaterials,
+  kUnknownMaterial,
+  readBoxArrays,
+} from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
+import { kTextKeys } from '../../voxelserver/serve/page/src/viewer/ui/texts.js';
 import { catchKind } from './support/data-errors.js';
 import { boxBytes, sealBox, type Key } from './support/make-archive.js';
 import { makeBox, type Voxel } from './support/make-box.js';
+import { heightAt } from './support/fake-world.js';
 import { makeRandom } from './support/test-bytes.js';
 import { kVoxels } from './support/small-archive.js';
+
+declare const TERRAVOX_ROOT: string;
 
 const kKey = { level: 1, bx: -2, by: 0, bz: 3 };
 
@@ -49,19 +59,67 @@ test('arrays of a box hold every voxel with its material, colour and class', () 
   assert.deepEqual(readBoxArrays(moved, kKey), box);
 });
 
-test('the top of a box is the same as by the reader of the map', () => {
+test('the top of each column of a box is found', () => {
+  const voxels: Voxel[] = [];
+  for (let z = 0; z < 64; ++z) {
+    for (let x = 0; x < 64; ++x) {
+      const colour = z % 2 === 0 ? { rgb: [x, z, 7] as const } : {};
+      if ((x * 7 + z * 13) % 11 !== 0) {
+        voxels.push({ x, y: heightAt(x, z) % 256, z, material: x % 5, ...colour });
+      }
+    }
+  }
+  const box = readBoxArrays(boxBytes(toKey(kKey), voxels), kKey);
+  const tops = new Map(voxels.map((voxel) => [`${voxel.x} ${voxel.z}`, voxel]));
+  for (let z = 0; z < 64; ++z) {
+    for (let x = 0; x < 64; ++x) {
+      const voxel = tops.get(`${x} ${z}`);
+      const look = voxel && { material: voxel.material, colour: voxel.rgb };
+      assert.deepEqual(findTop(box, x, z), voxel && { y: voxel.y, look }, `column ${x}, ${z}`);
+    }
+  }
+});
+
+test('the top of a column is its highest voxel, at any height', () => {
   const random = makeRandom(3);
   const voxels = Array.from({ length: 400 }, () => {
     return { x: random(64), y: random(256), z: random(64), material: 1 + random(32) };
   });
   const places = new Map(voxels.map((voxel) => [`${voxel.x},${voxel.y},${voxel.z}`, voxel]));
-  const bytes = sealBox(makeBox([...places.values()]), toKey(kKey));
-  const arrays = readBoxArrays(bytes, kKey);
+  const arrays = readBoxArrays(boxBytes(toKey(kKey), [...places.values()]), kKey);
   for (const voxel of places.values()) {
-    const top = readBox(bytes).top(voxel.x, voxel.z);
+    const top = findTop(arrays, voxel.x, voxel.z);
     assert.ok(top !== undefined && top.y >= voxel.y);
     assert.equal(attributeAt(arrays, { ...voxel, y: top.y })! >>> 24, top.look?.material);
   }
+});
+
+test('the higher of two voxels counts, and rock without a look is still solid', () => {
+  const higher = { x: 5, y: 200, z: 6, material: 3 };
+  const bytes = makeBox([{ ...higher, y: 3, material: 2 }, higher], [[40, 65, 40]]);
+  const box = readBoxArrays(sealBox(bytes, toKey(kKey)), kKey);
+  assert.deepEqual(findTop(box, 5, 6), { y: 200, look: { material: 3, colour: undefined } });
+  assert.deepEqual(findTop(box, 41, 43), { y: 67, look: undefined });
+  assert.equal(findTop(box, 44, 40), undefined);
+});
+
+test('the viewer knows as many materials as the programs, and has a name for each', () => {
+  const header = readFileSync(join(TERRAVOX_ROOT, 'common/voxel/material.hpp'), 'utf8');
+  const numbers = [...header.matchAll(/^    k(\w+) = (\d+),/gm)].map(([, , n]) => Number(n));
+  assert.deepEqual(
+    numbers,
+    numbers.map((_, i) => i),
+  );
+  assert.equal(kMaterials, numbers.length, 'kMaterials in box-arrays.ts');
+  assert.match(header, new RegExp(`^    kUnknown = ${kUnknownMaterial},`, 'm'));
+  const names = [...header.matchAll(/\{Material::k\w+,\s*"(\w+)"/g)].map(([, name]) => name!);
+  assert.equal(names.length, numbers.length);
+  const keys: readonly string[] = kTextKeys;
+  assert.deepEqual(
+    names.filter((name) => !keys.includes(`material.${name}`)),
+    [],
+    'materials without a text in texts.ts',
+  );
 });
 
 test('a box with any changed byte is refused', () => {

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import { fingersMoved, type Fingers } from '../../voxelserver/serve/page/src/viewer/ui/fingers.js';
 import { toCamera, type Viewpoint } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
 import { isNear } from './support/near.js';

@@ -11,6 +11,7 @@ import { noBrowser, openBrowser, openPage } from './support/browser.js';
 import { fullBoxFrame } from './support/full-box.js';
 import { makeArchive, type Key, type TestBox } from './support/make-archive.js';
 
+declare const TERRAVOX_ROOT: string;
 declare const TERRAVOX_PAGE_DIST: string;
 
 /** A stage in a browser: what fails for good, and pools that are too small for a view. */
@@ -125,7 +126,7 @@ async function bundle(): Promise<string> {
     build: (options: object) => Promise<{ outputFiles: { text: string }[] }>;
   };
   const built = await build({
-    entryPoints: [join(page, '../../tests/page/support/stage-page.ts')],
+    entryPoints: [join(TERRAVOX_ROOT, 'tests/page/support/stage-page.ts')],
     bundle: true,
     write: false,
     loader: { '.glsl': 'text' },

@@ -1,9 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import type { MapPlace } from '../../voxelserver/serve/page/src/replies.js';
 import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
-import { isUp, sunDay, towards } from '../../voxelserver/serve/page/src/viewer/ui/sun-day.js';
+import { towards } from '../../voxelserver/serve/page/src/vec3.js';
+import { isUp, sunDay } from '../../voxelserver/serve/page/src/viewer/ui/sun-day.js';
 import { isNear } from './support/near.js';
 
 const at = (latDeg: number, lonDeg: number): MapPlace => ({ latDeg, lonDeg, convergenceDeg: 0 });
@@ -50,7 +51,7 @@ test('where the sun does not rise or set, there is no such time', () => {
 
 test('directions to the sun are those of the light', () => {
   const near = (v: Vec3, wanted: Vec3): void => v.forEach((c, a) => isNear(c, wanted[a]!, 1e-9));
-  near(towards({ altitudeDeg: 0, azimuthDeg: 0 }), [0, 0, -1]);
-  near(towards({ altitudeDeg: 0, azimuthDeg: 90 }), [1, 0, 0]);
-  near(towards({ altitudeDeg: 90, azimuthDeg: 0 }), [0, 1, 0]);
+  near(towards(0, 0), [0, 0, -1]);
+  near(towards(90, 0), [1, 0, 0]);
+  near(towards(0, 90), [0, 1, 0]);
 });

@@ -4,7 +4,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import type { Vec3 } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import type { Pick } from '../../voxelserver/serve/page/src/viewer/stage.js';
 import {
   fromLink,

@@ -1,5 +1,6 @@
 import crsCases from './crs.json';
-import { makeBox, type Voxel } from './make-box.js';
+import { boxBytes } from './make-archive.js';
+import type { Voxel } from './make-box.js';
 import { makePng } from './make-png.js';
 
 /** A synthetic world of 1024 x 1024 m in EPSG:3794, as a voxel server describes it. */
@@ -56,7 +57,7 @@ export function boxFrame(bx: number, by: number, bz: number): Uint8Array | undef
       if (y >= 0 && y < 256) voxels.push({ x, y, z, material: 4, rgb: [80, 120, 60] });
     }
   }
-  return voxels.length === 0 ? undefined : makeBox(voxels);
+  return voxels.length === 0 ? undefined : boxBytes([0, bx, by, bz], voxels);
 }
 
 export type SquareRow = {

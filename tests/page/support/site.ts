@@ -1,4 +1,4 @@
-import type { Vec3 } from '../../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Vec3 } from '../../../voxelserver/serve/page/src/vec3.js';
 
 export const plus = (a: Vec3, b: Vec3, times = 1): Vec3 => [
   a[0] + b[0] * times,

@@ -10,47 +10,47 @@ import { readLicences, listPackages } from './licences.mjs';
 const root = dirname(fileURLToPath(import.meta.url));
 const out = process.argv[2];
 if (out === undefined || process.argv.length > 3) {
-    console.error('usage: node build.mjs FOLDER');
-    process.exit(2);
+  console.error('usage: node build.mjs FOLDER');
+  process.exit(2);
 }
 
 const { build } = await import('esbuild').catch(() => {
-    console.error(
-        'Bundle the web page: the packages in voxelserver/serve/page/node_modules are missing; run ./terravox deps',
-    );
-    process.exit(1);
+  console.error(
+    'Bundle the web page: the packages in voxelserver/serve/page/node_modules are missing; run ./terravox deps',
+  );
+  process.exit(1);
 });
 await mkdir(out, { recursive: true });
 const common = {
-    absWorkingDir: root,
-    loader: { '.glsl': 'text' },
-    outdir: out,
-    write: false,
-    bundle: true,
-    minify: true,
-    target: ['es2022', 'chrome111', 'firefox115', 'safari16.4'],
-    charset: 'utf8',
-    legalComments: 'none',
-    metafile: true,
-    logLevel: 'warning',
+  absWorkingDir: root,
+  loader: { '.glsl': 'text' },
+  outdir: out,
+  write: false,
+  bundle: true,
+  minify: true,
+  target: ['es2022', 'chrome111', 'firefox115', 'safari16.4'],
+  charset: 'utf8',
+  legalComments: 'none',
+  metafile: true,
+  logLevel: 'warning',
 };
 const modules = {
-    app: 'src/app.ts',
-    style: 'src/app.css',
-    worker: 'src/viewer/data/worker.ts',
-    'viewer-style': 'src/viewer/viewer.css',
+  app: 'src/app.ts',
+  style: 'src/app.css',
+  worker: 'src/viewer/data/worker.ts',
+  'viewer-style': 'src/viewer/viewer.css',
 };
 // Browsers load no module from a disk: the viewer's script is none, so that it can say so there.
 const built = await Promise.all([
-    build({ ...common, format: 'esm', entryPoints: modules }),
-    build({ ...common, format: 'iife', entryPoints: { viewer: 'src/viewer/viewer.ts' } }),
+  build({ ...common, format: 'esm', entryPoints: modules }),
+  build({ ...common, format: 'iife', entryPoints: { viewer: 'src/viewer/viewer.ts' } }),
 ]);
 const renamed = { 'style.css': 'app.css', 'viewer-style.css': 'viewer.css' };
 for (const { outputFiles } of built) {
-    for (const file of outputFiles) {
-        const name = basename(file.path);
-        await writeFile(join(out, renamed[name] ?? name), file.contents);
-    }
+  for (const file of outputFiles) {
+    const name = basename(file.path);
+    await writeFile(join(out, renamed[name] ?? name), file.contents);
+  }
 }
 for (const name of ['index.html', 'viewer.html']) await copyFile(join(root, name), join(out, name));
 const about = 'This page holds parts of these packages.';

@@ -1,4 +1,4 @@
-import { byId, element, setText } from './dom.js';
+import { buttonRow, byId, element, setText, toOptions } from './dom.js';
 import {
   countCells,
   daysOfPeriod,
@@ -29,7 +29,9 @@ export type JobLimits = NonNullable<Stats['jobs']>;
 
 /** What the form needs to know of the map. */
 export type FormPlace = {
-  /** West, south, east, north of what the map shows and the world has, CRS units; undefined: nothing. */
+  /**
+   * West, south, east, north of what the map shows and the world has, CRS units; undefined: nothing.
+   */
   readonly extent: readonly number[] | undefined;
   readonly voxelM: number;
   readonly metresPerUnit: number;
@@ -39,10 +41,11 @@ export type FormPlace = {
   readonly picked: readonly [number, number] | undefined;
 };
 
-const today = (): string => {
-  const now = new Date();
-  return `${now.getFullYear()}-${String(now.getMonth() + 1).padStart(2, '0')}-${String(now.getDate()).padStart(2, '0')}`;
-};
+// Sweden writes days as ISO 8601 does.
+const today = (): string => new Date().toLocaleDateString('sv-SE');
+
+const dayInput = (id: string): HTMLInputElement =>
+  element('input', { id, type: 'date', min: '1900-01-01', max: '2100-12-31', required: '' });
 
 const row = (label: string, field: HTMLElement): HTMLElement =>
   element('p', {}, element('label', { for: field.id }, label), field);
@@ -68,20 +71,8 @@ export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }
 export class AnalysisForm {
   readonly #kind = element('select', { id: 'analysis-kind' });
   readonly #surface = element('select', { id: 'analysis-surface' });
-  readonly #from = element('input', {
-    id: 'analysis-from',
-    type: 'date',
-    min: '1900-01-01',
-    max: '2100-12-31',
-    required: '',
-  });
-  readonly #to = element('input', {
-    id: 'analysis-to',
-    type: 'date',
-    min: '1900-01-01',
-    max: '2100-12-31',
-    required: '',
-  });
+  readonly #from = dayInput('analysis-from');
+  readonly #to = dayInput('analysis-to');
   readonly #above = element('input', {
     id: 'analysis-above',
     type: 'number',
@@ -113,12 +104,10 @@ export class AnalysisForm {
   /** @param onWish called with what the user asks for, or with the reason why that cannot be */
   constructor(limits: JobLimits, kinds: readonly Kind[], onWish: (wish: Wish | string) => void) {
     this.#limits = limits;
-    for (const kind of kinds) this.#kind.append(element('option', { value: kind }, kNames[kind]));
+    this.#kind.append(...toOptions(kinds.map((kind) => [kind, kNames[kind]])));
     if (kinds.includes('sun')) this.#kind.value = 'sun';
-    for (const [surface, name] of Object.entries(kSurfaces)) {
-      this.#surface.append(element('option', { value: surface }, name));
-    }
-    this.#from.value = this.#to.value = today();
+    this.#surface.append(...toOptions(Object.entries(kSurfaces)));
+    for (const day of [this.#from, this.#to]) day.value = today();
     const days = element('div', {}, row('First day', this.#from), row('Last day', this.#to));
     const observer = element('div', {}, row('Eyes, metres above the marked place', this.#above));
     this.#rows = { surface: row('On', this.#surface), days, observer };
@@ -130,7 +119,7 @@ export class AnalysisForm {
       observer,
       row('Edge of a cell, metres', this.#resolution),
       this.#cells,
-      element('p', { class: 'buttons' }, this.#submit),
+      buttonRow(this.#submit),
     );
     form.addEventListener('submit', (event) => {
       event.preventDefault();
@@ -165,7 +154,7 @@ export class AnalysisForm {
     const kind = this.#kind.value as Kind;
     this.#rows.surface.hidden = kind === 'terrain';
     this.#rows.days.hidden = !hasDays(kind);
-    this.#from.disabled = this.#to.disabled = !hasDays(kind);
+    for (const day of [this.#from, this.#to]) day.disabled = !hasDays(kind);
     this.#rows.observer.hidden = kind !== 'sight';
     this.#above.disabled = kind !== 'sight';
   }

@@ -2,6 +2,7 @@ import ImageLayer from 'ol/layer/Image.js';
 import type Projection from 'ol/proj/Projection.js';
 import ImageStatic from 'ol/source/ImageStatic.js';
 import type { BandStyle } from './band-styles.js';
+import { element, getContext2d } from './dom.js';
 import { paint, type ColourScale } from './colour-scale.js';
 import type { RasterInfo, RasterLevel } from './raster-file.js';
 import type { WorldProjection } from './world-projection.js';
@@ -40,11 +41,8 @@ export class AnalysisLayer {
     ) as [number, number, number, number];
     this.#extent = [west, south, east, north];
     const { width, height } = shown.level;
-    const canvas = document.createElement('canvas');
-    canvas.width = width;
-    canvas.height = height;
-    const context = canvas.getContext('2d');
-    if (context === null) throw new Error('draw the analysis: the browser has no canvas');
+    const canvas = element('canvas', { width: String(width), height: String(height) });
+    const context = getContext2d(canvas);
     const image = context.createImageData(width, height);
     const { values, info, scale, style } = shown;
     const coloured = style.words

@@ -2,7 +2,7 @@ import { AnalysisForm, toCaption, type FormPlace, type JobLimits } from './analy
 import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
 import { ApiError, toMessage, type Api } from './api.js';
-import { byId, element, setText } from './dom.js';
+import { button, byId, element, setText } from './dom.js';
 import { toBody, makeFileName, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
 
 const kPollMs = 1000;
@@ -15,7 +15,7 @@ export class AnalysisPanel {
   readonly #result: AnalysisResult;
   readonly #state = byId('analysis-state', HTMLElement);
   readonly #bar = element('progress', { max: '1', 'aria-label': 'Progress of the analysis' });
-  readonly #stop = element('button', { type: 'button' }, 'Stop');
+  readonly #stop = button('Stop', () => void this.#remove());
   readonly #progress = byId('analysis-progress', HTMLElement);
   #form: AnalysisForm | undefined;
   #place: FormPlace | undefined;
@@ -27,7 +27,6 @@ export class AnalysisPanel {
     this.#jobs = new Jobs(api);
     this.#places = places;
     this.#result = new AnalysisResult(this.#jobs, layer, () => void this.#remove());
-    this.#stop.addEventListener('click', () => void this.#remove());
     this.#progress.replaceChildren(this.#bar, this.#stop);
   }
 

@@ -2,7 +2,7 @@ import type { AnalysisLayer } from './analysis-layer.js';
 import { toMessage } from './api.js';
 import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
 import { toColour, chooseScale, type ColourScale } from './colour-scale.js';
-import { byId, element, setText } from './dom.js';
+import { button, buttonRow, byId, download, element, getContext2d, setText } from './dom.js';
 import type { Jobs } from './jobs.js';
 import { levelFor, readBand, readRasterInfo, type RasterInfo } from './raster-file.js';
 
@@ -49,10 +49,8 @@ export class AnalysisResult {
     });
     opacity.addEventListener('input', () => (layer.opacity = Number(opacity.value) / 100));
     this.#band.addEventListener('change', () => void this.#showBand());
-    const download = element('button', { type: 'button' }, 'Download GeoTIFF');
-    download.addEventListener('click', () => void this.#download());
-    const remove = element('button', { type: 'button' }, 'Remove');
-    remove.addEventListener('click', onDelete);
+    const save = button('Download GeoTIFF', () => void this.#download());
+    const remove = button('Remove', onDelete);
     this.#part.replaceChildren(
       this.#caption,
       element('p', {}, element('label', { for: 'analysis-band' }, 'Shown'), this.#band),
@@ -60,7 +58,7 @@ export class AnalysisResult {
       this.#ends,
       this.#value,
       element('p', {}, element('label', { for: 'analysis-opacity' }, 'Opacity'), opacity),
-      element('p', { class: 'buttons' }, download, remove),
+      buttonRow(save, remove),
       this.#note,
     );
   }
@@ -162,8 +160,8 @@ export class AnalysisResult {
       'aria-label',
       words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`,
     );
-    const context = this.#legend.getContext('2d');
-    for (let x = 0; x < 256 && context !== null; ++x) {
+    const context = getContext2d(this.#legend);
+    for (let x = 0; x < 256; ++x) {
       context.fillStyle = `rgb(${toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;
       context.fillRect(x, 0, 1, 14);
     }
@@ -172,10 +170,7 @@ export class AnalysisResult {
   async #download(): Promise<void> {
     this.#showNote();
     try {
-      const url = URL.createObjectURL(await this.#jobs.file(this.#id));
-      const link = element('a', { href: url, download: this.#fileName });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(url), 60_000);
+      download(await this.#jobs.file(this.#id), this.#fileName);
     } catch (error) {
       this.#showNote(`The file could not be fetched. ${toMessage(error)}`);
     }

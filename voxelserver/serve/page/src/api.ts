@@ -1,4 +1,4 @@
-import { isFields, parseText } from './replies.js';
+import { isFields, toText } from './json.js';
 
 /** Client of the server that the page came from: every request of the page goes through here. */
 
@@ -91,7 +91,7 @@ async function describe(reply: Response): Promise<string> {
   try {
     const json = (await reply.json()) as unknown;
     if (isFields(json)) {
-      const text = [parseText(json['title']), parseText(json['detail'])]
+      const text = [toText(json['title']), toText(json['detail'])]
         .filter((part) => part !== '')
         .join(': ');
       if (text !== '') return text.slice(0, 500);

@@ -1,6 +1,9 @@
-/** Small helpers around the document. Text enters it as text only: nothing here, or anywhere, parses HTML. */
+/** Helpers around the document. Text enters it as text only: nothing anywhere parses HTML. */
 
 type Child = Node | string;
+
+const kCopiedMs = 2000;
+const kDownloadMs = 60_000; // a browser may ask its user where to
 
 export function element<K extends keyof HTMLElementTagNameMap>(
   tag: K,
@@ -11,6 +14,38 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   made.append(...children);
   return made;
+}
+
+/** A part of a drawing, or the drawing itself. */
+export function svgElement(
+  tag: string,
+  attributes: Readonly<Record<string, string | number>>,
+  ...children: readonly Child[]
+): SVGElement {
+  const made = document.createElementNS('http://www.w3.org/2000/svg', tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+
+export function button(label: string, run: () => void): HTMLButtonElement {
+  const made = element('button', { type: 'button' }, label);
+  made.addEventListener('click', run);
+  return made;
+}
+
+export const buttonRow = (...buttons: readonly HTMLElement[]): HTMLParagraphElement =>
+  element('p', { class: 'buttons' }, ...buttons);
+
+/** @param options values and their names */
+export const toOptions = (options: readonly (readonly [string, string])[]): HTMLElement[] =>
+  options.map(([value, name]) => element('option', { value }, name));
+
+/** @throws Error when the browser has no memory for it */
+export function getContext2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
+  const context = canvas.getContext('2d');
+  if (context === null) throw new Error('draw on a canvas: the browser gives none');
+  return context;
 }
 
 /** @throws Error when index.html has no such element */
@@ -25,7 +60,7 @@ export function setText(target: Element, text: string): void {
   if (target.textContent !== text) target.textContent = text;
 }
 
-/** Rows of a definition list; those with an empty text are left out. Keeps the elements whose text did not change. */
+/** Rows of a definition list, without those that are empty; elements whose text stays are kept. */
 export function setFacts(
   list: HTMLDListElement,
   facts: readonly (readonly [string, string])[],
@@ -46,23 +81,31 @@ export function setFacts(
 export const cssValue = (name: string): string =>
   getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** A button that copies a text, and confirms it. */
-export function copyButton(label: string, text: () => string): HTMLButtonElement {
-  const button = element('button', { type: 'button' }, label);
-  button.addEventListener('click', () => {
-    void copy(text()).then((done) => {
-      button.textContent = done ? 'Copied' : 'Could not copy';
-      setTimeout(() => (button.textContent = label), 2000);
+/** Makes a button copy a text, and say for a while whether that went well. */
+export function copyOnClick(
+  target: HTMLButtonElement,
+  content: () => string,
+  [done, failed]: readonly [string, string] = ['Copied', 'Could not copy'],
+): HTMLButtonElement {
+  const label = target.textContent;
+  target.addEventListener('click', () => {
+    void copy(content()).then((isCopied) => {
+      setText(target, isCopied ? done : failed);
+      setTimeout(() => setText(target, label), kCopiedMs);
     });
   });
-  return button;
+  return target;
 }
 
+export const copyButton = (label: string, content: () => string): HTMLButtonElement =>
+  copyOnClick(element('button', { type: 'button' }, label), content);
+
 /**
- * Copies a text. The clipboard is there for HTTPS and localhost only; the old command works for a server on another machine too.
+ * Copies a text. The clipboard is there for HTTPS and localhost only; the old command works for a
+ * server on another machine too.
  * @return whether it was copied
  */
-export async function copy(text: string): Promise<boolean> {
+async function copy(text: string): Promise<boolean> {
   try {
     await navigator.clipboard.writeText(text);
     return true;
@@ -77,4 +120,11 @@ export async function copy(text: string): Promise<boolean> {
     if (focused instanceof HTMLElement) focused.focus();
     return done;
   }
+}
+
+/** Saves a file on the reader's machine. */
+export function download(content: Blob, name: string): void {
+  const link = element('a', { href: URL.createObjectURL(content), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), kDownloadMs);
 }

@@ -1,5 +1,5 @@
 import type { Api } from './api.js';
-import { isFields, parseText } from './replies.js';
+import { isFields, toNumber, toText } from './json.js';
 
 /** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
 
@@ -39,23 +39,20 @@ export type Wish = {
 /** Height of a person's eyes above the ground. */
 export const kEyesM = 1.6;
 
-const number = (value: unknown): number =>
-  typeof value === 'number' && Number.isFinite(value) ? value : 0;
-
 export function readJob(json: unknown): Job {
   const all = isFields(json) ? json : {};
   const states = ['waiting', 'running', 'done', 'failed'] as const;
   const state = states.find((one) => one === all['state']);
-  const id = parseText(all['id']);
+  const id = toText(all['id']);
   if (state === undefined || !/^[0-9a-f]{32}$/.test(id)) {
     throw new Error('read the job: it has no name or no state');
   }
   return {
     id,
     state,
-    progress: Math.min(1, Math.max(0, number(all['progress']))),
-    before: number(all['before']),
-    message: parseText(all['message']),
+    progress: Math.min(1, Math.max(0, toNumber(all['progress']))),
+    before: toNumber(all['before']),
+    message: toText(all['message']),
     hasHoles: all['holes'] === true,
   };
 }

@@ -1,4 +1,4 @@
-import { byId, element, setText } from './dom.js';
+import { byId, element, setText, toOptions } from './dom.js';
 import { kDiskSign, kMemorySign, kStateSigns, swatch, type Sign } from './patterns.js';
 import { formatCount } from './number-format.js';
 import { kSquareStates, type CachedBoxes } from './squares.js';
@@ -13,19 +13,14 @@ export type LayerEvents = {
 export class LayersPanel {
   readonly #boxesText = element('p', { class: 'note' });
   readonly #topText = element('p', { class: 'note' });
-  readonly #legends: HTMLElement;
-  readonly #boxLegends: HTMLElement;
+  readonly #legends = element('ul', { class: 'legend' });
+  readonly #boxLegends = element('ul', { class: 'legend' });
 
   constructor(levels: number, hasTopView: boolean, events: LayerEvents) {
-    const select = element('select', { id: 'level' });
-    for (let level = 0; level < levels; ++level) {
-      select.append(
-        element('option', { value: String(level) }, `${level}: voxels of ${2 ** level}`),
-      );
-    }
+    const names = Array.from({ length: levels }, (_, level) => `${level}: voxels of ${2 ** level}`);
+    const options = toOptions(names.map((name, level) => [String(level), name]));
+    const select = element('select', { id: 'level' }, ...options);
     select.addEventListener('change', () => events.onLevel(Number(select.value)));
-    this.#legends = element('ul', { class: 'legend' });
-    this.#boxLegends = element('ul', { class: 'legend' });
     const target = byId('layers', HTMLElement);
     if (hasTopView) target.append(row('top view', 'Top view', true, events), this.#topText);
     target.append(

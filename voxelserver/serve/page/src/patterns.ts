@@ -1,4 +1,4 @@
-import { cssValue } from './dom.js';
+import { cssValue, element, getContext2d } from './dom.js';
 import type { SquareState } from './squares.js';
 
 /** Hatches, so that no state is shown by colour alone. Colours come from app.css. */
@@ -29,11 +29,11 @@ const kTilePx = 12;
 
 /** @return a repeating fill, half of it transparent */
 export function hatchPattern(hatch: Hatch, colour: string): CanvasPattern | string {
-  const canvas = document.createElement('canvas');
-  canvas.width = canvas.height = kTilePx;
-  const context = canvas.getContext('2d');
-  if (context === null) return colour;
-  context.strokeStyle = context.fillStyle = colour;
+  const size = String(kTilePx);
+  const canvas = element('canvas', { width: size, height: size });
+  const context = getContext2d(canvas);
+  context.strokeStyle = colour;
+  context.fillStyle = colour;
   context.lineWidth = 1.3;
   context.globalAlpha = 0.1;
   context.fillRect(0, 0, kTilePx, kTilePx);
@@ -65,15 +65,12 @@ function drawHatch(context: CanvasRenderingContext2D, hatch: Hatch): void {
 
 /** A swatch for a legend: hatch, frame and letter. */
 export function swatch(sign: Sign): HTMLCanvasElement {
-  const canvas = document.createElement('canvas');
-  canvas.className = 'swatch';
-  canvas.setAttribute('aria-hidden', 'true');
+  const canvas = element('canvas', { class: 'swatch', 'aria-hidden': 'true' });
   const ratio = Math.max(1, window.devicePixelRatio);
   const [width, height] = [30, 20];
   canvas.width = width * ratio;
   canvas.height = height * ratio;
-  const context = canvas.getContext('2d');
-  if (context === null) return canvas;
+  const context = getContext2d(canvas);
   const colour = cssValue(sign.colour);
   context.scale(ratio, ratio);
   context.fillStyle = hatchPattern(sign.hatch, colour);

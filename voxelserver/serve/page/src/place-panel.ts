@@ -1,6 +1,6 @@
 import { toMessage, type Api } from './api.js';
 import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
-import { byId, copyButton, element, setFacts, setText } from './dom.js';
+import { buttonRow, byId, copyButton, element, setFacts, setText } from './dom.js';
 import { formatBytes, formatCount } from './number-format.js';
 import { cameraHeight, cameraPlace, renderCommand } from './render-command.js';
 import type { Square } from './squares.js';
@@ -35,9 +35,7 @@ export class PlacePanel {
     this.#projection = projection;
     this.#tops = new TopFinder(api, projection);
     this.#latLonButton = copyButton('Copy lat, lon', () => this.#latLonText());
-    const buttons = element(
-      'p',
-      { class: 'buttons' },
+    const buttons = buttonRow(
       copyButton('Copy E,N', () => this.#placeText()),
       this.#latLonButton,
       copyButton('Copy link', () => this.#link()),
@@ -164,11 +162,10 @@ export class PlacePanel {
 function describe(top: Top, materials: readonly string[]): string {
   const height = `${top.heightM.toFixed(2)} m`;
   if (top.look === undefined) return height;
-  const material = (materials[top.look.material] ?? `material ${top.look.material}`).replace(
-    /_/g,
-    ' ',
-  );
-  return `${material}, ${height}${top.look.colour ? `, ${top.look.colour}` : ''}`;
+  const { material, colour } = top.look;
+  const name = materials[material]?.replaceAll('_', ' ') ?? `material ${material}`;
+  const hex = colour?.map((part) => part.toString(16).padStart(2, '0')).join('');
+  return `${name}, ${height}${hex === undefined ? '' : `, #${hex}`}`;
 }
 
 /** Rows about a square; those with an empty text are not shown. */

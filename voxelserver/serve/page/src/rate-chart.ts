@@ -1,23 +1,18 @@
-import { element, setText } from './dom.js';
+import { element, setText, svgElement } from './dom.js';
 import { Rates } from './rates.js';
 
-const kSvg = 'http://www.w3.org/2000/svg';
 const [kWidth, kHeight] = [240, 44];
 
 /** Requests a second over the last two minutes: a line, and the same in words. */
 export class RateChart {
   readonly #rates = new Rates();
-  readonly #line = document.createElementNS(kSvg, 'polyline');
+  readonly #line = svgElement('polyline', { transform: 'translate(0 2)' });
   readonly #text = element('p', { class: 'rate-text' });
 
   constructor(target: HTMLElement) {
-    const svg = document.createElementNS(kSvg, 'svg');
-    svg.setAttribute('viewBox', `0 0 ${kWidth} ${kHeight}`);
-    svg.setAttribute('preserveAspectRatio', 'none');
-    svg.setAttribute('aria-hidden', 'true');
-    this.#line.setAttribute('transform', 'translate(0 2)');
-    svg.append(this.#line);
-    target.append(this.#text, svg);
+    const viewBox = `0 0 ${kWidth} ${kHeight}`;
+    const drawn = { viewBox, preserveAspectRatio: 'none', 'aria-hidden': 'true' };
+    target.append(this.#text, svgElement('svg', drawn, this.#line));
     this.#draw();
   }
 

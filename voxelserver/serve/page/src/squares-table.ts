@@ -1,4 +1,4 @@
-import { byId, element, setText } from './dom.js';
+import { button, byId, element, setText } from './dom.js';
 import { formatCount } from './number-format.js';
 import { kStateSigns } from './patterns.js';
 import { kSquareStates, type Square } from './squares.js';
@@ -40,18 +40,16 @@ export class SquaresTable {
   }
 
   #row(square: Square): HTMLTableRowElement {
-    const button = element(
-      'button',
-      { type: 'button', class: 'link' },
-      square.name === '' ? '(no name)' : square.name,
-    );
-    button.addEventListener('click', () => this.#onChosen(square));
-    const state = `${kStateSigns[square.state].letter} ${square.state}${square.error === '' ? '' : `: ${square.error}`}`;
+    const name = square.name === '' ? '(no name)' : square.name;
+    const chooser = button(name, () => this.#onChosen(square));
+    chooser.className = 'link';
+    const error = square.error === '' ? '' : `: ${square.error}`;
+    const state = `${kStateSigns[square.state].letter} ${square.state}${error}`;
     const points = square.points === undefined ? '' : formatCount(square.points);
     return element(
       'tr',
       {},
-      element('th', { scope: 'row' }, button),
+      element('th', { scope: 'row' }, chooser),
       element('td', {}, state),
       element('td', {}, points),
     );

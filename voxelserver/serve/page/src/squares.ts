@@ -1,4 +1,4 @@
-import { isFields, parseText } from './replies.js';
+import { isFields, isNumber, toList, toText } from './json.js';
 
 /** LiDAR squares and kept boxes, as the server lists them. */
 
@@ -31,14 +31,11 @@ export type CachedBoxes = {
   readonly truncated: boolean;
 };
 
-const isNumber = (value: unknown): value is number =>
-  typeof value === 'number' && Number.isFinite(value);
 const numberOrNot = (value: unknown): number | undefined => (isNumber(value) ? value : undefined);
-const items = (value: unknown): unknown[] => (Array.isArray(value) ? (value as unknown[]) : []);
 
 function readRing(value: unknown): Position[] {
-  return items(value).flatMap((corner) => {
-    const [e, n] = items(corner);
+  return toList(value).flatMap((corner) => {
+    const [e, n] = toList(corner);
     return isNumber(e) && isNumber(n) ? [[e, n] as const] : [];
   });
 }
@@ -48,27 +45,27 @@ export function readSquares(json: unknown): Square[] {
   if (!isFields(json) || !Array.isArray(json['features'])) {
     throw new Error('read the squares: no GeoJSON FeatureCollection');
   }
-  return items(json['features']).flatMap((feature): Square[] => {
+  return toList(json['features']).flatMap((feature): Square[] => {
     if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) {
       return [];
     }
-    const rings = items(feature['geometry']['coordinates'])
+    const rings = toList(feature['geometry']['coordinates'])
       .map(readRing)
       .filter((ring) => ring.length >= 3);
     if (feature['geometry']['type'] !== 'Polygon' || rings.length === 0) return [];
     const p = feature['properties'];
     return [
       {
-        name: parseText(p['name']),
+        name: toText(p['name']),
         state: kSquareStates.find((state) => state === p['state']) ?? 'wanted',
-        file: parseText(p['file']),
+        file: toText(p['file']),
         points: numberOrNot(p['points']),
         densityPerM2: numberOrNot(p['density_per_m2']),
         bytes: numberOrNot(p['bytes']),
-        source: parseText(p['source']),
-        licence: parseText(p['licence']),
-        attribution: parseText(p['attribution']),
-        error: parseText(p['error']),
+        source: toText(p['source']),
+        licence: toText(p['licence']),
+        attribution: toText(p['attribution']),
+        error: toText(p['error']),
         rings,
       },
     ];
@@ -76,8 +73,8 @@ export function readSquares(json: unknown): Square[] {
 }
 
 function readKeys(value: unknown): (readonly [number, number, number])[] {
-  return items(value).flatMap((key) => {
-    const [x, y, z] = items(key);
+  return toList(value).flatMap((key) => {
+    const [x, y, z] = toList(key);
     return isNumber(x) && isNumber(y) && isNumber(z) ? [[x, y, z] as const] : [];
   });
 }

@@ -1,4 +1,4 @@
-import { byId, element, setFacts, setText } from './dom.js';
+import { button, byId, element, setFacts, setText } from './dom.js';
 import {
   formatBytes,
   formatCount,
@@ -31,7 +31,7 @@ export function sortedStages(stages: readonly Stage[], order: Order): Stage[] {
   return [...stages].sort(by[order]);
 }
 
-/** What the server does: the times of its steps, caches, queue, memory, requests a second. Fed with each new statistics. */
+/** What the server does: times of its steps, caches, queue, memory, requests a second. */
 export class StatsPanel {
   readonly #chart = new RateChart(byId('rate', HTMLElement));
   readonly #facts = byId('server', HTMLDListElement);
@@ -45,18 +45,9 @@ export class StatsPanel {
   constructor() {
     const head = element('tr');
     for (const { order, title } of kColumns) {
-      const button = element(
-        'button',
-        {
-          type: 'button',
-          title: `Sort by ${title.toLowerCase()}; again: in the order of the server`,
-        },
-        title,
-      );
-      button.addEventListener('click', () =>
-        this.#sort(this.#order === order ? 'reported' : order),
-      );
-      const cell = element('th', { scope: 'col' }, button);
+      const sorter = button(title, () => this.#sort(this.#order === order ? 'reported' : order));
+      sorter.title = `Sort by ${title.toLowerCase()}; again: in the order of the server`;
+      const cell = element('th', { scope: 'col' }, sorter);
       this.#heads.set(order, cell);
       head.append(cell);
     }

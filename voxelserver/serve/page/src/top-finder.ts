@@ -1,14 +1,20 @@
 import { ApiError, type Api } from './api.js';
-import { readBox, type Look } from './box-reader.js';
-import { isFields } from './replies.js';
+import {
+  findTop,
+  kBoxSize,
+  readBoxArrays,
+  type BoxKey,
+  type TopVoxel,
+  type VoxelLook,
+} from './viewer/data/box-arrays.js';
+import { isFields } from './json.js';
 import { isInside } from './coordinates.js';
 import type { WorldProjection } from './world-projection.js';
 
 /** What is on top of a column of voxels. */
-export type Top = { readonly heightM: number; readonly look: Look | undefined };
+export type Top = { readonly heightM: number; readonly look: VoxelLook | undefined };
 
-const kBoxSide = 64;
-const kBoxHeight = 256;
+const [kBoxSide, kBoxHeight] = kBoxSize;
 const kMostBoxes = 64;
 
 /** Looks into the boxes above a place, highest first, until something is solid. */
@@ -33,11 +39,8 @@ export class TopFinder {
     for (let by = end - 1; by >= begin && end - by <= kMostBoxes; --by) {
       const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, { timeoutMs: 120_000 });
       if (reply.status === 204) continue;
-      const top = findTop(
-        new Uint8Array(await reply.arrayBuffer()),
-        x - bx * kBoxSide,
-        z - bz * kBoxSide,
-      );
+      const bytes = new Uint8Array(await reply.arrayBuffer());
+      const top = readTop(bytes, { level: 0, bx, by, bz }, x - bx * kBoxSide, z - bz * kBoxSide);
       if (top !== undefined) {
         return {
           heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM,
@@ -49,13 +52,9 @@ export class TopFinder {
   }
 }
 
-function findTop(
-  bytes: Uint8Array,
-  x: number,
-  z: number,
-): ReturnType<ReturnType<typeof readBox>['top']> {
+function readTop(bytes: Uint8Array, key: BoxKey, x: number, z: number): TopVoxel | undefined {
   try {
-    return readBox(bytes).top(x, z);
+    return findTop(readBoxArrays(bytes, key), x, z);
   } catch (error) {
     throw new ApiError('refused', 'The box above this place could not be read.', error);
   }

@@ -82,7 +82,10 @@ export class WorldView {
       },
     });
     this.#table = new SquaresTable((square) => this.#goToSquare(square));
-    setUpSearch(projection, ({ easting, northing }) => this.#goTo(easting, northing));
+    setUpSearch(
+      () => projection,
+      ({ easting, northing }) => this.#goTo(easting, northing),
+    );
     this.#map.fit();
     this.#openHash();
     window.addEventListener('hashchange', () => this.#openHash());

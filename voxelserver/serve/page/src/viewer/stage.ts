@@ -543,13 +543,8 @@ export class Stage {
   }
 }
 
-function frac(n: number, by: number): number {
-  return (n * by + 0.5) % 1;
-}
-
-function toName(key: ColumnKey): string {
-  return `${key.level}/${key.bx}/${key.bz}`;
-}
+const frac = (n: number, by: number): number => (n * by + 0.5) % 1;
+const toName = (key: ColumnKey): string => `${key.level}/${key.bx}/${key.bz}`;
 
 function isSameShown(a: Plan | undefined, b: Plan): boolean {
   if (a === undefined || a.shown.length !== b.shown.length) return false;

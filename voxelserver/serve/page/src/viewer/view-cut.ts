@@ -1,4 +1,5 @@
-import type { Camera, Vec3 } from './draw/camera.js';
+import type { Camera } from './draw/camera.js';
+import { along, dot, scaled, type Vec3 } from '../vec3.js';
 import { LevelCut, type Bounds, type CutView } from './draw/level-cut.js';
 
 /**
@@ -40,10 +41,7 @@ export class ViewCut extends LevelCut {
 
 // A direction d is in the picture where |d.right / right^2| <= aspect d.forward, and likewise up.
 function makePlanes({ forward, right, up }: Camera, aspect: number): Vec3[] {
-  const plane = (side: Vec3, sign: number, reach: number): Vec3 => {
-    const square = side[0] * side[0] + side[1] * side[1] + side[2] * side[2];
-    const along = (axis: 0 | 1 | 2): number => reach * forward[axis] + (sign * side[axis]) / square;
-    return [along(0), along(1), along(2)];
-  };
+  const plane = (side: Vec3, sign: number, reach: number): Vec3 =>
+    along(scaled(forward, reach), [side, sign / dot(side, side)]);
   return [plane(right, 1, aspect), plane(right, -1, aspect), plane(up, 1, 1), plane(up, -1, 1)];
 }

@@ -1,8 +1,9 @@
-import { byId, setText } from '../dom.js';
+import { setUpSearch } from '../search-form.js';
+import { byId, copyOnClick, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
-import type { Vec3 } from './draw/camera.js';
+import type { Vec3 } from '../vec3.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
@@ -11,6 +12,7 @@ import { fromLink, toLink, parseWords } from './ui/link.js';
 import { chosenLook, followLook, lookWords, setUpLook } from './ui/look-switches.js';
 import {
   toCamera,
+  toView,
   fitted,
   isSameView,
   lookingAt,
@@ -20,10 +22,9 @@ import {
 import { numberText } from './ui/number-text.js';
 import { embedCode, readOptions, viewCommand } from './ui/options.js';
 import { Overlay, type Shape } from './ui/overlay.js';
-import { roomBeside, setUpCopy, setUpPanel } from './ui/panel.js';
+import { roomBeside, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
 import { savePicture } from './ui/save-picture.js';
-import { setUpSearch, toView } from './ui/search.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
 import { watchServer } from './ui/server-watch.js';
 import { SquareNames } from './ui/square-names.js';
@@ -326,15 +327,19 @@ class Viewer {
       savePicture(this.#canvas, toCamera(this.view), this.#shapes(), this.#credit),
     );
     setUpFacts(() => this.#canvas.focus());
+    byId('search-text', HTMLInputElement).placeholder = say('goToHint');
     setUpSearch(
-      say,
       () => this.#projection,
       (place, projection) => this.setView(toView(place, projection, this.view)),
+      say('goToFailed'),
     );
     const address = (): string => new URL(this.#link(), location.href).href;
     const code = (): string => embedCode(location.href, this.#link(), this.#place.title);
-    setUpCopy(byId('link', HTMLButtonElement), address, say, 'link', 'linkCopied');
-    setUpCopy(byId('embed', HTMLButtonElement), code, say, 'embed', 'embedCopied');
+    const copied = (id: string, content: () => string, done: TextKey): void => {
+      copyOnClick(byId(id, HTMLButtonElement), content, [say(done), say('copyFailed')]);
+    };
+    copied('link', address, 'linkCopied');
+    copied('embed', code, 'embedCopied');
   }
 }
 

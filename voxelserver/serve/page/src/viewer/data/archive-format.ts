@@ -300,9 +300,7 @@ function damaged(name: string, what: string): DataError {
   return new DataError('damaged', `open the box archive ${name}: ${what}`);
 }
 
-function outside(key: BoxKey): string {
-  return `box ${nameOfBox(key)} lies outside of the bounds`;
-}
+const outside = (key: BoxKey): string => `box ${nameOfBox(key)} lies outside of the bounds`;
 
 function toView(bytes: Uint8Array): DataView {
   return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

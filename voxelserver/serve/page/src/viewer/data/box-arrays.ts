@@ -1,3 +1,4 @@
+import type { Vec3 } from '../../vec3.js';
 import { DataError } from './errors.js';
 import { hashAt, sameHash, xxh64 } from './xxh64.js';
 
@@ -45,13 +46,50 @@ const kMaxAttributes = kBoxSize[0] * kBoxSize[1] * kBoxSize[2];
 export const kMaxBoxBytes =
   kHeaderBytes + 4 * (kMaxCells * kCellWords + kMaxAttributes * kAttributeWords);
 
-const kMaterials = 33;
-const kUnknownMaterial = 23;
+/** How many there are, and which stands for all others: common/voxel/material.hpp; tested. */
+export const kMaterials = 33;
+export const kUnknownMaterial = 23;
 const kTinted = 0x40000000;
 const kHasColour = 0x80000000;
 
-export function nameOfBox(key: BoxKey): string {
-  return `${key.level}/${key.bx}/${key.by}/${key.bz}`;
+export const nameOfBox = (key: BoxKey): string => `${key.level}/${key.bx}/${key.by}/${key.bz}`;
+
+/** What an attribute says; a colour is undefined where none was measured. */
+export type VoxelLook = { readonly material: number; readonly colour: Vec3 | undefined };
+
+/** @param attribute a word of BoxArrays.attributes */
+export function readLook(attribute: number): VoxelLook {
+  const colour = [attribute & 255, (attribute >> 8) & 255, (attribute >> 16) & 255] as const;
+  const hasColour = (attribute & kHasColour) !== 0;
+  return { material: (attribute >> 24) & 63, colour: hasColour ? colour : undefined };
+}
+
+/** `y` is that of a voxel within its box; `look` is unknown for rock that no one can see. */
+export type TopVoxel = { readonly y: number; readonly look: VoxelLook | undefined };
+
+/** The highest solid voxel above column (x, z) of a box, 0 to 63 each. */
+export function findTop(box: BoxArrays, x: number, z: number): TopVoxel | undefined {
+  for (let y = kBoxSize[1] - 1; y >= 0; --y) {
+    const found = findVoxel(box, x, y, z);
+    if (found !== 'air') return { y, look: found === 'hidden' ? undefined : found };
+  }
+  return undefined;
+}
+
+// Root (64^3), then 16^3, then the brick (4^3) whose children are voxels.
+function findVoxel(box: BoxArrays, x: number, y: number, z: number): VoxelLook | 'hidden' | 'air' {
+  const { cells, first, attributes } = box;
+  let next = y >> 6;
+  for (const shift of [4, 2, 0]) {
+    const bit = ((x >> shift) & 3) + 4 * ((z >> shift) & 3) + 16 * ((y >> shift) & 3);
+    const word = (offset: number): number => cells[4 * next + offset]!;
+    const has = (offset: number): boolean => ((word(offset + (bit >> 5)) >>> (bit & 31)) & 1) === 1;
+    if (!has(0)) return 'air';
+    if (!has(2)) return 'hidden';
+    const inWord = onesIn(word(2 + (bit >> 5)) & ((1 << (bit & 31)) - 1));
+    next = first[next]! + inWord + (bit >= 32 ? onesIn(word(2)) : 0);
+  }
+  return readLook(attributes[next]!);
 }
 
 /** Bytes of memory of the arrays. */

@@ -5,9 +5,7 @@ import { boxRange, hasLevel, isEmpty, type Facts } from './facts.js';
 /** A column of boxes of a level: bx and bz count boxes of 64 x 64 voxels of that level. */
 export type ColumnKey = { readonly level: number; readonly bx: number; readonly bz: number };
 
-export function nameOfColumn({ level, bx, bz }: ColumnKey): string {
-  return `${level}/${bx}/${bz}`;
-}
+export const nameOfColumn = ({ level, bx, bz }: ColumnKey): string => `${level}/${bx}/${bz}`;
 
 /**
  * The boxes of a column that may hold something, from the bottom up; none outside of the bounds.

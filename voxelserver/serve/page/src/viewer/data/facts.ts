@@ -1,4 +1,5 @@
-import { isFields, readWorld, type World } from '../../replies.js';
+import { isFields, type Fields } from '../../json.js';
+import { readWorld, type World } from '../../replies.js';
 import { kBoxSize, kMaxLevel } from './box-arrays.js';
 import { DataError, oneLine } from './errors.js';
 
@@ -62,7 +63,7 @@ export function readFacts(text: Uint8Array, name: string): World {
 }
 
 // What readWorld() leaves open, as the map of the voxel server does not depend on it.
-function findProblem(json: Readonly<Record<string, unknown>>, world: World): string | undefined {
+function findProblem(json: Fields, world: World): string | undefined {
   if (json['version'] !== kWorldVersion) return `another version; allowed: ${kWorldVersion}`;
   const box: readonly unknown[] = Array.isArray(json['box']) ? json['box'] : [];
   if (box.length !== kBoxSize.length || kBoxSize.some((edge, axis) => box[axis] !== edge)) {

@@ -72,11 +72,7 @@ export function isOtherVersion(first: FileState, later: FileState): boolean {
   return first.etag !== undefined || first.lastModified !== undefined;
 }
 
-function isWeak(etag: string): boolean {
-  return etag.startsWith('W/');
-}
+const isWeak = (etag: string): boolean => etag.startsWith('W/');
 
 // Weak and strong tags of the same text are the same.
-function opaque(etag: string): string {
-  return isWeak(etag) ? etag.slice(2) : etag;
-}
+const opaque = (etag: string): string => (isWeak(etag) ? etag.slice(2) : etag);

@@ -10,10 +10,7 @@ export type ColumnBox = BoxArrays | 'air' | { readonly hole: string };
  * A column of boxes: `boxes[i]` has by = `byBegin` + i. Below and above is air; without boxes, all
  * of it is air.
  */
-export type Column = ColumnKey & {
-  readonly byBegin: number;
-  readonly boxes: readonly ColumnBox[];
-};
+export type Column = ColumnKey & { readonly byBegin: number; readonly boxes: readonly ColumnBox[] };
 
 /** A column, or why there is none. */
 export type ColumnResult =

@@ -35,9 +35,7 @@ export function xxh64(bytes: Uint8Array, seed: Hash64 = { low: 0, high: 0 }): Ha
   return avalanche(hash);
 }
 
-export function sameHash(a: Hash64, b: Hash64): boolean {
-  return a.low === b.low && a.high === b.high;
-}
+export const sameHash = (a: Hash64, b: Hash64): boolean => a.low === b.low && a.high === b.high;
 
 /** Reads a little-endian 64-bit number. @throws RangeError beyond the end */
 export function hashAt(view: DataView, at: number): Hash64 {

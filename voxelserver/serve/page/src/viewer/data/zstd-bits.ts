@@ -7,9 +7,7 @@ export function damagedFrame(what: string): DataError {
 }
 
 /** Index of the highest set bit of a positive number below 2^31. */
-export function highestBit(value: number): number {
-  return 31 - Math.clz32(value);
-}
+export const highestBit = (value: number): number => 31 - Math.clz32(value);
 
 /**
  * Bits of a range of bytes from its end to its start, as the entropy streams of zstd are stored:

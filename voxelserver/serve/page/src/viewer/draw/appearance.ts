@@ -1,9 +1,12 @@
+import { JsonReader, type Fields } from '../../json.js';
+import type { Vec3 } from '../../vec3.js';
+
 /**
  * appearance.bin (docs/formats/site.md): how materials look, and the sky, as raytracer/apps/publish
  * writes them. Checked and typed; numbers that would lead outside of a texture are refused.
  */
 
-export type Rgb = readonly [number, number, number];
+export type Rgb = Vec3;
 
 export type Face = {
   /** First texel of the drawing in `ratio`, and of its own colours in `own`. */
@@ -75,7 +78,12 @@ const kMaxMaterials = 127;
 const kMaxTexels = 2 ** 22;
 const kPaneHalves = 8 * kVariantTexels * 8;
 
-type Fields = Readonly<Record<string, unknown>>;
+function fail(what: string): never {
+  throw new Error(`read the appearance of materials: ${what}; publish the place again`);
+}
+
+const read = new JsonReader(fail);
+const rgb = (value: unknown, what: string): Rgb => read.vec3(value, what, 1e6, 'is no colour');
 
 /** @throws Error when it is no gzip stream, or unpacks to more than any appearance.bin */
 export async function unpackAppearance(
@@ -113,12 +121,12 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   const textBytes = view.getUint32(12, true);
   if (textBytes > bytes.length - kHeadBytes) fail('it is cut off');
   const text = new TextDecoder().decode(bytes.subarray(kHeadBytes, kHeadBytes + textBytes));
-  const facts = parseFields(JSON.parse(text), 'its facts');
+  const facts = read.fields(JSON.parse(text), 'its facts');
   const start = kHeadBytes + textBytes;
   const halves = (name: string): Uint16Array => {
-    const part = parseFields(parseFields(facts['arrays'], 'arrays')[name], `arrays.${name}`);
-    const count = whole(part['halves'], `${name}.halves`, kMaxTexels * 4);
-    const offset = whole(part['offset'], `${name}.offset`, bytes.length);
+    const part = read.fields(read.fields(facts['arrays'], 'arrays')[name], `arrays.${name}`);
+    const count = read.whole(part['halves'], `${name}.halves`, kMaxTexels * 4);
+    const offset = read.whole(part['offset'], `${name}.offset`, bytes.length);
     if (offset % 2 !== 0 || start + offset + count * 2 > bytes.length) fail(`${name} is cut off`);
     // A copy: the offset in memory need not be even.
     return new Uint16Array(bytes.slice(start + offset, start + offset + count * 2).buffer);
@@ -131,11 +139,11 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   ];
   if (panes.length !== kPaneHalves) fail('windows have another size');
   const pools = { ratio: ratio.length / 4, own: own.length / 4 };
-  const materials = list(facts['materials'], 'materials', kMaxMaterials).map((item, i) =>
-    readMaterial(parseFields(item, `material ${i}`), pools),
-  );
+  const materials = read
+    .list(facts['materials'], 'materials', kMaxMaterials)
+    .map((item, i) => readMaterial(read.fields(item, `material ${i}`), pools));
   if (materials.length === 0) fail('it has no materials');
-  const sky = readSky(parseFields(facts['sky'], 'sky'));
+  const sky = readSky(read.fields(facts['sky'], 'sky'));
   if (skyNodes.length !== sky.altitudesDeg.length * sky.rows * sky.columns * 9) {
     fail('the sky has another size');
   }
@@ -143,14 +151,14 @@ export function readAppearance(bytes: Uint8Array): Appearance {
 }
 
 function readMaterial(m: Fields, pools: { ratio: number; own: number }): Material {
-  const face = (name: string): Face => readFace(parseFields(m[name], name), pools);
+  const face = (name: string): Face => readFace(read.fields(m[name], name), pools);
   return {
     name: String(m['name']),
-    kind: whole(m['kind'], 'kind', 3),
+    kind: read.whole(m['kind'], 'kind', 3),
     colour: rgb(m['colour'], 'colour'),
-    variation: number(m['variation'], 'variation', 0, 1),
-    roughness: number(m['roughness'], 'roughness', 0, 1),
-    index: number(m['index'], 'index', 1, 4),
+    variation: read.number(m['variation'], 'variation', 0, 1),
+    roughness: read.number(m['roughness'], 'roughness', 0, 1),
+    index: read.number(m['index'], 'index', 1, 4),
     reflects: m['reflects'] === true,
     absorptionPerM: rgb(m['absorption_per_m'], 'absorption_per_m'),
     glow: rgb(m['glow'], 'glow'),
@@ -166,10 +174,10 @@ function readMaterial(m: Fields, pools: { ratio: number; own: number }): Materia
 
 function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
   const face = {
-    first: whole(f['first'], 'first', kMaxTexels),
-    ownFirst: whole(f['ownFirst'], 'ownFirst', kMaxTexels),
-    variants: whole(f['variants'], 'variants', 4096),
-    turns: whole(f['turns'], 'turns', 15),
+    first: read.whole(f['first'], 'first', kMaxTexels),
+    ownFirst: read.whole(f['ownFirst'], 'ownFirst', kMaxTexels),
+    variants: read.whole(f['variants'], 'variants', 4096),
+    turns: read.whole(f['turns'], 'turns', 15),
     metric: f['metric'] === true,
     layered: f['layered'] === true,
     hasOwn: f['hasOwn'] === true,
@@ -183,19 +191,19 @@ function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
 
 function readSky(s: Fields): SkyFacts {
   const degrees = (name: string): number[] => {
-    const values = list(s[name], name, 1000).map((v) => number(v, name, -90, 90));
+    const values = read.list(s[name], name, 1000).map((v) => read.number(v, name, -90, 90));
     if (values.length < 2 || values.some((v, i) => i > 0 && v <= values[i - 1]!)) {
       fail(`${name} do not ascend`);
     }
     return values;
   };
   const sunAltitudesDeg = degrees('sunAltitudes_deg');
-  const sunLight = list(s['sunLight'], 'sunLight', 1000).map((c) => rgb(c, 'sunLight'));
+  const sunLight = read.list(s['sunLight'], 'sunLight', 1000).map((c) => rgb(c, 'sunLight'));
   if (sunLight.length !== sunAltitudesDeg.length) fail('sunLight has another length');
   return {
     altitudesDeg: degrees('altitudes_deg'),
-    rows: whole(s['rows'], 'rows', 256, 2),
-    columns: whole(s['columns'], 'columns', 256, 2),
+    rows: read.whole(s['rows'], 'rows', 256, 2),
+    columns: read.whole(s['columns'], 'columns', 256, 2),
     sunAltitudesDeg,
     sunLight,
     hazeRayleighPerM: rgb(s['hazeRayleigh_per_m'], 'hazeRayleigh_per_m'),
@@ -203,39 +211,4 @@ function readSky(s: Fields): SkyFacts {
     night: rgb(s['night'], 'night'),
     ground: rgb(s['ground'], 'ground'),
   };
-}
-
-function fail(what: string): never {
-  throw new Error(`read the appearance of materials: ${what}; publish the place again`);
-}
-
-function parseFields(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
-    fail(`${what} is no object`);
-  }
-  return value as Fields;
-}
-
-function list(value: unknown, what: string, max: number): readonly unknown[] {
-  if (!Array.isArray(value) || value.length > max) fail(`${what} is no list of at most ${max}`);
-  return value;
-}
-
-function number(value: unknown, what: string, min: number, max: number): number {
-  if (typeof value !== 'number' || !(value >= min && value <= max)) {
-    fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
-  }
-  return value;
-}
-
-function whole(value: unknown, what: string, max: number, min = 0): number {
-  const v = number(value, what, min, max);
-  if (!Number.isInteger(v)) fail(`${what} = ${v} is no whole number`);
-  return v;
-}
-
-function rgb(value: unknown, what: string): Rgb {
-  const c = list(value, what, 3).map((v) => number(v, what, -1e6, 1e6));
-  if (c.length !== 3) fail(`${what} is no colour`);
-  return c as unknown as Rgb;
 }

@@ -1,5 +1,5 @@
 /** The pass that finds what rays meet first, and reads it back. */
-import type { Vec3 } from './camera.js';
+import type { Vec3 } from '../../vec3.js';
 import { Program } from './program.js';
 import { makeTexture } from './texture.js';
 
@@ -43,10 +43,7 @@ export class HitsPass {
   trace(size: readonly [number, number], setScene: (p: Program) => void): FirstHits {
     const hits = this.#draw(size, false, setScene);
     const stride = size[0] * 4;
-    return {
-      voxels: upsideDown(hits.voxels, stride),
-      details: upsideDown(hits.details, stride),
-    };
+    return { voxels: upsideDown(hits.voxels, stride), details: upsideDown(hits.details, stride) };
   }
 
   /** Traces rays of a list, of at most kMaxRays; the hits are in its order. */

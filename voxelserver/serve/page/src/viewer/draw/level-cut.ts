@@ -87,9 +87,7 @@ export class LevelCut {
   }
 }
 
-function mapAxes(f: (axis: 0 | 1 | 2) => number): [number, number, number] {
-  return [f(0), f(1), f(2)];
-}
+const mapAxes = (f: (axis: 0 | 1 | 2) => number): [number, number, number] => [f(0), f(1), f(2)];
 
 function outside(v: number, low: number, high: number): number {
   return v < low ? low - v : v > high ? v - high : 0;

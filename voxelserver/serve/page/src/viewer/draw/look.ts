@@ -1,5 +1,5 @@
 /** What a person chooses about a picture, apart from its camera and its light. */
-import type { Vec3 } from './camera.js';
+import type { Vec3 } from '../../vec3.js';
 import type { Layer } from './layers.js';
 
 export type Look = {
@@ -69,9 +69,7 @@ export function checkLook({ heightRange, section, observer }: Look): void {
   }
 }
 
-function isPlace(v: number): boolean {
-  return Math.abs(v) <= kFarthest;
-}
+const isPlace = (v: number): boolean => Math.abs(v) <= kFarthest;
 
 function refuse(what: string, values: readonly number[], allowed: string): never {
   throw new Error(`set the look: ${what} = ${values.join(', ')}; allowed: ${allowed}`);

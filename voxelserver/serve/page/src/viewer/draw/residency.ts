@@ -10,10 +10,7 @@ import type { LevelCut } from './level-cut.js';
 export type ColumnKey = { readonly level: number; readonly bx: number; readonly bz: number };
 
 /** A column in the pools. */
-export type StoredColumn = {
-  readonly byBegin: number;
-  readonly slots: readonly BoxSlot[];
-};
+export type StoredColumn = { readonly byBegin: number; readonly slots: readonly BoxSlot[] };
 
 export type ColumnStore = {
   /** Frees the rows of a column. */
@@ -127,6 +124,4 @@ function urgency(cut: LevelCut, key: ColumnKey, isInView: boolean): number {
   return cut.distance2(key.level, key.bx, key.bz) + (isInView ? 0 : kBehind);
 }
 
-function toName(key: ColumnKey): string {
-  return `${key.level}/${key.bx}/${key.bz}`;
-}
+const toName = (key: ColumnKey): string => `${key.level}/${key.bx}/${key.bz}`;

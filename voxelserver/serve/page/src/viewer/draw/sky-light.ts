@@ -6,6 +6,7 @@
 import type { Appearance, Rgb } from './appearance.js';
 import { fromHalf } from './half.js';
 import type { SunPosition } from './sun-position.js';
+import { add, clamp, cross, dot, scaled, towards } from '../../vec3.js';
 
 export type SkyLight = {
   readonly toSun: Rgb;
@@ -35,21 +36,16 @@ const kMieScaleM = 2000;
 const kMieForward = 0.8;
 const kRings = 24; // of directions, over the half of the sky; twice as many around
 
-const add = (a: Rgb, b: Rgb): Rgb => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-const times = (a: Rgb, s: number): Rgb => [a[0] * s, a[1] * s, a[2] * s];
 const by = (a: Rgb, b: Rgb): Rgb => [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-const mix = (a: Rgb, b: Rgb, t: number): Rgb => add(times(a, 1 - t), times(b, t));
-const dot = (a: Rgb, b: Rgb): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const mix = (a: Rgb, b: Rgb, t: number): Rgb => add(scaled(a, 1 - t), scaled(b, t));
 const luminance = (c: Rgb): number => 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-const clamp = (v: number, low: number, high: number): number => Math.min(Math.max(v, low), high);
 
 /** @param size of the sun's disc, 1: as it is */
 export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight {
   const { sky } = look;
   const altitude = sun.altitudeDeg * kRad;
   const azimuth = sun.azimuthDeg * kRad;
-  const flat = Math.cos(altitude);
-  const toSun: Rgb = [Math.sin(azimuth) * flat, Math.sin(altitude), -Math.cos(azimuth) * flat];
+  const toSun = towards(sun.azimuthDeg, sun.altitudeDeg);
   const sunRight: Rgb = [Math.cos(azimuth), 0, Math.sin(azimuth)];
   const sunUp = cross(sunRight, toSun);
   const radius = kSunRadiusRad * size;
@@ -57,7 +53,7 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
   const seenDeg = (altitude >= radius ? altitude : Math.max(0, (altitude + radius) / 2)) / kRad;
   const sunLight =
     sunShare > 0
-      ? times(
+      ? scaled(
           interpolated(sky.sunAltitudesDeg, (i) => sky.sunLight[i]!, seenDeg),
           sunShare,
         )
@@ -65,7 +61,7 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
   const nodes = nodesFor(look, sun.altitudeDeg);
   const table = new SkyTable(nodes, look, toSun);
   const up = gather(table, [[0, 1, 0]])[0]!;
-  const ground = by(sky.ground, add(up, times(sunLight, Math.max(0, toSun[1]))));
+  const ground = by(sky.ground, add(up, scaled(sunLight, Math.max(0, toSun[1]))));
   const ambient = gather(table, kNormals, ground);
   return {
     toSun,
@@ -88,7 +84,7 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
  */
 export function adaptationEv(light: SkyLight, share: number): number {
   const level = luminance(
-    add(light.ambient[3]!, times(light.sunLight, Math.max(0, light.toSun[1]))),
+    add(light.ambient[3]!, scaled(light.sunLight, Math.max(0, light.toSun[1]))),
   );
   return clamp(-share * Math.log2(Math.max(level, 1e-6)), 0, 9);
 }
@@ -116,7 +112,7 @@ function gather(table: SkyTable, normals: readonly Rgb[], ground?: Rgb): Rgb[] {
       const light = y >= 0 ? table.clear(d) : table.below(d, ground!);
       normals.forEach((n, k) => {
         const facing = Math.max(0, dot(n, d)) * (solidAngle / Math.PI);
-        sums[k] = add(sums[k]!, times(light, facing));
+        sums[k] = add(sums[k]!, scaled(light, facing));
       });
     }
   }
@@ -164,7 +160,7 @@ class SkyTable {
   }
 
   #night(y: number): Rgb {
-    return times(this.#look.sky.night, 1 + 0.6 * (1 - y) ** 3);
+    return scaled(this.#look.sky.night, 1 + 0.6 * (1 - y) ** 3);
   }
 
   #transmittance(d: Rgb, metres: number): Rgb {
@@ -226,10 +222,6 @@ function placeIn(places: readonly number[], at: number): readonly [number, numbe
   return [i, clamp((at - low) / (high - low), 0, 1)];
 }
 
-function cross(a: Rgb, b: Rgb): Rgb {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-
 // Share of a circle above a line at y radii over its middle.
 function shareAbove(y: number): number {
   const c = clamp(y, -1, 1);
@@ -252,9 +244,7 @@ function inGamut(c: Rgb): Rgb {
   return [paled(c[0]), paled(c[1]), paled(c[2])];
 }
 
-function rayleighPhase(c: number): number {
-  return (3 / (16 * Math.PI)) * (1 + c * c);
-}
+const rayleighPhase = (c: number): number => (3 / (16 * Math.PI)) * (1 + c * c);
 
 function miePhase(c: number): number {
   const g = kMieForward;

@@ -3,6 +3,7 @@
  * each), in layers of 2^18 texels, as walk.glsl addresses them. Boxes take whole rows, and go on
  * in the next layer where one ends.
  */
+import { clamp } from '../../vec3.js';
 import type { BoxSlot } from './column-table.js';
 import type { StoredColumn } from './residency.js';
 import { RowPool } from './row-pool.js';
@@ -188,8 +189,4 @@ function padded<T extends Uint32Array | Uint8Array>(
   const out = new make(length);
   out.set(data);
   return out;
-}
-
-function clamp(v: number, low: number, high: number): number {
-  return Math.min(Math.max(v, low), high);
 }

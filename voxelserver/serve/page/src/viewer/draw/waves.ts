@@ -21,6 +21,4 @@ export function wavePhases(xM: number, zM: number): WavePhases {
   };
 }
 
-function turns(v: number): number {
-  return v - Math.floor(v);
-}
+const turns = (v: number): number => v - Math.floor(v);

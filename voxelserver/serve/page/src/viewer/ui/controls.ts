@@ -2,7 +2,7 @@
  * Mouse, keys, wheel, touch on the canvas, as movements of a viewpoint. Keys are read
  * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
-import type { Vec3 } from '../draw/camera.js';
+import { along, clamp, distance, dot, minus, scaled, type Vec3 } from '../../vec3.js';
 import { fingersMoved, findMiddle, type Fingers } from './fingers.js';
 import { computeForward, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
@@ -88,19 +88,16 @@ export class Controls {
     this.#lastMs = nowMs;
     if (this.#keys.size === 0) return;
     const has = (code: string): boolean => this.#keys.has(code);
-    const haste =
-      has('ShiftLeft') || has('ShiftRight') ? kFast : has('AltLeft') || has('AltRight') ? kSlow : 1;
+    const slow = has('AltLeft') || has('AltRight') ? kSlow : 1;
+    const haste = has('ShiftLeft') || has('ShiftRight') ? kFast : slow;
     let view = this.view;
     for (const code of this.#keys) {
       const by = kMoves[code];
       if (by !== undefined) view = moved(view, scaled(by, this.speed * haste * seconds));
       const turn = kTurns[code];
       if (turn !== undefined) {
-        view = turned(
-          view,
-          turn[0] * kKeyTurnDegPerS * seconds,
-          turn[1] * kKeyTurnDegPerS * seconds,
-        );
+        const degrees = kKeyTurnDegPerS * seconds;
+        view = turned(view, turn[0] * degrees, turn[1] * degrees);
       }
     }
     if (view !== this.view) this.#host.setView(view);
@@ -131,8 +128,7 @@ export class Controls {
     const box = this.#canvas.getBoundingClientRect();
     const seen = this.#host.pointAt(box.left + box.width / 2, box.top + box.height / 2);
     if (seen === undefined) return;
-    const distance = measureDistance(this.view.position, seen);
-    this.speed = Math.min(kMaxSpeed, Math.max(kMinSpeed, distance * kSpeedShare));
+    this.speed = clamp(distance(this.view.position, seen) * kSpeedShare, kMinSpeed, kMaxSpeed);
   }
 
   #zoom(factor: number): void {
@@ -205,29 +201,13 @@ export class Controls {
       this.#host.setView(moved(view, [0, 0, this.speed * by]));
       return;
     }
-    const share = Math.min(by, 0.8);
-    const position = [0, 1, 2].map(
-      (a) => view.position[a]! + (target[a]! - view.position[a]!) * share,
-    ) as unknown as Vec3;
+    const position = along(view.position, [minus(target, view.position), Math.min(by, 0.8)]);
     this.#host.setView({ ...view, position });
   }
 }
 
-function isHaste(code: string): boolean {
-  return code.startsWith('Shift') || code.startsWith('Alt');
-}
+const isHaste = (code: string): boolean => code.startsWith('Shift') || code.startsWith('Alt');
 
 // Along the line of sight; not less than a voxel.
-function measureDepth(view: Viewpoint, point: Vec3): number {
-  const forward = computeForward(view);
-  const along = [0, 1, 2].map((a) => (point[a]! - view.position[a]!) * forward[a]!);
-  return Math.max(along[0]! + along[1]! + along[2]!, 1);
-}
-
-function measureDistance(a: Vec3, b: Vec3): number {
-  return Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-}
-
-function scaled(v: Vec3, by: number): Vec3 {
-  return [v[0] * by, v[1] * by, v[2] * by];
-}
+const measureDepth = (view: Viewpoint, point: Vec3): number =>
+  Math.max(dot(minus(point, view.position), computeForward(view)), 1);

@@ -21,9 +21,7 @@ export function setUpFacts(onClosed: () => void): void {
   });
 }
 
-export function areFactsShown(): boolean {
-  return !byId('place', HTMLElement).hidden;
-}
+export const areFactsShown = (): boolean => !byId('place', HTMLElement).hidden;
 
 /**
  * @param pick undefined hides what was shown

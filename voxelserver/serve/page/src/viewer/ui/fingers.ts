@@ -3,7 +3,7 @@
  * bring it closer and farther, both along move it across, and turning one around the other turns
  * the view around it.
  */
-import type { Vec3 } from '../draw/camera.js';
+import { along, clamp, minus, type Vec3 } from '../../vec3.js';
 import { toCamera, computeForward, orbited, type Viewpoint } from './navigation.js';
 
 export type FingerPlace = { readonly x: number; readonly y: number };
@@ -29,22 +29,20 @@ export function fingersMoved(
   heightPx: number,
 ): Viewpoint {
   const forward = computeForward(view);
-  const at = centre ?? along(view.position, [[forward, distance]]);
+  const at = centre ?? along(view.position, [forward, distance]);
   // What turns clockwise in the picture turns below a view that turns the other way.
   const next = orbited(view, at, -twistDeg(before, after), 0);
   const { right, up } = toCamera(next);
   const perPx = (2 * distance) / heightPx;
-  const [x, y] = [0, 1].map((i) => findMiddle(after)[i]! - findMiddle(before)[i]!) as [
-    number,
-    number,
-  ];
-  const toward = [0, 1, 2].map((a) => at[a]! - next.position[a]!) as unknown as Vec3;
+  const [from, to] = [findMiddle(before), findMiddle(after)];
+  const toward = minus(at, next.position);
   const share = 1 - measureDistance(before) / Math.max(measureDistance(after), 1);
-  const position = along(next.position, [
-    [right, -x * perPx],
-    [up, y * perPx],
-    [toward, Math.min(Math.max(share, kFarthest), kNearest)],
-  ]);
+  const position = along(
+    next.position,
+    [right, (from[0] - to[0]) * perPx],
+    [up, (to[1] - from[1]) * perPx],
+    [toward, clamp(share, kFarthest, kNearest)],
+  );
   return { ...next, position };
 }
 
@@ -65,10 +63,4 @@ function between([first, second]: Fingers): FingerPlace {
 function measureDistance(fingers: Fingers): number {
   const { x, y } = between(fingers);
   return Math.hypot(x, y);
-}
-
-function along(from: Vec3, steps: readonly (readonly [by: Vec3, times: number])[]): Vec3 {
-  const sum = (a: number): number =>
-    steps.reduce((at, [by, times]) => at + by[a]! * times, from[a]!);
-  return [sum(0), sum(1), sum(2)];
 }

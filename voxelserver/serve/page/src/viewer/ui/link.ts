@@ -4,7 +4,7 @@
  * of range too: a link from elsewhere can ask for nothing but a view. Tools and switches have words
  * of their own, which are there only where they differ from what the page begins with.
  */
-import type { Vec3 } from '../draw/camera.js';
+import type { Vec3 } from '../../vec3.js';
 import type { Viewpoint } from './navigation.js';
 
 export type ViewState = {

@@ -1,5 +1,5 @@
 /** Lengths, heights and areas of points, in metres. */
-import type { Vec3 } from '../draw/camera.js';
+import { distance, type Vec3 } from '../../vec3.js';
 
 export type Measures = {
   /** Along the line. */
@@ -45,13 +45,7 @@ export function measurePath(points: readonly Vec3[], voxelM: number): Measures {
   };
 }
 
-export function distance(a: Vec3, b: Vec3): number {
-  return Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-}
-
-export function flatDistance(a: Vec3, b: Vec3): number {
-  return Math.hypot(b[0] - a[0], b[2] - a[2]);
-}
+export const flatDistance = (a: Vec3, b: Vec3): number => Math.hypot(b[0] - a[0], b[2] - a[2]);
 
 // Relative to the first point: coordinates of a country would leave few digits for the products.
 function flatArea(points: readonly Vec3[]): number {
@@ -64,6 +58,4 @@ function flatArea(points: readonly Vec3[]): number {
   return Math.abs(sum(doubled)) / 2;
 }
 
-function sum(values: readonly number[]): number {
-  return values.reduce((all, value) => all + value, 0);
-}
+const sum = (values: readonly number[]): number => values.reduce((all, value) => all + value, 0);

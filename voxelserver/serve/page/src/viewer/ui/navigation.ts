@@ -2,7 +2,11 @@
  * Where the camera is and how people move it: flying by keys, turning by dragging, orbiting around
  * a point, wheel, touch. Pure state and arithmetic; events come from controls.ts.
  */
-import { cross, normalized, type Camera, type Vec3 } from '../draw/camera.js';
+import { type Camera } from '../draw/camera.js';
+import { along, clamp, cross, dot, minus, normalized, scaled, towards } from '../../vec3.js';
+import type { Vec3 } from '../../vec3.js';
+import type { FoundPlace } from '../../coordinates.js';
+import type { WorldProjection } from '../../world-projection.js';
 
 export type Viewpoint = {
   /** Level-0 voxels: x east, y up, z south. */
@@ -27,28 +31,20 @@ export type Room = {
 };
 
 const kRad = Math.PI / 180;
+const kNearest = 60; // level-0 voxels above and south of a place that is looked at
 const kSteepestDeg = 89.9;
 const kSteep = 1e-4;
 const kFovDeg = [5, 120] as const;
 const kFrameMargin = 0.04; // of what a block is fitted into, on each side
 
 /** Of unit length. */
-export function computeForward(view: Viewpoint): Vec3 {
-  const flat = Math.cos(view.pitchDeg * kRad);
-  return [
-    Math.sin(view.headingDeg * kRad) * flat,
-    Math.sin(view.pitchDeg * kRad),
-    -Math.cos(view.headingDeg * kRad) * flat,
-  ];
-}
+export const computeForward = ({ headingDeg, pitchDeg }: Viewpoint): Vec3 =>
+  towards(headingDeg, pitchDeg);
 
 export function toCamera(view: Viewpoint): Camera {
-  const forward = computeForward(view);
-  const right = normalized(cross(forward, [0, 1, 0]));
-  const up = cross(right, forward);
+  const [right, up, forward] = computeAxes(view);
   const half = Math.tan((view.fovDeg * kRad) / 2);
-  const scaled = (v: Vec3): Vec3 => [v[0] * half, v[1] * half, v[2] * half];
-  return { position: view.position, forward, right: scaled(right), up: scaled(up) };
+  return { position: view.position, forward, right: scaled(right, half), up: scaled(up, half) };
 }
 
 export function isSameView(a: Viewpoint, b: Viewpoint): boolean {
@@ -62,12 +58,25 @@ export function isSameView(a: Viewpoint, b: Viewpoint): boolean {
 
 /** Turned to look from its position to a point. */
 export function lookingAt(view: Viewpoint, target: Vec3): Viewpoint {
-  const d = [0, 1, 2].map((a) => target[a]! - view.position[a]!) as unknown as Vec3;
+  const d = minus(target, view.position);
   // Straight down or up, north is up in the picture, as in the ray tracer's.
   const isSteep = Math.hypot(d[0], d[2]) < kSteep * Math.hypot(...d);
   const heading = isSteep ? 0 : Math.atan2(d[0], -d[2]) / kRad;
   const pitch = Math.atan2(d[1], Math.hypot(d[0], d[2])) / kRad;
   return turnedTo(view, heading, pitch);
+}
+
+/** From above and from the south, whatever height the place has. */
+export function toView(
+  { easting, northing }: FoundPlace,
+  projection: WorldProjection,
+  before: Viewpoint,
+): Viewpoint {
+  const [x, z] = projection.toVoxel(easting, northing);
+  const { min, max } = projection.world;
+  const middle = (min[1] + max[1]) / 2;
+  const away = Math.max(kNearest, max[1] - min[1]);
+  return lookingAt({ ...before, position: [x, middle + away, z + away] }, [x, middle, z]);
 }
 
 export function turned(view: Viewpoint, byHeadingDeg: number, byPitchDeg: number): Viewpoint {
@@ -76,12 +85,16 @@ export function turned(view: Viewpoint, byHeadingDeg: number, byPitchDeg: number
 
 /** @param by right, up and forward along the line of sight, level-0 voxels */
 export function moved(view: Viewpoint, by: Vec3): Viewpoint {
-  const forward = computeForward(view);
-  const right: Vec3 = [Math.cos(view.headingDeg * kRad), 0, Math.sin(view.headingDeg * kRad)];
-  const position = [0, 1, 2].map(
-    (a) => view.position[a]! + right[a]! * by[0] + (a === 1 ? by[1] : 0) + forward[a]! * by[2],
-  ) as unknown as Vec3;
-  return { ...view, position };
+  const [right, up, forward] = [
+    towards(view.headingDeg + 90),
+    [0, 1, 0],
+    computeForward(view),
+  ] as const;
+  const [across, upward, ahead] = by;
+  return {
+    ...view,
+    position: along(view.position, [right, across], [up, upward], [forward, ahead]),
+  };
 }
 
 /** Around a point, which stays where it is in the picture. */
@@ -92,17 +105,10 @@ export function orbited(
   byPitchDeg: number,
 ): Viewpoint {
   const next = turned(view, byHeadingDeg, byPitchDeg);
-  const distance = Math.hypot(...[0, 1, 2].map((a) => centre[a]! - view.position[a]!));
   // The centre's place relative to the axes of the view stays the same.
-  const [from, to] = [computeAxes(view), computeAxes(next)];
-  const d = [0, 1, 2].map((a) => (centre[a]! - view.position[a]!) / distance) as unknown as Vec3;
-  const inside = from.map((axis) => axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]);
-  const position = [0, 1, 2].map(
-    (a) =>
-      centre[a]! -
-      distance * (to[0][a]! * inside[0]! + to[1][a]! * inside[1]! + to[2][a]! * inside[2]!),
-  ) as unknown as Vec3;
-  return { ...next, position };
+  const [right, up, forward] = computeAxes(next);
+  const [x, y, z] = computeAxes(view).map((axis) => dot(axis, minus(view.position, centre)));
+  return { ...next, position: along(centre, [right, x!], [up, y!], [forward, z!]) };
 }
 
 /**
@@ -111,10 +117,10 @@ export function orbited(
  */
 export function fitted(view: Viewpoint, frame: Frame, aspect: number, room: Room): Viewpoint {
   const [right, up, forward] = computeAxes(view);
-  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(
-    (i) =>
-      [0, 1, 2].map((a) => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a]!) as unknown as Vec3,
-  );
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i): Vec3 => {
+    const side = (a: 0 | 1 | 2): number => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a];
+    return [side(0), side(1), side(2)];
+  });
   const half = Math.tan((view.fovDeg * kRad) / 2);
   const inset = (low: number, high: number): readonly [number, number] => [
     low + kFrameMargin * (high - low),
@@ -130,11 +136,9 @@ export function fitted(view: Viewpoint, frame: Frame, aspect: number, room: Room
     rightmost * half * aspect,
   );
   const upward = rangeThatFits(corners, up, forward, bottom * half, top * half);
-  const along = Math.min(across.farthest, upward.farthest);
-  const x = across.middleAt(along);
-  const y = upward.middleAt(along);
-  const position = [0, 1, 2].map((a) => right[a]! * x + up[a]! * y + forward[a]! * along);
-  return { ...view, position: position as unknown as Vec3 };
+  const depth = Math.min(across.farthest, upward.farthest);
+  const [x, y] = [across.middleAt(depth), upward.middleAt(depth)];
+  return { ...view, position: along(scaled(right, x), [up, y], [forward, depth]) };
 }
 
 // Where the eye may be, for one axis of the picture: a corner at (c, z), by that axis and by depth,
@@ -146,7 +150,6 @@ function rangeThatFits(
   low: number,
   high: number,
 ): { readonly farthest: number; readonly middleAt: (depth: number) => number } {
-  const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const least = Math.max(...corners.map((c) => dot(axis, c) - high * dot(forward, c)));
   const most = Math.min(...corners.map((c) => dot(axis, c) - low * dot(forward, c)));
   return {
@@ -171,8 +174,4 @@ function turnedTo(view: Viewpoint, headingDeg: number, pitchDeg: number): Viewpo
     headingDeg: headingDeg - 360 * Math.floor(headingDeg / 360),
     pitchDeg: clamp(pitchDeg, -kSteepestDeg, kSteepestDeg),
   };
-}
-
-function clamp(v: number, low: number, high: number): number {
-  return Math.min(Math.max(v, low), high);
 }

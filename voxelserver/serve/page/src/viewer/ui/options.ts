@@ -68,6 +68,4 @@ const kEntities: Readonly<Record<string, string>> = {
   '"': '&quot;',
 };
 
-function escaped(text: string): string {
-  return text.replace(/[&<>"]/g, (c) => kEntities[c]!);
-}
+const escaped = (text: string): string => text.replace(/[&<>"]/g, (c) => kEntities[c]!);

@@ -2,8 +2,9 @@
  * Points, lines and labels over the picture. Each has a dark rim and a light core, or a light text
  * on a dark ground, so that it can be seen on any picture.
  */
-import { element } from '../../dom.js';
-import type { Camera, Vec3 } from '../draw/camera.js';
+import { element, getContext2d } from '../../dom.js';
+import type { Camera } from '../draw/camera.js';
+import type { Vec3 } from '../../vec3.js';
 import { clipped, projectSegment, projectPoint, spotOfDirection, type Spot } from './projection.js';
 
 export type Tone = 'usual' | 'good' | 'bad' | 'sun';
@@ -77,13 +78,6 @@ export class Overlay {
     this.#picture.after(canvas);
     return canvas;
   }
-}
-
-/** @throws Error when the browser has no memory for it */
-export function getContext2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
-  const context = canvas.getContext('2d');
-  if (context === null) throw new Error('draw over the picture: the browser gives no canvas');
-  return context;
 }
 
 export function paint(sheet: Sheet, camera: Camera, shapes: readonly Shape[]): void {

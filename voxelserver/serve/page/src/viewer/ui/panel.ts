@@ -1,12 +1,11 @@
 /** The panel as a whole: its texts, folding, light and dark, and how it looks inside other pages. */
-import { byId, copy, setText } from '../../dom.js';
+import { byId, setText } from '../../dom.js';
 import type { Room } from './navigation.js';
 import type { Options } from './options.js';
 import type { Say, TextKey } from './texts.js';
 
 // Where a panel would cover much of the place it begins folded.
 const kRoomy = '(min-width: 40rem) and (min-height: 25rem)';
-const kCopiedMs = 2000;
 // A free part of the picture that is smaller than this share of it is too small for a place.
 const kLeastRoom = 1 / 3;
 
@@ -80,20 +79,4 @@ function setUpTheme(options: Options): void {
   choice.value = options.theme ?? 'system';
   choice.addEventListener('change', apply);
   apply();
-}
-
-/** A button that copies a text, and says whether that went well. */
-export function setUpCopy(
-  button: HTMLButtonElement,
-  content: () => string,
-  say: Say,
-  name: TextKey,
-  done: TextKey,
-): void {
-  button.addEventListener('click', () => {
-    void copy(content()).then((isCopied) => {
-      setText(button, say(isCopied ? done : 'copyFailed'));
-      setTimeout(() => setText(button, say(name)), kCopiedMs);
-    });
-  });
 }

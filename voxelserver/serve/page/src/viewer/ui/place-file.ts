@@ -2,8 +2,9 @@
  * place.json (docs/formats/site.md): what a site shows, as `terravox publish` writes it. Read with
  * the eyes of a stranger: only known fields, of the types and sizes that they may have.
  */
+import { JsonReader, type Fields } from '../../json.js';
+import type { Vec3 } from '../../vec3.js';
 import type { FilePart } from '../data/protocol.js';
-import type { Vec3 } from '../draw/camera.js';
 import type { Frame } from './navigation.js';
 
 export type NamedView = {
@@ -39,22 +40,27 @@ const kMaxParts = 4096;
 const kMaxLevel = 20;
 const kFarthest = 2 ** 30;
 
-type Fields = Readonly<Record<string, unknown>>;
+function fail(what: string): never {
+  throw new Error(`read place.json: ${what}; publish the place again`);
+}
+
+const read = new JsonReader(fail);
+const parseText = (value: unknown, what: string): string => read.text(value, what, kMaxText);
 
 /** @throws Error that names the field */
 export function readPlaceFile(json: unknown): PlaceFile {
-  const place = parseFields(json, 'the file');
+  const place = read.fields(json, 'the file');
   if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
-  const views = parseList(place['views'], 'views', kMaxViews).map(readView);
+  const views = read.list(place['views'], 'views', kMaxViews).map(readView);
   if (views.length === 0) fail('there is no view');
   const squares = place['squares'];
   return {
     title: parseText(place['title'], 'title'),
     attribution: parseText(place['attribution'], 'attribution'),
     licence: parseText(place['licence'], 'licence'),
-    archive: readArchive(parseFields(place['archive'], 'archive')),
+    archive: readArchive(read.fields(place['archive'], 'archive')),
     views,
-    timeMs: parseNumber(place['time_ms'], 'time_ms', 0, 1e13),
+    timeMs: read.number(place['time_ms'], 'time_ms', 0, 1e13),
     squares: squares === undefined ? undefined : parseText(squares, 'squares'),
   };
 }
@@ -62,30 +68,30 @@ export function readPlaceFile(json: unknown): PlaceFile {
 function readArchive(archive: Fields): PlaceFile['archive'] {
   const { server, parts } = archive;
   if (server !== undefined) {
-    const coarsest = parseNumber(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
+    const coarsest = read.number(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
     if (!Number.isInteger(coarsest)) fail(`archive.coarsest = ${coarsest}; allowed: whole numbers`);
     return { server: parseText(server, 'archive.server'), coarsest };
   }
   if (parts === undefined) return { url: parseText(archive['url'], 'archive.url') };
-  return { parts: parseList(parts, 'archive.parts', kMaxParts).map(readPart) };
+  return { parts: read.list(parts, 'archive.parts', kMaxParts).map(readPart) };
 }
 
 function readPart(value: unknown): FilePart {
-  const part = parseFields(value, 'archive.parts');
+  const part = read.fields(value, 'archive.parts');
   return {
     url: parseText(part['url'], 'url'),
-    bytes: parseNumber(part['bytes'], 'bytes', 1, Number.MAX_SAFE_INTEGER),
+    bytes: read.number(part['bytes'], 'bytes', 1, Number.MAX_SAFE_INTEGER),
   };
 }
 
 function readView(value: unknown): NamedView {
-  const view = parseFields(value, 'views');
+  const view = read.fields(value, 'views');
   return {
     name: parseText(view['name'], 'name'),
     position: readPoint(view, 'position'),
     target: readPoint(view, 'target'),
-    fovDeg: parseNumber(view['fov_deg'], 'fov_deg', 5, 120),
-    frame: view['frame'] === undefined ? undefined : readFrame(parseFields(view['frame'], 'frame')),
+    fovDeg: read.number(view['fov_deg'], 'fov_deg', 5, 120),
+    frame: view['frame'] === undefined ? undefined : readFrame(read.fields(view['frame'], 'frame')),
   };
 }
 
@@ -96,39 +102,6 @@ function readFrame(frame: Fields): Frame {
 }
 
 function readPoint(fields: Fields, name: string): Vec3 {
-  const c = parseList(fields[name], name, 3).map((v) =>
-    parseNumber(v, name, -kFarthest, kFarthest),
-  );
-  if (c.length !== 3) fail(`${name} has ${c.length} coordinates; allowed: 3`);
-  return [c[0]!, c[1]!, c[2]!];
-}
-
-function fail(what: string): never {
-  throw new Error(`read place.json: ${what}; publish the place again`);
-}
-
-function parseFields(value: unknown, what: string): Fields {
-  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
-    fail(`${what} is no object`);
-  }
-  return value as Fields;
-}
-
-function parseList(value: unknown, what: string, max: number): readonly unknown[] {
-  if (!Array.isArray(value) || value.length > max) fail(`${what} is no list of at most ${max}`);
-  return value;
-}
-
-function parseText(value: unknown, what: string): string {
-  if (typeof value !== 'string' || value.length > kMaxText) {
-    fail(`${what} is no text of at most ${kMaxText}`);
-  }
-  return value;
-}
-
-function parseNumber(value: unknown, what: string, min: number, max: number): number {
-  if (typeof value !== 'number' || !(value >= min && value <= max)) {
-    fail(`${what} = ${String(value)}; allowed: ${min} to ${max}`);
-  }
-  return value;
+  const list = read.list(fields[name], name, 3);
+  return read.vec3(list, name, kFarthest, `has ${list.length} coordinates; allowed: 3`);
 }

@@ -2,7 +2,7 @@
  * The chart of a height profile. It is a slider along the line, for pointers and for arrow keys,
  * and says in words what it shows at each place.
  */
-import { element, setText } from '../../dom.js';
+import { element, setText, svgElement } from '../../dom.js';
 import type { NumberText } from './number-text.js';
 import { chooseTicks, type ProfileSample } from './profile-line.js';
 import type { Say } from './texts.js';
@@ -26,23 +26,25 @@ type Frame = {
   readonly toM: number;
 };
 
-const kSvg = 'http://www.w3.org/2000/svg';
 const kMargin = { left: 46, right: 14, top: 8, bottom: 20 } as const;
 const kMinHeightsM = 1; // a flat line needs some range
 const kPage = 10; // samples that a page key moves by
 const kTickPx = { x: 70, y: 28 } as const;
 
 export function makeProfileChart(say: Say, numbers: NumberText, onMove: () => void): ProfileChart {
-  const svg = part('svg', { 'aria-hidden': 'true' });
+  const svg = svgElement('svg', { 'aria-hidden': 'true' });
   const readout = element('output', { class: 'readout' });
-  const plot = element('div', {
-    class: 'plot',
-    role: 'slider',
-    tabindex: '0',
-    'aria-label': say('profile.chart'),
-    'aria-valuemin': '0',
-  });
-  plot.append(svg);
+  const plot = element(
+    'div',
+    {
+      class: 'plot',
+      role: 'slider',
+      tabindex: '0',
+      'aria-label': say('profile.chart'),
+      'aria-valuemin': '0',
+    },
+    svg,
+  );
   const box = element('div', { class: 'chart' }, readout, plot);
   let samples: readonly ProfileSample[] = [];
   let at = 0;
@@ -158,7 +160,13 @@ function axes(frame: Frame, numbers: NumberText): SVGElement[] {
   for (const h of heights) {
     const [, y] = toPixel(frame, 0, h);
     out.push(
-      part('line', { class: 'grid', x1: kMargin.left, x2: width - kMargin.right, y1: y, y2: y }),
+      svgElement('line', {
+        class: 'grid',
+        x1: kMargin.left,
+        x2: width - kMargin.right,
+        y1: y,
+        y2: y,
+      }),
       label(numbers.number(h, countDecimals(heights)), kMargin.left - 6, y + 4, 'end'),
     );
   }
@@ -167,7 +175,13 @@ function axes(frame: Frame, numbers: NumberText): SVGElement[] {
     const [x] = toPixel(frame, d, fromM);
     const text = numbers.number(d, countDecimals(distances));
     out.push(
-      part('line', { class: 'grid', x1: x, x2: x, y1: kMargin.top, y2: height - kMargin.bottom }),
+      svgElement('line', {
+        class: 'grid',
+        x1: x,
+        x2: x,
+        y1: kMargin.top,
+        y2: height - kMargin.bottom,
+      }),
       label(text, x, height - 5, 'middle'),
     );
   }
@@ -194,11 +208,11 @@ function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
       const points = run.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(' ');
       const [first, last] = [run[0]![0], run.at(-1)![0]];
       return [
-        part('polygon', {
+        svgElement('polygon', {
           class: 'land',
           points: `${first},${bottom} ${points} ${last},${bottom}`,
         }),
-        part('polyline', { class: 'surface', points }),
+        svgElement('polyline', { class: 'surface', points }),
       ];
     });
 }
@@ -206,25 +220,19 @@ function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
 function marker(frame: Frame, { distanceM, heightM }: ProfileSample): SVGElement[] {
   const [x, y] = toPixel(frame, distanceM, heightM ?? frame.fromM);
   return [
-    part('line', {
+    svgElement('line', {
       class: 'cursor',
       x1: x,
       x2: x,
       y1: kMargin.top,
       y2: frame.height - kMargin.bottom,
     }),
-    ...(heightM === undefined ? [] : [part('circle', { class: 'cursor', cx: x, cy: y, r: 4 })]),
+    ...(heightM === undefined
+      ? []
+      : [svgElement('circle', { class: 'cursor', cx: x, cy: y, r: 4 })]),
   ];
 }
 
 function label(text: string, x: number, y: number, anchor: string): SVGElement {
-  const made = part('text', { x, y, 'text-anchor': anchor });
-  made.textContent = text;
-  return made;
-}
-
-function part(name: string, attributes: Readonly<Record<string, string | number>>): SVGElement {
-  const made = document.createElementNS(kSvg, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
-  return made;
+  return svgElement('text', { x, y, 'text-anchor': anchor }, text);
 }

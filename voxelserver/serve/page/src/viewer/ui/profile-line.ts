@@ -1,5 +1,5 @@
 /** Heights along a line of points: where rays go down, and what their hits amount to. */
-import type { Vec3 } from '../draw/camera.js';
+import type { Vec3 } from '../../vec3.js';
 import type { CastRay, Pick } from '../stage.js';
 import { flatDistance } from './measures.js';
 
@@ -46,11 +46,7 @@ export function placesAlong(
     }
     const [from, to] = [points[segment]!, points[segment + 1]!];
     const share = steps[segment]! > 0 ? Math.min(1, (t - before) / steps[segment]!) : 0;
-    return {
-      x: from[0] + share * (to[0] - from[0]),
-      z: from[2] + share * (to[2] - from[2]),
-      t,
-    };
+    return { x: from[0] + share * (to[0] - from[0]), z: from[2] + share * (to[2] - from[2]), t };
   });
 }
 

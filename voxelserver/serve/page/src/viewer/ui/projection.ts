@@ -1,5 +1,6 @@
 /** Where points of the world lie in the picture: the inverse of the rays of a camera. */
-import type { Camera, Vec3 } from '../draw/camera.js';
+import type { Camera } from '../draw/camera.js';
+import { along, dot, minus, type Vec3 } from '../../vec3.js';
 
 /** Pixels from the upper left corner. */
 export type Spot = readonly [number, number];
@@ -74,8 +75,8 @@ export function clipped(
 
 function cutAtNear(point: Seen, other: Seen): Seen {
   if (point[2] >= kNear) return point;
-  const t = (kNear - point[2]) / (other[2] - point[2]);
-  return [point[0] + t * (other[0] - point[0]), point[1] + t * (other[1] - point[1]), kNear];
+  const [x, y] = along(point, [minus(other, point), (kNear - point[2]) / (other[2] - point[2])]);
+  return [x, y, kNear];
 }
 
 function seenFrom({ right, up, forward }: Camera, offset: Vec3): Seen {
@@ -89,12 +90,4 @@ function seenFrom({ right, up, forward }: Camera, offset: Vec3): Seen {
 function onPicture(seen: Seen, [width, height]: readonly [number, number]): Spot {
   const half = height / 2;
   return [width / 2 + (seen[0] / seen[2]) * half, half - (seen[1] / seen[2]) * half];
-}
-
-function minus(a: Vec3, b: Vec3): Vec3 {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-}
-
-function dot(a: Vec3, b: Vec3): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

@@ -1,8 +1,7 @@
 /** The picture as a file: with what is drawn over it, and always with the names of its sources. */
-import { element } from '../../dom.js';
+import { download, element, getContext2d } from '../../dom.js';
 import type { Camera } from '../draw/camera.js';
-import { getContext2d, drawText, paint, type Shape, type Sheet } from './overlay.js';
-import { download } from './widgets.js';
+import { drawText, paint, type Shape, type Sheet } from './overlay.js';
 
 const kCreditPx = 20;
 const kPadPx = 6;

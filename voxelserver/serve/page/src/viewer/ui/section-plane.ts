@@ -1,5 +1,5 @@
 /** A plane that cuts the picture open: upright by azimuth and position, or level by height. */
-import type { Vec3 } from '../draw/camera.js';
+import { dot, minus, towards, type Vec3 } from '../../vec3.js';
 import type { Section } from '../draw/renderer.js';
 import { numbers, numbersWord } from './link.js';
 
@@ -16,7 +16,6 @@ export type SectionPlane = {
 };
 
 const kFarthest = 2 ** 30;
-const kRad = Math.PI / 180;
 
 /** @param pivot where an upright plane at position 0 passes through */
 export function toSection(plane: SectionPlane, pivot: Vec3): Section | undefined {
@@ -33,8 +32,8 @@ export function toSection(plane: SectionPlane, pivot: Vec3): Section | undefined
 
 /** The same plane moved so that it passes through a point. */
 export function through(plane: SectionPlane, pivot: Vec3, point: Vec3): SectionPlane {
-  const from: Vec3 = [point[0] - pivot[0], 0, point[2] - pivot[2]];
-  return { ...plane, position: dot(towards(plane.azimuthDeg), from), height: point[1] };
+  const position = dot(towards(plane.azimuthDeg), minus(point, pivot));
+  return { ...plane, position, height: point[1] };
 }
 
 export function sectionWord(plane: SectionPlane): string {
@@ -68,12 +67,4 @@ export function readSection(word: string | null, otherwise: SectionPlane): Secti
     }
   }
   return otherwise;
-}
-
-function towards(azimuthDeg: number): Vec3 {
-  return [Math.sin(azimuthDeg * kRad), 0, -Math.cos(azimuthDeg * kRad)];
-}
-
-function dot(a: Vec3, b: Vec3): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

@@ -1,7 +1,6 @@
 /** Whether one point sees another. */
-import type { Vec3 } from '../draw/camera.js';
+import { distance, minus, scaled, type Vec3 } from '../../vec3.js';
 import type { CastRay, Pick } from '../stage.js';
-import { distance } from './measures.js';
 
 export type Sight = {
   readonly distance: number;
@@ -18,8 +17,7 @@ const kVoxelDiagonal = Math.sqrt(3);
 export function sightRay(eye: Vec3, target: Vec3): CastRay | undefined {
   const away = distance(eye, target);
   if (away === 0) return undefined;
-  const to = (a: 0 | 1 | 2): number => (target[a] - eye[a]) / away;
-  return { origin: eye, direction: [to(0), to(1), to(2)], maxT: away };
+  return { origin: eye, direction: scaled(minus(target, eye), 1 / away), maxT: away };
 }
 
 /** @param hit of the ray */

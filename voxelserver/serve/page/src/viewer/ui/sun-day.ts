@@ -1,7 +1,6 @@
 /** The sun's way over a day: where it stands, when it rises and sets. */
 import { sunPosition, type SunPosition } from '../draw/sun-position.js';
 import type { MapPlace } from '../../replies.js';
-import type { Vec3 } from '../draw/camera.js';
 
 export type SunAt = SunPosition & {
   /** UTC, milliseconds since 1970. */
@@ -59,13 +58,6 @@ export function isUp({ altitudeDeg }: SunPosition): boolean {
   // Rise and set belong to the day, whatever the last digits of their search are.
   const kRoundingDeg = 1e-3;
   return altitudeDeg >= kEdgeDeg - kRoundingDeg;
-}
-
-/** Of unit length, to the sun; the axes are those of the renderer's light. */
-export function towards({ altitudeDeg, azimuthDeg }: SunPosition): Vec3 {
-  const [altitude, azimuth] = [(altitudeDeg * Math.PI) / 180, (azimuthDeg * Math.PI) / 180];
-  const flat = Math.cos(altitude);
-  return [Math.sin(azimuth) * flat, Math.sin(altitude), -Math.cos(azimuth) * flat];
 }
 
 function findZero(f: (t: number) => number, from: number, to: number): number {

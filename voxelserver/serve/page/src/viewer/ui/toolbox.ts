@@ -1,5 +1,5 @@
 /** All tools: their buttons, the one whose panel is open, and what they add to picture and link. */
-import { element } from '../../dom.js';
+import { button, element } from '../../dom.js';
 import type { Look } from '../draw/renderer.js';
 import type { Pick } from '../stage.js';
 import type { Words } from './link.js';
@@ -11,7 +11,6 @@ import { makeProfile } from './tools/profile.js';
 import { makeSection } from './tools/section.js';
 import { makeSight } from './tools/sight.js';
 import { makeSunPath } from './tools/sun-path.js';
-import { button } from './widgets.js';
 
 const kTools: readonly MakeTool[] = [
   makeMeasure,

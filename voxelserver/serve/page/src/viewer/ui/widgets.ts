@@ -1,11 +1,7 @@
 /** Buttons and fields as the panel has them; each input has its name next to it. */
-import { element } from '../../dom.js';
-
-export function button(label: string, run: () => void): HTMLButtonElement {
-  const made = element('button', { type: 'button' }, label);
-  made.addEventListener('click', run);
-  return made;
-}
+import { button, element, setText, toOptions } from '../../dom.js';
+import type { Vec3 } from '../../vec3.js';
+import type { ToolContext } from './tool.js';
 
 /** A name and its input, in one row; more may follow. */
 export function field(
@@ -92,19 +88,24 @@ export function select<T extends string>(
   options: readonly (readonly [T, string])[],
   onChange: (value: T) => void,
 ): { readonly row: HTMLElement; readonly input: HTMLSelectElement } {
-  const input = element(
-    'select',
-    {},
-    ...options.map(([value, label]) => element('option', { value }, label)),
-  );
+  const input = element('select', {}, ...toOptions(options));
   input.addEventListener('change', () => onChange(options[input.selectedIndex]![0]));
   return { row: field(name, input), input };
 }
 
-/** Saves a file on the reader's machine. */
-export function download(content: Blob, name: string): void {
-  const link = element('a', { download: name });
-  link.href = URL.createObjectURL(content);
-  link.click();
-  URL.revokeObjectURL(link.href);
+/** What a tool says to somebody who uses it. */
+export const makeNote = (): HTMLElement => element('p', { class: 'note', role: 'status' });
+
+/** A button that takes the point in the middle of the picture; `note` says that there is none. */
+export function middleButton(
+  name: string,
+  { say, middle }: ToolContext,
+  note: HTMLElement,
+  use: (point: Vec3) => void,
+): HTMLButtonElement {
+  return button(name, () => {
+    const seen = middle();
+    if (seen === undefined) setText(note, say('nothingThere'));
+    else use(seen.point);
+  });
 }

@@ -1,14 +1,13 @@
 /** What colours show: the true picture, or heights, materials, classes, levels; with a legend. */
-import { element, setText } from '../../../dom.js';
-import type { Vec3 } from '../../draw/camera.js';
+import { button, buttonRow, element, setText, svgElement } from '../../../dom.js';
+import { along, normalized, type Vec3 } from '../../../vec3.js';
 import { heightColour, makeLegend, type Layer, type LegendEntry } from '../../draw/layers.js';
 import type { CastRay } from '../../stage.js';
 import { numbers as readNumbers, numbersWord } from '../link.js';
 import { className, materialName } from '../texts.js';
 import type { Tool, ToolContext } from '../tool.js';
-import { button, numberField, select } from '../widgets.js';
+import { makeNote, numberField, select } from '../widgets.js';
 
-const kSvg = 'http://www.w3.org/2000/svg';
 const kRampSteps = 32;
 const kGrid = [24, 16] as const; // rays that look for the heights of a view
 const kFarthestM = 1e6;
@@ -22,7 +21,7 @@ export function makeLayers(context: ToolContext): Tool {
   ];
   let layer: Layer = 'none';
   let rangeM = whole;
-  const note = element('p', { class: 'note', role: 'status' });
+  const note = makeNote();
   const legend = element('ul', { class: 'legend', 'aria-label': say('layer.legend') });
   const chosen = select<Layer>(
     say('layer.select'),
@@ -32,7 +31,7 @@ export function makeLayers(context: ToolContext): Tool {
   const limits = { min: -kFarthestM, max: kFarthestM, step: 1 };
   const from = numberField(say('layer.from'), limits, rangeChanged);
   const to = numberField(say('layer.to'), limits, rangeChanged);
-  const fit = element('p', { class: 'buttons' }, button(say('layer.fit'), fitToView));
+  const fit = buttonRow(button(say('layer.fit'), fitToView));
   const rangeRows = element('div', {}, from.row, to.row, fit);
 
   function set(next: Layer, range: readonly [number, number]): void {
@@ -72,41 +71,27 @@ export function makeLayers(context: ToolContext): Tool {
     return Array.from({ length: columns * rows }, (_, i) => {
       const across = (((i % columns) + 0.5) / columns) * 2 - 1;
       const upward = ((Math.floor(i / columns) + 0.5) / rows) * 2 - 1;
-      const d = [0, 1, 2].map(
-        (a) => forward[a]! + right[a]! * across * context.aspect() + up[a]! * upward,
+      const direction = normalized(
+        along(forward, [right, across * context.aspect()], [up, upward]),
       );
-      const length = Math.hypot(...d);
-      const direction = d.map((v) => v / length) as unknown as Vec3;
       return { origin: position, direction, maxT: 2 ** 30 };
     });
   }
 
   function ramp(): HTMLElement {
-    const svg = document.createElementNS(kSvg, 'svg');
-    svg.setAttribute('viewBox', `0 0 ${kRampSteps} 1`);
-    svg.setAttribute('preserveAspectRatio', 'none');
-    svg.setAttribute('aria-hidden', 'true');
-    for (let i = 0; i < kRampSteps; ++i) {
-      svg.append(swatchRect(heightColour((i + 0.5) / kRampSteps), i));
-    }
+    const colours = Array.from({ length: kRampSteps }, (_, i) =>
+      heightColour((i + 0.5) / kRampSteps),
+    );
     const ends = rangeM.map((m) => element('span', {}, `${numbers.number(m, 0)} m`));
     const middle = element('span', {}, `${numbers.number((rangeM[0] + rangeM[1]) / 2, 0)} m`);
     const scale = element('span', { class: 'ends' }, ends[0]!, middle, ends[1]!);
-    const row = element('li', { class: 'ramp' });
-    row.append(svg, scale);
-    return row;
+    return element('li', { class: 'ramp' }, swatches(colours), scale);
   }
 
   function entries(): HTMLElement[] {
-    return makeLegend(layer, appearance, world.voxelM, world.levels).map((entry) => {
-      const svg = document.createElementNS(kSvg, 'svg');
-      svg.setAttribute('viewBox', '0 0 1 1');
-      svg.setAttribute('aria-hidden', 'true');
-      svg.append(swatchRect(entry.colour, 0));
-      const row = element('li');
-      row.append(svg, element('span', {}, toName(entry)));
-      return row;
-    });
+    return makeLegend(layer, appearance, world.voxelM, world.levels).map((entry) =>
+      element('li', {}, swatches([entry.colour]), element('span', {}, toName(entry))),
+    );
   }
 
   function toName({ name }: LegendEntry): string {
@@ -150,9 +135,11 @@ function isRange([from, to]: readonly [number, number]): boolean {
   return from < to && Math.abs(from) <= kFarthestM && Math.abs(to) <= kFarthestM;
 }
 
-function swatchRect(colour: readonly [number, number, number], x: number): SVGElement {
-  const rect = document.createElementNS(kSvg, 'rect');
-  const values = { x, y: 0, width: 1.05, height: 1, fill: `rgb(${colour.join(' ')})` };
-  for (const [key, value] of Object.entries(values)) rect.setAttribute(key, String(value));
-  return rect;
+function swatches(colours: readonly Vec3[]): SVGElement {
+  const rects = colours.map((colour, x) =>
+    svgElement('rect', { x, y: 0, width: 1.05, height: 1, fill: `rgb(${colour.join(' ')})` }),
+  );
+  const viewBox = `0 0 ${colours.length} 1`;
+  const drawn = { viewBox, preserveAspectRatio: 'none', 'aria-hidden': 'true' };
+  return svgElement('svg', drawn, ...rects);
 }

@@ -1,8 +1,8 @@
 /** Distances, heights, slopes and areas between clicked points. */
 import { element, setFacts } from '../../../dom.js';
-import type { Vec3 } from '../../draw/camera.js';
+import { distance, halfway } from '../../../vec3.js';
 import { pointsWord, readPoints } from '../link.js';
-import { distance, measurePath } from '../measures.js';
+import { measurePath } from '../measures.js';
 import type { Shape } from '../overlay.js';
 import type { Tool, ToolContext } from '../tool.js';
 import { checkbox } from '../widgets.js';
@@ -85,8 +85,4 @@ export function makeMeasure(context: ToolContext): Tool {
       line.set(readPoints(words.get('measure')));
     },
   };
-}
-
-function halfway(a: Vec3, b: Vec3): Vec3 {
-  return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2];
 }

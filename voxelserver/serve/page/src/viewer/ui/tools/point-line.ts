@@ -1,9 +1,9 @@
 /** Points that people click one after another, and the buttons that go with them. */
-import { element, setText } from '../../../dom.js';
-import type { Vec3 } from '../../draw/camera.js';
+import { button, buttonRow, element, setText } from '../../../dom.js';
+import type { Vec3 } from '../../../vec3.js';
 import { kMaxPoints } from '../link.js';
 import type { ToolContext } from '../tool.js';
-import { button } from '../widgets.js';
+import { makeNote, middleButton } from '../widgets.js';
 
 export type PointLine = {
   readonly points: readonly Vec3[];
@@ -16,7 +16,7 @@ export type PointLine = {
 export function makePointLine(context: ToolContext, onChange: () => void): PointLine {
   const { say } = context;
   let points: readonly Vec3[] = [];
-  const note = element('p', { class: 'note', role: 'status' });
+  const note = makeNote();
   const set = (next: readonly Vec3[]): void => {
     points = next;
     setText(note, '');
@@ -26,21 +26,14 @@ export function makePointLine(context: ToolContext, onChange: () => void): Point
     if (points.length >= kMaxPoints) setText(note, say('tooManyPoints', String(kMaxPoints)));
     else set([...points, point]);
   };
-  const addMiddle = (): void => {
-    const seen = context.middle();
-    if (seen === undefined) setText(note, say('nothingThere'));
-    else add(seen.point);
-  };
   return {
     get points() {
       return points;
     },
     controls: [
       element('p', { class: 'hint' }, say('addMiddleHint')),
-      element(
-        'p',
-        { class: 'buttons' },
-        button(say('addMiddle'), addMiddle),
+      buttonRow(
+        middleButton(say('addMiddle'), context, note, add),
         button(say('undo'), () => set(points.slice(0, -1))),
         button(say('clear'), () => set([])),
       ),

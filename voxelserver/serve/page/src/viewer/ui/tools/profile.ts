@@ -1,5 +1,5 @@
 /** Heights along a line of clicked points: a chart, its facts, and a table to take away. */
-import { element, setFacts } from '../../../dom.js';
+import { button, download, element, setFacts } from '../../../dom.js';
 import { pointsWord, readPoints } from '../link.js';
 import type { Shape } from '../overlay.js';
 import { makeProfileChart } from '../profile-chart.js';
@@ -13,7 +13,6 @@ import {
   type ProfileSample,
 } from '../profile-line.js';
 import type { Tool, ToolContext } from '../tool.js';
-import { button, download } from '../widgets.js';
 import { makePointLine } from './point-line.js';
 
 const kCsvName = 'profile.csv';

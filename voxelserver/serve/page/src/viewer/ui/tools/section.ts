@@ -1,6 +1,6 @@
 /** A plane that cuts the picture open. */
-import { element, setText } from '../../../dom.js';
-import type { Vec3 } from '../../draw/camera.js';
+import { button, buttonRow, setText } from '../../../dom.js';
+import { halfway } from '../../../vec3.js';
 import {
   readSection,
   toSection,
@@ -9,12 +9,12 @@ import {
   type SectionPlane,
 } from '../section-plane.js';
 import type { Tool, ToolContext } from '../tool.js';
-import { button, select, slider } from '../widgets.js';
+import { makeNote, middleButton, select, slider } from '../widgets.js';
 
 export function makeSection(context: ToolContext): Tool {
   const { say, numbers, world } = context;
   const { min, max } = world.framed;
-  const pivot: Vec3 = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
+  const pivot = halfway(min, max);
   const none: SectionPlane = {
     kind: 'off',
     azimuthDeg: 0,
@@ -23,7 +23,7 @@ export function makeSection(context: ToolContext): Tool {
     isFlipped: false,
   };
   let plane = none;
-  const note = element('p', { class: 'note', role: 'status' });
+  const note = makeNote();
   const kind = select(
     say('section.kind'),
     [
@@ -45,10 +45,8 @@ export function makeSection(context: ToolContext): Tool {
   position.setRange(-reach, reach, 1);
   const height = slider(say('section.height'), metres, (to) => set({ ...plane, height: to }));
   height.setRange(min[1], max[1], 1);
-  const buttons = element(
-    'p',
-    { class: 'buttons' },
-    button(say('section.middle'), throughMiddle),
+  const buttons = buttonRow(
+    middleButton(say('section.middle'), context, note, (at) => set(through(plane, pivot, at))),
     button(say('section.flip'), () => set({ ...plane, isFlipped: !plane.isFlipped })),
   );
 
@@ -72,12 +70,6 @@ export function makeSection(context: ToolContext): Tool {
     const seen = context.middle();
     const next: SectionPlane = { ...plane, kind: to, isFlipped: false, azimuthDeg };
     set(seen === undefined ? next : through(next, pivot, seen.point));
-  }
-
-  function throughMiddle(): void {
-    const seen = context.middle();
-    if (seen === undefined) setText(note, say('nothingThere'));
-    else set(through(plane, pivot, seen.point));
   }
 
   set(none);

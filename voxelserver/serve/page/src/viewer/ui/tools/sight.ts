@@ -1,11 +1,11 @@
 /** What an observer sees: shades the rest, and says what is in the way to a target. */
-import { element, setFacts, setText } from '../../../dom.js';
-import type { Vec3 } from '../../draw/camera.js';
+import { button, buttonRow, element, setFacts, setText } from '../../../dom.js';
+import type { Vec3 } from '../../../vec3.js';
 import { numbers as readNumbers, numbersWord, readPoint } from '../link.js';
 import type { Shape } from '../overlay.js';
 import { toSight, sightRay, type Sight } from '../sight-line.js';
 import type { Tool, ToolContext } from '../tool.js';
-import { button, checkbox, numberField, select } from '../widgets.js';
+import { checkbox, makeNote, middleButton, numberField, select } from '../widgets.js';
 
 type Setting = 'observer' | 'target';
 
@@ -22,7 +22,7 @@ export function makeSight(context: ToolContext): Tool {
   let sight: Sight | undefined;
   const result = element('p', { id: 'sight', role: 'status' });
   const facts = element('dl', {});
-  const note = element('p', { class: 'note', role: 'status' });
+  const note = makeNote();
   const sets = select<Setting>(
     say('sight.sets'),
     [
@@ -89,12 +89,6 @@ export function makeSight(context: ToolContext): Tool {
     changed();
   }
 
-  function putMiddle(): void {
-    const seen = context.middle();
-    if (seen === undefined) setText(note, say('nothingThere'));
-    else put(seen.point);
-  }
-
   function set(next: { observer?: Vec3; target?: Vec3; eyeM: number; isShaded: boolean }): void {
     ({ observer, target, eyeM } = { observer: undefined, target: undefined, ...next });
     eye.input.valueAsNumber = eyeM;
@@ -139,10 +133,8 @@ export function makeSight(context: ToolContext): Tool {
       sets.row,
       eye.row,
       shade.row,
-      element(
-        'p',
-        { class: 'buttons' },
-        button(say('sight.middle'), putMiddle),
+      buttonRow(
+        middleButton(say('sight.middle'), context, note, put),
         button(say('clear'), () => set(nothing)),
       ),
       note,

@@ -1,10 +1,11 @@
 /** The sun's way over the chosen day: over the picture, and its times in words. */
-import { element, setFacts } from '../../../dom.js';
+import { button, buttonRow, element, setFacts } from '../../../dom.js';
 import { kNowhere, sunPosition } from '../../draw/sun-position.js';
+import { towards, type Vec3 } from '../../../vec3.js';
 import type { Shape } from '../overlay.js';
-import { isUp, sunDay, towards, type SunAt, type SunDay } from '../sun-day.js';
+import { isUp, sunDay, type SunAt, type SunDay } from '../sun-day.js';
 import type { Tool, ToolContext } from '../tool.js';
-import { button, checkbox } from '../widgets.js';
+import { checkbox } from '../widgets.js';
 
 const kMinuteMs = 60_000;
 const kSunPx = 11;
@@ -56,17 +57,12 @@ export function makeSunPath(context: ToolContext): Tool {
     return [
       ...findRuns(day.path).map((run): Shape => ({
         kind: 'sky-line',
-        directions: run.map(towards),
+        directions: run.map(toSun),
         tone: 'sun',
       })),
       ...marked.filter(isUp).map((at) => mark(at, clock(at.timeMs))),
       ...day.hours.filter(isUp).map((at) => mark(at, `${new Date(at.timeMs).getUTCHours()} h`)),
-      {
-        kind: 'sky-point',
-        direction: towards(sunNow()),
-        tone: 'sun',
-        radiusPx: kSunPx,
-      },
+      { kind: 'sky-point', direction: toSun(sunNow()), tone: 'sun', radiusPx: kSunPx },
     ];
   }
 
@@ -76,9 +72,7 @@ export function makeSunPath(context: ToolContext): Tool {
     panel: [
       shown.row,
       facts,
-      element(
-        'p',
-        { class: 'buttons' },
+      buttonRow(
         button(say('sun.turn'), () => {
           const sun = sunNow();
           context.turnTo(sun.azimuthDeg, sun.altitudeDeg);
@@ -101,8 +95,10 @@ export function makeSunPath(context: ToolContext): Tool {
   };
 }
 
+const toSun = (at: SunAt): Vec3 => towards(at.azimuthDeg, at.altitudeDeg);
+
 function mark(at: SunAt, label: string): Shape {
-  return { kind: 'sky-point', direction: towards(at), tone: 'sun', radiusPx: kHourPx, label };
+  return { kind: 'sky-point', direction: toSun(at), tone: 'sun', radiusPx: kHourPx, label };
 }
 
 // A day of the place begins at its midnight: where the sun does not set then, it rises after it.
