@@ -2,20 +2,10 @@
  * A place on a canvas: asks the worker for the boxes that the camera needs, keeps them in the
  * pools, traces and shows the picture. Knows nothing of controls.
  */
-import type {
-  ColumnKey,
-  Facts,
-  Failure,
-  FromWorker,
-  Place,
-  Stats,
-  ToWorker,
-} from './data/protocol.js';
+import type { Facts, Failure, FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
-import { pixelRad, type Camera } from './draw/camera.js';
-import { DrawClock } from './draw/clock.js';
+import type { Camera } from './draw/camera.js';
 import { makeColumnTable } from './draw/column-table.js';
-import { LevelCut } from './draw/level-cut.js';
 import { Pace } from './draw/pace.js';
 import { checkLook } from './draw/look.js';
 import {
@@ -25,11 +15,11 @@ import {
   type FirstHits,
   type Look,
 } from './draw/renderer.js';
-import { Residency, type Plan } from './draw/residency.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { kNowhere, sunPosition, type SunPosition } from './draw/sun-position.js';
-import { TexturePools, type BoxData, type ColumnData } from './draw/texture-pools.js';
-import { ViewCut } from './view-cut.js';
+import type { BoxData } from './draw/texture-pools.js';
+import { Passes } from './passes.js';
+import { Supply } from './supply.js';
 import { cameraAtPixel, makePick, type Pick } from './pick.js';
 
 export type { Pick } from './pick.js';
@@ -72,22 +62,12 @@ export type FirstPicture = {
   readonly bytes: number;
 };
 
-// Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
-const kDetails = [8, 4, 2, 1] as const;
 const kSettledMs = 250; // without movement: the picture counts as still
-const kPlanMs = 200; // between two plans while columns come in
-const kRetryMs = 5000; // a column that failed is not asked for again before
-const kMaxFailures = 2;
 const kNoWorker = 'start viewer/worker.js: it cannot be loaded; is the site complete?';
 const kAdaptation = 0.75;
 // Of a still picture. More of them change nothing that is seen, and would keep the processor, and a
 // battery, at work for as long as the page is open.
 const kEnoughSamples = 256;
-// Pools that are too small: steps of coarseness, each of which saves about half of the boxes, and
-// how full they may be for a step back.
-const kCoarser = 1.4;
-const kRoomy = 0.4;
-const kMaxCoarser = 64;
 // Of what is read back: nothing is left to chance.
 const kExact = { cutOuts: false, softSun: false } as const;
 // Low-discrepancy places in a pixel. Ref: Roberts, "The unreasonable effectiveness of quasirandom
@@ -101,38 +81,18 @@ export class Stage {
   readonly #worker: Worker;
   readonly #appearance: Appearance;
   readonly #events: StageEvents;
-  #pools: TexturePools;
-  #residency: Residency;
-  #clock: DrawClock;
+  #supply: Supply;
+  #passes: Passes;
   readonly #pace = new Pace();
-  /** When a column could not be read, and how often in a row. */
-  readonly #failures = new Map<string, { atMs: number; count: number }>();
   #renderer: Renderer | undefined;
   #facts: Facts | undefined;
   #camera: Camera | undefined;
   #look: Look = kDefaultLook;
   #timeMs = 0;
-  #plan: Plan | undefined;
-  #cut: LevelCut | undefined;
-  #stage = 0;
-  /** Above 1 where the pools are too small for the view: voxels may cover more pixels then. */
-  #coarser = 1;
-  /** A column did not fit since the last plan. */
-  #isFull = false;
-  #isPlanDue = true;
-  #plannedMs = 0;
   #movedMs = -Infinity;
   #generation = 0;
-  #bandY = 0;
-  #hasCoarse = false;
-  /** Whether the newest pass is at the full size. */
-  #isSharp = false;
   #readyMs: number | undefined;
   #first: FirstPicture | undefined;
-  #pixelsGiven = 0;
-  #passStartedMs = 0;
-  #passMs = 0;
-  #frames = 0;
   #hasEnded = false;
   #workerStats: Stats | undefined;
   #resolveReady: () => void = () => {};
@@ -166,9 +126,8 @@ export class Stage {
     this.#worker = worker;
     this.#appearance = appearance;
     this.#events = events;
-    this.#pools = new TexturePools(gl, { bytes: poolBytes });
-    this.#residency = new Residency(this.#pools);
-    this.#clock = new DrawClock(gl);
+    this.#supply = new Supply(gl, poolBytes);
+    this.#passes = new Passes(gl, this.#pace);
     // Without this the browser never gives the context back.
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
     canvas.addEventListener('webglcontextrestored', () => this.#guarded(() => this.#rebuild()));
@@ -192,13 +151,8 @@ export class Stage {
 
   // All that lay on the graphics processor is gone: boxes are asked for again.
   #rebuild(): void {
-    this.#pools = new TexturePools(this.#gl, { bytes: this.#poolBytes });
-    this.#residency = new Residency(this.#pools);
-    this.#clock = new DrawClock(this.#gl);
-    this.#plan = undefined;
-    this.#cut = undefined;
-    this.#stage = 0;
-    this.#isPlanDue = true;
+    this.#supply = new Supply(this.#gl, this.#poolBytes);
+    this.#passes = new Passes(this.#gl, this.#pace);
     if (this.#facts === undefined) return;
     this.#makeRenderer(this.#facts);
     this.#restart();
@@ -206,7 +160,7 @@ export class Stage {
 
   #makeRenderer({ world }: Facts): void {
     const { voxelM, levels } = world;
-    this.#renderer = new Renderer(this.#gl, this.#pools, this.#appearance, voxelM, levels);
+    this.#renderer = new Renderer(this.#gl, this.#supply.pools, this.#appearance, voxelM, levels);
     this.#lightUp();
   }
 
@@ -216,7 +170,7 @@ export class Stage {
 
   /** Columns that the picture still lacks. */
   get waiting(): number {
-    return this.#plan?.wanted.length ?? 0;
+    return this.#supply.plan?.wanted.length ?? 0;
   }
 
   get sun(): SunPosition {
@@ -226,14 +180,14 @@ export class Stage {
   setCamera(camera: Camera): void {
     this.#camera = camera;
     this.#moved();
-    this.#isPlanDue = true;
+    this.#supply.changed();
   }
 
   /** @throws Error for numbers that no picture can be drawn with */
   setLook(look: Look): void {
     checkLook(look);
     // Around an observer there is detail, too.
-    if (look.observer !== this.#look.observer) this.#isPlanDue = true;
+    if (look.observer !== this.#look.observer) this.#supply.changed();
     this.#look = { ...look, exposureEv: this.#look.exposureEv };
     this.#restart();
   }
@@ -248,44 +202,30 @@ export class Stage {
 
   /** One turn of the page's loop. */
   frame(nowMs: number): void {
-    const renderer = this.#renderer;
+    const [renderer, camera] = [this.#renderer, this.#camera];
     if (this.#gl.isContextLost()) return;
-    const ms = this.#clock.finished(nowMs);
-    if (renderer === undefined || this.#camera === undefined || ms === undefined) return;
-    if (ms > 0) this.#finish(nowMs, ms);
-    if (this.#isPlanDue && nowMs - this.#plannedMs >= (this.#plan === undefined ? 0 : kPlanMs)) {
-      this.#replan(nowMs);
-    }
-    if (this.#plan === undefined) return;
-    const isBare = this.#plan.shown.length === 0;
+    const hasEnded = this.#passes.poll(nowMs);
+    if (renderer === undefined || camera === undefined || hasEnded === undefined) return;
+    if (hasEnded) this.#finish();
+    this.#replan(renderer, camera, nowMs);
+    const { plan, isComplete } = this.#supply;
+    if (plan === undefined) return;
+    const isBare = plan.shown.length === 0;
     // Until the first column is there, one picture of the sky is enough.
     if (isBare && renderer.samples > 0) return;
-    const full: readonly [number, number] = [this.#canvas.width, this.#canvas.height];
     const isMoving = nowMs - this.#movedMs < kSettledMs;
-    // After each change a coarse picture first, so that something stands at once.
-    const isCoarse = isMoving || !this.#hasCoarse;
-    const isWhole = !isCoarse && this.#isSharp && this.#bandY === 0;
-    if (isWhole && renderer.samples >= kEnoughSamples && this.#isComplete) return;
-    const size = isCoarse ? this.#pace.movingSize(full) : full;
-    if (this.#bandY === 0 || isCoarse) {
-      renderer.resize(size);
-      this.#bandY = 0;
-      this.#passStartedMs = nowMs;
-    }
-    const rows = isCoarse ? size[1] : Math.min(this.#pace.bandRows(size[0]), size[1] - this.#bandY);
+    const isEnough = renderer.samples >= kEnoughSamples && isComplete;
+    if (isEnough && this.#passes.isWhole(isMoving)) return;
+    const band = this.#passes.next(nowMs, this.#size, isMoving);
+    if (band.y === 0) renderer.resize(band.size);
     const n = renderer.samples;
-    const jitter = [frac(n, kJitter[0]), frac(n, kJitter[1])] as const;
-    renderer.trace(this.#camera, this.#look, jitter, { y: this.#bandY, height: rows });
-    this.#hasCoarse = true;
-    this.#isSharp = !isCoarse;
-    // The sky alone says nothing of how long pixels take.
-    this.#pixelsGiven = isBare ? 0 : rows * size[0];
-    this.#bandY += rows;
-    if (this.#bandY >= size[1]) {
-      this.#bandY = 0;
-      renderer.show(this.#look);
-    }
-    this.#clock.mark(nowMs);
+    renderer.trace(camera, this.#look, [frac(n, kJitter[0]), frac(n, kJitter[1])], band);
+    if (this.#passes.given(band, isBare)) renderer.show(this.#look);
+    this.#passes.mark(nowMs);
+  }
+
+  get #size(): readonly [number, number] {
+    return [this.#canvas.width, this.#canvas.height];
   }
 
   /** What is seen at a place of the canvas, in its pixels; undefined: sky. */
@@ -293,7 +233,7 @@ export class Stage {
     const renderer = this.#renderer;
     const camera = this.#camera;
     if (renderer === undefined || camera === undefined || !this.#canRead()) return undefined;
-    const [width, height] = [this.#canvas.width, this.#canvas.height];
+    const [width, height] = this.#size;
     const view = cameraAtPixel(camera, width, height, x, y);
     const hits = renderer.firstHits(view, this.#look, [1, 1]);
     return makePick(hits, 0, camera.position, view.forward, this.#look);
@@ -323,15 +263,12 @@ export class Stage {
    * is left to chance. Undefined before there is a picture.
    */
   firstHits(): (FirstHits & { readonly size: readonly [number, number] }) | undefined {
-    const { width, height } = this.#canvas;
+    const size = this.#size;
     if (this.#renderer === undefined || this.#camera === undefined || !this.#canRead()) {
       return undefined;
     }
     const look = { ...this.#look, ...kExact };
-    return {
-      ...this.#renderer.firstHits(this.#camera, look, [width, height]),
-      size: [width, height],
-    };
+    return { ...this.#renderer.firstHits(this.#camera, look, size), size };
   }
 
   stats(): StageStats {
@@ -339,29 +276,22 @@ export class Stage {
     return {
       requests: this.#workerStats?.requests ?? 0,
       bytes: this.#workerStats?.bytes ?? 0,
-      columns: this.#residency.size,
+      columns: this.#supply.size,
       waiting: this.waiting,
-      poolBytes: this.#pools.bytes,
-      poolFill: this.#pools.fill,
+      poolBytes: this.#supply.pools.bytes,
+      poolFill: this.#supply.pools.fill,
       samples: this.#renderer?.samples ?? 0,
-      size: [this.#canvas.width, this.#canvas.height],
-      passMs: this.#passMs,
-      frames: this.#frames,
-      isComplete: this.#isComplete,
-      detail: kDetails[this.#stage]! * this.#coarser,
+      size: this.#size,
+      passMs: this.#passes.passMs,
+      frames: this.#passes.count,
+      isComplete: this.#supply.isComplete,
+      detail: this.#supply.detail,
       first: this.#first,
     };
   }
 
-  // Not where the plan is that of the detail before.
-  get #isComplete(): boolean {
-    return (
-      this.#plan?.isComplete === true && !this.#isPlanDue && this.#stage === kDetails.length - 1
-    );
-  }
-
   #canRead(): boolean {
-    return this.#plan !== undefined && !this.#gl.isContextLost();
+    return this.#supply.plan !== undefined && !this.#gl.isContextLost();
   }
 
   #moved(): void {
@@ -371,24 +301,13 @@ export class Stage {
 
   #restart(): void {
     this.#renderer?.restart();
-    this.#hasCoarse = false;
-    this.#bandY = 0;
+    this.#passes.restart();
   }
 
-  #finish(nowMs: number, ms: number): void {
-    if (this.#pixelsGiven > 0) this.#pace.learn(this.#pixelsGiven, ms);
-    if (this.#bandY !== 0) return;
-    this.#passMs = nowMs - this.#passStartedMs;
-    ++this.#frames;
-    if (this.#plan?.isComplete === true && !this.#isPlanDue) {
+  #finish(): void {
+    if (this.#supply.isPlanned) {
       this.#beReady();
-      this.#refineIfRoomy();
-      // The first picture is shown sharp before requests for the next one compete with its passes.
-      const isShown = this.#stage > 0 || this.#isSharp;
-      if (isShown && this.#stage < kDetails.length - 1) {
-        ++this.#stage;
-        this.#isPlanDue = true;
-      }
+      this.#supply.advance(this.#passes.isSharp);
     }
     this.#events.onFrame();
   }
@@ -401,15 +320,6 @@ export class Stage {
     this.#send({ type: 'stats' });
   }
 
-  // A step back from coarse voxels where the pools have room once more.
-  #refineIfRoomy(): void {
-    if (this.#coarser === 1) return;
-    while (this.#residency.dropOldest());
-    if (this.#pools.fill >= kRoomy) return;
-    this.#coarser = Math.max(1, this.#coarser / kCoarser);
-    this.#isPlanDue = true;
-  }
-
   #lightUp(): void {
     if (this.#renderer === undefined) return;
     const light = skyLight(this.#appearance, this.sun);
@@ -417,37 +327,17 @@ export class Stage {
     this.#look = { ...this.#look, exposureEv: adaptationEv(light, kAdaptation) };
   }
 
-  #replan(nowMs: number): void {
-    const facts = this.#facts!.world;
-    const camera = this.#camera!;
-    if (this.#isFull) this.#coarser = Math.min(kMaxCoarser, this.#coarser * kCoarser);
-    this.#isFull = false;
-    const height = this.#canvas.height;
-    const view = {
-      eye: camera.position,
-      observer: this.#look.observer,
-      pixelRad: pixelRad(camera, height),
-      detail: kDetails[this.#stage]! * this.#coarser,
-    };
-    const aspect = this.#canvas.width / height;
-    const viewCut = new ViewCut(facts, view, facts.levels - 1, camera, aspect);
-    // The last picture is exactly the ray tracer's; the ones before spend nothing on what is out of
-    // view.
-    const isLast = this.#stage === kDetails.length - 1;
-    const cut = isLast ? new LevelCut(facts, view, facts.levels - 1) : viewCut;
-    const plan = this.#residency.plan(cut, ({ level, bx, bz }) => viewCut.isInView(level, bx, bz));
-    this.#plannedMs = nowMs;
-    this.#isPlanDue = false;
-    if (this.#cut === undefined || !isSameShown(this.#plan, plan)) {
-      this.#renderer!.setColumns(makeColumnTable(plan.shown), cut.entry, cut.coarsest);
+  #replan(renderer: Renderer, camera: Camera, nowMs: number): void {
+    const view = { camera, observer: this.#look.observer, size: this.#size };
+    const made = this.#supply.replan(this.#facts!.world, view, nowMs);
+    if (made === undefined) return;
+    if (made.isOther) {
+      renderer.setColumns(makeColumnTable(made.plan.shown), made.cut.entry, made.cut.coarsest);
       this.#restart();
     }
-    this.#cut = cut;
-    this.#plan = plan;
-    const columns = plan.wanted.filter(
-      (key) => !(nowMs - (this.#failures.get(toName(key))?.atMs ?? -Infinity) < kRetryMs),
-    );
-    this.#send({ type: 'want', generation: ++this.#generation, columns });
+    const columns = this.#supply.wanted(nowMs);
+    this.#generation += 1;
+    this.#send({ type: 'want', generation: this.#generation, columns });
   }
 
   #receive(message: FromWorker): void {
@@ -458,19 +348,18 @@ export class Stage {
         this.#events.onOpened(message.facts);
         return;
       case 'column': {
-        const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' =>
-          box === 'air' ? 'air' : 'hole' in box ? 'hole' : box,
-        );
+        const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' => {
+          return typeof box === 'object' && 'hole' in box ? 'hole' : box;
+        });
         // The column itself would keep its arrays in memory for as long as it is in the pools.
         const { level, bx, bz, byBegin } = message.column;
         const key = { level, bx, bz };
-        this.#failures.delete(toName(key));
-        this.#store(key, { byBegin, boxes });
+        this.#supply.store(key, { byBegin, boxes }, this.#facts!.world);
         this.#send({ type: 'taken', bytes: message.bytes });
         return;
       }
       case 'failed':
-        this.#fail(message.column);
+        this.#supply.fail(message.column, this.#facts!.world);
         this.#events.onFailure(message.failure);
         return;
       case 'ended':
@@ -489,49 +378,6 @@ export class Stage {
     }
   }
 
-  // Tried again after a while; what fails again is a hole, as in the ray tracer's pictures, so that
-  // all else goes on.
-  #fail(key: ColumnKey): void {
-    const name = toName(key);
-    const count = (this.#failures.get(name)?.count ?? 0) + 1;
-    this.#failures.set(name, { atMs: performance.now(), count });
-    if (count >= kMaxFailures) this.#storeHole(key);
-    else setTimeout(() => (this.#isPlanDue = true), kRetryMs);
-  }
-
-  #storeHole(key: ColumnKey): void {
-    const { min, max } = this.#facts!.world;
-    const high = 256 * 2 ** key.level;
-    const byBegin = Math.floor(min[1] / high);
-    const count = Math.ceil(max[1] / high) - byBegin;
-    this.#store(key, { byBegin, boxes: Array.from({ length: count }, () => 'hole' as const) });
-  }
-
-  // Makes room where there is none by dropping what was used longest ago.
-  #store(key: ColumnKey, data: ColumnData): void {
-    // Asked for twice, when a list was on its way to the worker while the column came.
-    if (this.#residency.has(key)) return;
-    for (;;) {
-      const column = this.#pools.store(data);
-      if (column !== undefined) {
-        this.#residency.add(key, column);
-        this.#isPlanDue = true;
-        return;
-      }
-      if (this.#residency.dropOldest()) continue;
-      // Larger than all of the pools, or the picture cannot become coarser: a hole takes no room,
-      // and is not asked for again.
-      if (this.#residency.size === 0 || this.#coarser >= kMaxCoarser) {
-        this.#storeHole(key);
-        return;
-      }
-      // All that is there is part of the picture: the next plan makes it coarser.
-      this.#isFull = true;
-      this.#isPlanDue = true;
-      return;
-    }
-  }
-
   #end(failure: Failure): void {
     this.#hasEnded = true;
     this.#rejectReady(new Error(failure.message));
@@ -544,17 +390,3 @@ export class Stage {
 }
 
 const frac = (n: number, by: number): number => (n * by + 0.5) % 1;
-const toName = (key: ColumnKey): string => `${key.level}/${key.bx}/${key.bz}`;
-
-function isSameShown(a: Plan | undefined, b: Plan): boolean {
-  if (a === undefined || a.shown.length !== b.shown.length) return false;
-  return a.shown.every((column, i) => {
-    const other = b.shown[i]!;
-    return (
-      column.level === other.level &&
-      column.bx === other.bx &&
-      column.bz === other.bz &&
-      column.boxes === other.boxes
-    );
-  });
-}
