@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Api } from '../../voxelserver/serve/page/src/api.js';
+import { toHttp } from './support/fake-host.js';
+import { Api } from '../../voxelserver/serve/page/src/http/api.js';
 import { toCaption } from '../../voxelserver/serve/page/src/analysis-form.js';
 import {
   colourlessText,
@@ -126,7 +127,7 @@ test('colours go from the least to the most, and leave out what has no value', (
   assert.deepEqual(toColour(-100, scale, 'warm'), toColour(2, scale, 'warm'));
 });
 
-test('a scale has a length, and where all values are alike they have the colour of the least', () => {
+test('a scale has a length, and values that are all alike have the colour of the least', () => {
   const cases: readonly [string, number, number, number][] = [
     ['sun_hours', 0, 0, 1],
     ['dsm', 5, 5, 6],
@@ -257,7 +258,8 @@ test('what is asked for has the form of the interface', () => {
 test('a result says what it is of, and its file is named so', () => {
   assert.equal(
     toCaption(wish),
-    'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.',
+    'Hours of sun · ground below them · 21 Jun 2026 · cells of 2 m. ' +
+      'The sky has no clouds: this is an upper limit. Clock times are those of UTC+1.',
   );
   const year: Wish = {
     ...wish,
@@ -268,7 +270,8 @@ test('a result says what it is of, and its file is named so', () => {
   };
   assert.equal(
     toCaption(year),
-    'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. The sky has no clouds: this is an upper limit.',
+    'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. ' +
+      'The sky has no clouds: this is an upper limit.',
   );
   assert.equal(toCaption({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
   assert.match(toCaption({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
@@ -312,10 +315,10 @@ test('a part of the raster is asked for by Range, whatever a proxy makes of that
     const seen: unknown[] = [];
     const api = new Api(
       'http://h/',
-      async (_, init) => (
-        seen.push(init.headers),
-        new Response(status === 206 ? file.subarray(2, 5) : file, { status })
-      ),
+      toHttp(async (_, init) => {
+        seen.push(init.headers);
+        return new Response(status === 206 ? file.subarray(2, 5) : file, { status });
+      }),
       store,
     );
     assert.deepEqual(Buffer.from(await new Jobs(api).read('a', 2, 3)).toString(), '234');

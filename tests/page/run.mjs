@@ -1,7 +1,8 @@
 // Checks the types of the page and of its tests, bundles both, and runs the tests:
 //   node run.mjs [--tier default|all] [arguments of node --test]
 // With --tier all those that are called *.all.test.ts, with --tier default the others.
-// With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE, TERRAVOX_SITE_DRAWING or TERRAVOX_SITE_TOOLS, that of a published site, it runs what depends on these alone.
+// With TERRAVOX_URL or TERRAVOX_VIEWED, a server's address, or TERRAVOX_SITE, TERRAVOX_SITE_DRAWING
+// or TERRAVOX_SITE_TOOLS, that of a published site, it runs what depends on these alone.
 import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readdirSync, rmSync } from 'node:fs';

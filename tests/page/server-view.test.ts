@@ -12,7 +12,8 @@ import {
 
 /**
  * The viewer of a real voxel server, at TERRAVOX_VIEWED, next to a site of the same world, at
- * TERRAVOX_VIEWED_SITE: tests/e2e/server_view_test.py. TERRAVOX_VIEWED_TOKEN: of the server, if any.
+ * TERRAVOX_VIEWED_SITE: tests/e2e/server_view_test.py. TERRAVOX_VIEWED_TOKEN: of the server, if
+ * any.
  */
 
 const kServer = process.env['TERRAVOX_VIEWED'] ?? '';

@@ -20,7 +20,10 @@ import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-
 import { noBrowser, openBrowser, openPage, type WatchedPage } from './support/browser.js';
 import { dot, isNoise, plus } from './support/site.js';
 
-/** What the tools for analyses draw, on a site whose address is TERRAVOX_SITE_DRAWING: tests/e2e/publish_test.py. */
+/**
+ * What the tools for analyses draw, on a site whose address is TERRAVOX_SITE_DRAWING:
+ * tests/e2e/publish_test.py.
+ */
 
 const kSite = process.env['TERRAVOX_SITE_DRAWING'] ?? '';
 
@@ -167,10 +170,12 @@ async function openTools(
     pitchDeg: round(exact.pitchDeg),
     fovDeg: round(exact.fovDeg),
   };
-  const link = `${kSite}#at=${view.position.join(',')}&look=${view.headingDeg},${view.pitchDeg},${view.fovDeg}`;
+  const look = [view.headingDeg, view.pitchDeg, view.fovDeg];
+  const link = `${kSite}#at=${view.position.join(',')}&look=${look.join(',')}`;
   const watched = await openPage(browser, link, { viewport: kSmall }, 1);
   await watched.page.evaluate(() => window.terravox.ready);
-  const appearance = readAppearance(await unpackAppearance((await load('appearance.bin')).body!));
+  const packed = await (await load('appearance.bin')).arrayBuffer();
+  const appearance = readAppearance(await unpackAppearance(new Uint8Array(packed)));
   const tools = new Tools(watched, toCamera(view), appearance);
   await tools.settled();
   return [tools, watched];
@@ -220,7 +225,9 @@ async function castMeetsPicture(tools: Tools): Promise<void> {
     const seen = hits[i];
     if (hit === undefined || seen === undefined) return hit === undefined && seen === undefined;
     return (
-      `${hit.voxel}/${hit.level}/${hit.face}` === `${seen.voxel}/${seen.level}/${seen.face}` &&
+      hit.voxel.join() === seen.voxel.join() &&
+      hit.level === seen.level &&
+      hit.face === seen.face &&
       hit.material === seen.material &&
       hit.isInSun === (((seen.bits >> 14) & 1) === 1)
     );
@@ -277,7 +284,7 @@ async function sectionCuts(tools: Tools): Promise<void> {
     const solid = hits.filter((hit) => hit !== undefined);
     assert.ok(solid.length > kPixels / 20, `${solid.length} hits`);
     for (const hit of solid) {
-      assert.ok(dot(normal, hit.point) <= offset + 1e-2, `${hit.point} is cut away`);
+      assert.ok(dot(normal, hit.point) <= offset + 1e-2, `${hit.point.join()} is cut away`);
     }
     // What is solid where a ray meets the plane is the cut face, without gaps.
     const starts = hits.map((_, i): CastRay => {
@@ -296,7 +303,9 @@ async function sectionCuts(tools: Tools): Promise<void> {
     assert.ok(share(same) >= 0.999, `the cut face is whole: ${share(same)}`);
     const alike = inside.filter(
       (hit, i) =>
-        isCap[i] && hit?.material === hits[i]!.material && `${hit.voxel}` === `${hits[i]!.voxel}`,
+        isCap[i] &&
+        hit?.material === hits[i]!.material &&
+        hit.voxel.join() === hits[i]!.voxel.join(),
     );
     assert.ok(
       alike.length >= 0.999 * isCap.filter(Boolean).length,

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Api, ApiError, type Fetch } from '../../voxelserver/serve/page/src/api.js';
+import { Api, toMessage, toTrouble } from '../../voxelserver/serve/page/src/http/api.js';
+import type { Fetch } from '../../voxelserver/serve/page/src/http/environment.js';
 import {
   decimalsFor,
   parsePlace,
@@ -12,7 +13,7 @@ import {
   formatDuration,
   formatSeconds,
 } from '../../voxelserver/serve/page/src/number-format.js';
-import { Poller } from '../../voxelserver/serve/page/src/poller.js';
+import { Poller } from '../../voxelserver/serve/page/src/http/poller.js';
 import { Rates } from '../../voxelserver/serve/page/src/rates.js';
 import {
   cameraHeight,
@@ -34,6 +35,7 @@ import {
   WorldProjection,
 } from '../../voxelserver/serve/page/src/world-projection.js';
 import crsCases from './support/crs.json';
+import { toHttp } from './support/fake-host.js';
 import { kCrs, squaresJson, worldJson } from './support/fake-world.js';
 
 const world = readWorld(worldJson('Synthetic hills'));
@@ -63,7 +65,7 @@ for (const item of crsCases) {
   });
 }
 
-test('clocks of analyses are those of the longitude: of the middle of small worlds, of the part in wide ones', () => {
+test('clocks of analyses are those of the longitude of a small world, or a part', () => {
   const item = crsCases[0]!;
   const makeWorld = (halfM: number, lonDeg: number): WorldProjection =>
     new WorldProjection({
@@ -86,7 +88,7 @@ test('clocks of analyses are those of the longitude: of the middle of small worl
   assert.equal(new WorldProjection({ ...world, centre: undefined }).clockOffsetH(part), undefined);
 });
 
-test('in a wide world clocks are those of the middle of a square of 10 km, as on the server', () => {
+test('clocks of wide worlds are those of the middle of a square of 10 km, as on the server', () => {
   // On this globe a degree has 100 km, and clocks change 4 km and 6 km into squares.
   const makeWideWorld = (falseEasting: number): WorldProjection =>
     new WorldProjection({
@@ -115,7 +117,7 @@ test('in a wide world clocks are those of the middle of a square of 10 km, as on
   }
 });
 
-test('clocks of a world with a place but without a CRS are those of its centre, halves away from zero', () => {
+test('clocks without a CRS are those of the centre, halves away from zero', () => {
   const cases = [
     [-7.5, -1],
     [7.5, 1],
@@ -137,7 +139,7 @@ test('clocks of a world with a place but without a CRS are those of its centre, 
   }
 });
 
-test('a CRS that is not understood, or that lies elsewhere, leaves a map without latitude and longitude', () => {
+test('a CRS that is not understood, or lies elsewhere, gives no latitude and longitude', () => {
   for (const [crsWkt, crsProj4] of [
     ['', ''],
     ['NONSENSE["x"]', '+proj=nonsense'],
@@ -150,7 +152,7 @@ test('a CRS that is not understood, or that lies elsewhere, leaves a map without
   }
 });
 
-test('the horizontal part of a compound CRS ends where its bracket does, brackets in names apart', () => {
+test('the horizontal part of a compound CRS ends with its bracket, those in names apart', () => {
   const inner = 'PROJCRS["a ] b",BASEGEOGCRS["c"],CONVERSION["[[d"]]';
   assert.equal(horizontalWkt(`COMPOUNDCRS["x",${inner},VERTCRS["h"]]`), inner);
   assert.equal(horizontalWkt(kCrs.wkt), kCrs.wkt);
@@ -181,7 +183,7 @@ test('places are read as users write them', () => {
   const degrees = projection.toLatLon(462500, 101500)!;
   const near = (text: string): void => {
     const found = parsePlace(text, projection);
-    assert.ok(typeof found !== 'string', `${text}: ${String(found)}`);
+    if (typeof found === 'string') assert.fail(`${text}: ${found}`);
     assert.ok(
       Math.hypot(found.easting - 462500, found.northing - 101500) < 0.2,
       `${text}: ${found.easting}, ${found.northing}`,
@@ -216,7 +218,7 @@ test('a place survives its address', () => {
   assert.deepEqual([0.25, 0.5, 1, 2, 10, 3.28, 1e-7].map(decimalsFor), [2, 2, 1, 1, 0, 1, 6]);
 });
 
-test('the render command stands 400 m to the south-west and 300 m above, and never in a hill', () => {
+test('the render command stands 400 m south-west and 300 m above, and never in a hill', () => {
   const [e, n] = cameraPlace({ easting: 462500, northing: 101500 }, projection);
   assert.ok(e < 462500 && n < 101500);
   assert.ok(Math.abs(Math.hypot(462500 - e, 101500 - n) - 400) < 1e-9);
@@ -231,7 +233,8 @@ test('the render command stands 400 m to the south-west and 300 m above, and nev
   );
   assert.equal(
     command,
-    './terravox render http://localhost:8080 --camera-target=462500.0,101500.0,310.0 --camera-position=462217.2,101217.2,610.0 -o TM-462-101.png',
+    './terravox render http://localhost:8080 --camera-target=462500.0,101500.0,310.0 ' +
+      '--camera-position=462217.2,101217.2,610.0 -o TM-462-101.png',
   );
 });
 
@@ -434,44 +437,51 @@ test('kinds of errors are distinguished, and the message of the server is kept',
   for (const [status, trouble] of cases) {
     const api = new Api(
       'http://h/p/',
-      async () => new Response(JSON.stringify({ title: 'T', detail: 'd <b>' }), { status }),
+      toHttp(async () => Response.json({ title: 'T', detail: 'd <b>' }, { status })),
       emptyStore,
     );
     await assert.rejects(
       api.get('v2/stats'),
-      (error: unknown) =>
-        error instanceof ApiError && error.trouble === trouble && error.message === 'T: d <b>',
+      (error: unknown) => toTrouble(error) === trouble && toMessage(error) === 'T: d <b>',
     );
   }
-  const gone = new Api('http://h/', () => Promise.reject(new TypeError('refused')), emptyStore);
-  await assert.rejects(
-    gone.get('x'),
-    (error: unknown) => error instanceof ApiError && error.trouble === 'gone',
+  const gone = new Api(
+    'http://h/',
+    toHttp(() => Promise.reject(new TypeError('refused'))),
+    emptyStore,
   );
-  const html = new Api('http://h/', async () => new Response('<html>'), emptyStore);
+  await assert.rejects(gone.get('x'), (error: unknown) => toTrouble(error) === 'gone');
+  const html = new Api(
+    'http://h/',
+    toHttp(async () => new Response('<html>')),
+    emptyStore,
+  );
   await assert.rejects(html.getJson('x'), /no JSON/);
 });
 
 test('requests stay below the path of the page and carry the token', async () => {
   const seen: [string, unknown][] = [];
-  const fetch: Fetch = async (url, init) => (seen.push([url, init.headers]), new Response('{}'));
+  const fetch: Fetch = async (url, init) => {
+    seen.push([url, init.headers]);
+    return new Response('{}');
+  };
   const kept = new Map<string, string>();
   const store = {
     getItem: (key: string) => kept.get(key) ?? null,
     setItem: (key: string, value: string) => void kept.set(key, value),
     removeItem: (key: string) => void kept.delete(key),
   };
-  const api = new Api('https://host/terravox/index.html#e=1', fetch, store);
-  await api.get('v2/world');
+  const api = new Api('https://host/terravox/index.html#e=1', toHttp(fetch), store);
+  await (await api.get('v2/world')).bytes();
   api.setToken('secret');
-  await api.get('map/0/-1/-2.png');
+  await (await api.get('map/0/-1/-2.png')).bytes();
   assert.deepEqual(seen, [
     ['https://host/terravox/v2/world', {}],
     ['https://host/terravox/map/0/-1/-2.png', { Authorization: 'Bearer secret' }],
   ]);
 });
 
-test('a poll waits longer after failures, runs once at a time, and rests while the tab is hidden', async () => {
+test('a poll waits longer after failures, runs once, rests while the tab is hidden', async () => {
   const timers: { ms: number; run: () => void }[] = [];
   let [runs, paused, fails] = [0, false, true];
   const settle = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));

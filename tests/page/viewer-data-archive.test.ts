@@ -2,10 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
 import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
-import {
-  DataError,
-  type DataErrorKind,
-} from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import { readFacts } from '../../voxelserver/serve/page/src/viewer/data/facts.js';
 import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './support/columns.js';
@@ -330,7 +327,7 @@ test('a frame that is no box, or a bomb, fails its column alone', async () => {
       ['0/1/0'],
       name,
     );
-    assert.match(String(failed[0]![1]), /http:\/\/host\/a, box 0\/1\/0\/0: /, name);
+    assert.match((failed[0]![1] as DataError).message, /http:\/\/host\/a, box 0\/1\/0\/0: /, name);
   }
 });
 

@@ -105,7 +105,7 @@ test('the higher of two voxels counts, and rock without a look is still solid', 
 
 test('the viewer knows as many materials as the programs, and has a name for each', () => {
   const header = readFileSync(join(TERRAVOX_ROOT, 'common/voxel/material.hpp'), 'utf8');
-  const numbers = [...header.matchAll(/^    k(\w+) = (\d+),/gm)].map(([, , n]) => Number(n));
+  const numbers = [...header.matchAll(/^ {4}k(\w+) = (\d+),/gm)].map(([, , n]) => Number(n));
   assert.deepEqual(
     numbers,
     numbers.map((_, i) => i),

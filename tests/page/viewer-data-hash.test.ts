@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { xxh64 } from '../../voxelserver/serve/page/src/viewer/data/xxh64.js';
-import { big, halves } from './support/hash64.js';
 import { slowXxh64 } from './support/make-archive.js';
 import { makeRandom } from './support/test-bytes.js';
 
@@ -30,12 +29,12 @@ test('XXH64 gives the official values, with and without a seed', () => {
     state = BigInt.asUintN(64, state * 0x9e3779b185ebca8dn);
   }
   for (const [length, seed, hash] of kVectors) {
-    assert.equal(big(xxh64(bytes.subarray(0, length), halves(seed))), hash, `${length}, ${seed}`);
+    assert.equal(xxh64(bytes.subarray(0, length), seed), hash, `${length}, ${seed}`);
   }
   const random = makeRandom(1);
   for (let length = 0; length < 200; ++length) {
     const some = Uint8Array.from({ length }, () => random(256));
     const seed = BigInt.asUintN(64, slowXxh64(some));
-    assert.equal(big(xxh64(some, halves(seed))), slowXxh64(some, seed), `${length}`);
+    assert.equal(xxh64(some, seed), slowXxh64(some, seed), `${length}`);
   }
 });

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import type { DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import type { RangeFile } from '../../voxelserver/serve/page/src/viewer/data/range-file.js';
 import { findGaps, planRanges } from '../../voxelserver/serve/page/src/viewer/data/range-plan.js';
 import { catchKind, kindOfAsync } from './support/data-errors.js';

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
 import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/column-key.js';
-import { DataError } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { DataError } from '../../voxelserver/serve/page/src/http/errors.js';
 import { Scheduler } from '../../voxelserver/serve/page/src/viewer/data/scheduler.js';
 import type { BoxSource, Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName, at, columnAt } from './support/columns.js';
@@ -54,7 +54,7 @@ class FakeSource implements BoxSource {
     for (;;) {
       const next = results.shift();
       if (next !== undefined) yield next;
-      else if (isOver && failure !== undefined) throw failure;
+      else if (isOver && failure !== undefined) throw failure as Error;
       else if (isOver) return;
       else await new Promise<void>((resolve) => (wake = resolve));
     }

@@ -1,9 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import {
-  DataError,
-  type DataErrorKind,
-} from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import { ServerSource } from '../../voxelserver/serve/page/src/viewer/data/server-source.js';
 import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { record, serverHost } from './support/batch-host.js';
@@ -52,7 +49,7 @@ test('a batch that is cut short is requested again for what is missing', async (
   const found = await collect(host, source, kColumns);
   assert.ok([...found.values()].every((column) => !(column instanceof DataError)));
   const counts = host.asked.slice(1).map(({ init }) => {
-    return (JSON.parse(String(init.body)) as { boxes: unknown[] }).boxes.length;
+    return (JSON.parse(init.body as string) as { boxes: unknown[] }).boxes.length;
   });
   assert.ok(counts[0]! > counts[1]! && counts[1] === counts[2]);
   host.next.push(cut, cut, cut);
@@ -74,7 +71,7 @@ test('what a busy server leaves out is requested again until it comes', async ()
   assert.deepEqual((found.get('0/0/0') as Column).boxes, []);
   assert.deepEqual((found.get('0/1/0') as Column).boxes, []);
   const counts = host.asked.slice(1).map(({ init }) => {
-    return (JSON.parse(String(init.body)) as { boxes: unknown[] }).boxes.length;
+    return (JSON.parse(init.body as string) as { boxes: unknown[] }).boxes.length;
   });
   assert.deepEqual(counts, [4, 2, 2, 2, 2, 2, 2, 2]);
 });

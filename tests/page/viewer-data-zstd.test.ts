@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { DataErrorKind } from '../../voxelserver/serve/page/src/viewer/data/errors.js';
+import type { DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import { unpack } from '../../voxelserver/serve/page/src/viewer/data/zstd.js';
 import { catchKind } from './support/data-errors.js';
 import { zstdBlock, zstdFrame, makeZstdFrame } from './support/make-archive.js';
@@ -56,7 +56,8 @@ const kFrames = {
     'xWFTurPonyO0mp0XOHmp6U+/RhYFFkIY1fdwBt1LZtFRAfSPQI8=',
   ],
   offsets: [
-    'KLUv/WDQAR0EADLKDohTMhIQAKUQTYvpcGCEvqAL6YEUL4pNugyWjqCisVK8IEmgeKoriAKMW6mGkDOjB87MFWdm35nRdWZ+P6iB',
+    'KLUv/WDQAR0EADLKDohTMhIQAKUQTYvpcGCEvqAL6YEUL4pNugyWjqCisVK' +
+      '8IEmgeKoriAKMW6mGkDOjB87MFWdm35nRdWZ+P6iB',
     'SM33/wywVyodEVhJLqCMBfczIeCgQkioBEciCR3dqZDqLNlRfe614DKFOSYyFE6xYY4JPPFPnuq+gCQ+KYF3kFQB',
   ],
 };

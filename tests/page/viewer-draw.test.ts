@@ -1,5 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { toHttp } from './support/fake-host.js';
 import {
   hashColumn,
   makeColumnTable,
@@ -37,7 +38,7 @@ import {
   turned,
   type Viewpoint,
 } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
-import { kTokenKey } from '../../voxelserver/serve/page/src/api.js';
+import { kTokenKey } from '../../voxelserver/serve/page/src/http/api.js';
 import { readStats, readWorld } from '../../voxelserver/serve/page/src/replies.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
 import {
@@ -103,7 +104,8 @@ test('each column is found where the shader looks for it', () => {
       columns[at * 4 + 1] === column.bz >>> 0 &&
       (columns[at * 4 + 2]! & 31) === column.level
     )) {
-      assert.ok(columns[at * 4 + 2] !== 0 && ++probes < 64, 'an empty entry or too many probes');
+      probes += 1;
+      assert.ok(columns[at * 4 + 2] !== 0 && probes < 64, 'an empty entry or too many probes');
       at = (at + 1) & mask;
     }
     assert.equal(columns[at * 4 + 2]! >> 8, column.boxes === undefined ? 2 : 1);
@@ -160,7 +162,8 @@ test('what is shown covers each place once, whatever is there, and is the cut in
   let plan = residency.plan(cut, () => true);
   let rounds = 0;
   while (!plan.isComplete) {
-    assert.ok(++rounds < 500);
+    rounds += 1;
+    assert.ok(rounds < 500);
     // Columns arrive in any order.
     const some = plan.wanted.filter(() => random() < 0.3);
     for (const key of some) residency.add(key, kStored);
@@ -188,7 +191,7 @@ test('what is shown covers each place once, whatever is there, and is the cut in
 test('wanted columns come coarse first, then those in view; what a plan needs stays', () => {
   const cut = cutAt([400, 300, 400]);
   let dropped = 0;
-  const residency = new Residency({ drop: () => void ++dropped });
+  const residency = new Residency({ drop: () => void (dropped += 1) });
   const ahead = (key: ColumnKey): boolean => key.bx % 2 === 0;
   const { wanted } = residency.plan(cut, ahead);
   for (let i = 1; i < wanted.length; ++i) {
@@ -320,7 +323,7 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
   for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const) {
     for (const [i, a] of distinct.entries()) {
       for (const b of distinct.slice(0, i)) {
-        assert.ok(apart(eye, a, b) > 0.04, `${eye}: ${a} and ${b}`);
+        assert.ok(apart(eye, a, b) > 0.04, `${eye}: ${a.join()} and ${b.join()}`);
       }
     }
   }
@@ -456,20 +459,25 @@ test('place.json is refused with the name of what is wrong', () => {
 test("the token goes to the page's own origin, and to no other", async () => {
   const sent: string[] = [];
   const own = { origin: 'https://own.example' };
-  const before = { location: globalThis.location, fetch: globalThis.fetch };
-  Object.assign(globalThis, {
-    location: own,
-    fetch: (url: URL, { headers }: { headers: { Authorization?: string } }) => {
-      sent.push(`${url.host} ${headers.Authorization ?? 'nothing'}`);
-      const challenge = { status: 401, headers: { 'WWW-Authenticate': 'Bearer' } };
-      return Promise.resolve(new Response('', url.origin === own.origin ? {} : challenge));
-    },
+  const before = { location: globalThis.location };
+  Object.assign(globalThis, { location: own });
+  const http = toHttp(async (url, init) => {
+    const { host, origin } = new URL(url);
+    sent.push(`${host} ${new Headers(init.headers).get('Authorization') ?? 'nothing'}`);
+    const challenge = { status: 401, headers: { 'WWW-Authenticate': 'Bearer' } };
+    return new Response('', origin === own.origin ? {} : challenge);
   });
   try {
     tokenStore.setItem(kTokenKey, 's3cret');
     const say = (): string => '';
-    assert.equal((await fetchWithToken(new URL('https://own.example/a'), say)).status, 200);
-    assert.equal((await fetchWithToken(new URL('https://other.example/a'), say)).status, 401);
+    assert.equal(
+      (await fetchWithToken(http, new URL('https://own.example/a'), 'a', say)).status,
+      200,
+    );
+    assert.equal(
+      (await fetchWithToken(http, new URL('https://other.example/a'), 'a', say)).status,
+      401,
+    );
     assert.deepEqual(sent, ['own.example Bearer s3cret', 'other.example nothing']);
     const server = 'https://own.example/path/';
     assert.deepEqual(serverPlace(server, 2), { server, coarsest: 2, token: 's3cret' });

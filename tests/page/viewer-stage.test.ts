@@ -88,7 +88,7 @@ class StageHost {
   #answer(request: IncomingMessage, reply: ServerResponse): void {
     const send = (type: string, text: string | Buffer): void =>
       void reply.writeHead(200, { 'Content-Type': type }).end(text);
-    switch (request.url) {
+    switch (request.url ?? '') {
       case '/':
         return send(
           'text/html',
@@ -248,7 +248,7 @@ describe('a stage', { skip: noBrowser }, () => {
         polling: 100,
       });
       const [red, green, blue] = await page.evaluate(() => window.stage.colour());
-      assert.ok(red! > 0 && green! > 0 && blue! > 0, `${[red, green, blue]}`);
+      assert.ok(red! > 0 && green! > 0 && blue! > 0, `${red}, ${green}, ${blue}`);
       const { columns, waiting } = await page.evaluate(() => window.stage.stats());
       assert.equal(columns, 0);
       assert.ok(waiting > 0);

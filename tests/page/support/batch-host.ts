@@ -21,7 +21,8 @@ export function serverHost(options: BatchOptions = {}): FakeHost {
   const byName = new Map(kBoxes.map((box) => [box.key.join(), box]));
   const makeRecord = (key: Key): Buffer => {
     const box = byName.get(key.join());
-    const code = options.chooseStatus?.(key) ?? (box?.hole ? 500 : box === undefined ? 204 : 200);
+    const usual = box === undefined ? 204 : 200;
+    const code = options.chooseStatus?.(key) ?? (box?.hole ? 500 : usual);
     if (code === 204) return record(key, code, new Uint8Array(0));
     if (code !== 200) return record(key, code, Buffer.from(`no ${code}`));
     return record(key, code, zstdFrame(boxBytes(key, box?.voxels ?? [])));
@@ -30,7 +31,7 @@ export function serverHost(options: BatchOptions = {}): FakeHost {
     if (url.endsWith('/v2/world')) {
       return new Response(JSON.stringify(kFacts), { headers: { 'Terravox-Edition': 'e1' } });
     }
-    const { boxes } = JSON.parse(String(init.body)) as { boxes: Key[] };
+    const { boxes } = JSON.parse(init.body as string) as { boxes: Key[] };
     const records = boxes.map(makeRecord);
     const last = record([-1, boxes.length, 0, 0], 0, new Uint8Array(0));
     const whole = Buffer.concat([...records, last]);

@@ -3,9 +3,14 @@ import { join } from 'node:path';
 import { chromium, type Browser, type BrowserContextOptions, type Page } from 'playwright-core';
 
 const kChromium = process.env['TERRAVOX_CHROMIUM'] ?? '/usr/bin/chromium';
-/** What ends a test that hangs: a loaded machine may need minutes for what takes a moment elsewhere. */
+/**
+ * What ends a test that hangs: a loaded machine may need minutes for what takes a moment elsewhere.
+ */
 const kHangs_ms = 300_000;
-/** How many times as fast as real time the waits of a page pass: those between its polls are seconds. */
+/**
+ * How many times as fast as real time the waits of a page pass: those between its polls are
+ * seconds.
+ */
 const kSpeed = 10;
 const kScreenshots = process.env['TERRAVOX_SCREENSHOTS'] ?? '';
 
@@ -29,7 +34,10 @@ export type WatchedPage = {
   readonly paths: string[];
 };
 
-/** @param speed of waits of a second and more: 1 where the test looks for what stays for such a while alone */
+/**
+ * @param speed of waits of a second and more: 1 where the test looks for what stays for such a
+ * while alone
+ */
 export async function openPage(
   browser: Browser,
   url: string,
@@ -77,7 +85,10 @@ export async function screenshot(page: Page, name: string): Promise<void> {
 export const readShownText = async (page: Page, selector: string): Promise<string> =>
   (await page.locator(selector).textContent()) ?? '';
 
-/** Waits until an element's text matches. @throws Error of the browser driver after its time limit, with both */
+/**
+ * Waits until an element's text matches. @throws Error of the browser driver after its time limit,
+ * with both
+ */
 export async function untilText(page: Page, selector: string, pattern: RegExp): Promise<string> {
   await page
     .waitForFunction(
@@ -98,7 +109,8 @@ const mapColours = (page: Page): Promise<readonly (readonly [number, number])[]>
     const seen = new Map<number, number>();
     for (const canvas of document.querySelectorAll('#map canvas')) {
       if (!(canvas instanceof HTMLCanvasElement) || canvas.width === 0) continue;
-      // Read from a copy: reading the map's own canvas often makes the browser warn, and slow it down.
+      // Read from a copy: reading the map's own canvas often makes the browser warn, and slow it
+      // down.
       const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', {
         willReadFrequently: true,
       });

@@ -1,8 +1,5 @@
 import assert from 'node:assert/strict';
-import {
-  DataError,
-  type DataErrorKind,
-} from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
+import { DataError, type DataErrorKind } from '../../../voxelserver/serve/page/src/http/errors.js';
 
 /** The kind of the DataError that this throws. */
 export function catchKind(work: () => unknown): DataErrorKind | 'none' {

@@ -1,9 +1,14 @@
 import assert from 'node:assert/strict';
 import { Archive } from '../../../voxelserver/serve/page/src/viewer/data/archive.js';
-import type { Environment } from '../../../voxelserver/serve/page/src/viewer/data/environment.js';
+import { makeHttp, type Http } from '../../../voxelserver/serve/page/src/http/http.js';
+import type { Environment, Fetch } from '../../../voxelserver/serve/page/src/http/environment.js';
 import { RangeFile } from '../../../voxelserver/serve/page/src/viewer/data/range-file.js';
 
 export const kOpen = new AbortController().signal;
+
+/** A client that sends its requests there. */
+export const toHttp = (fetch: Fetch): Http =>
+  makeHttp({ fetch, clock: new FakeClock(), random: () => 0.5, origin: 'http://h' });
 
 /** Time that passes only when nothing else happens: then the next timer is due. */
 export class FakeClock {

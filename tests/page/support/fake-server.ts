@@ -73,7 +73,8 @@ export class FakeServer {
       this.#server.ref();
       return this;
     }
-    const server = (this.#server = createServer((request, reply) => this.#answer(request, reply)));
+    const server = createServer((request, reply) => this.#answer(request, reply));
+    this.#server = server;
     server.on('connection', (socket) => {
       if (this.#closed) socket.destroy();
     });
@@ -99,10 +100,12 @@ export class FakeServer {
     }
     const path = request.url.slice(this.prefix.length);
     ++this.#requests;
-    const asset = path === '' ? 'index.html' : path.startsWith('page/') ? path.slice(5) : undefined;
+    const below = path.startsWith('page/') ? path.slice(5) : undefined;
+    const asset = path === '' ? 'index.html' : below;
     if (asset !== undefined && asset in kTypes) {
       const scripts =
-        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; ";
+        "default-src 'none'; script-src 'self'; style-src 'self'; " +
+        "connect-src 'self'; img-src 'self' blob: data:; ";
       reply.setHeader(
         'Content-Security-Policy',
         `${scripts}frame-ancestors 'none'; base-uri 'none'; form-action 'none'`,
@@ -158,8 +161,10 @@ export class FakeServer {
     if (file !== undefined) {
       return sendRange(request, reply, jobRaster(job.body['area'] as number[]));
     }
-    const isOver = ++job.looks >= this.jobLooks;
-    const state = isOver ? (this.jobFails === '' ? 'done' : 'failed') : 'running';
+    job.looks += 1;
+    const isOver = job.looks >= this.jobLooks;
+    const end = this.jobFails === '' ? 'done' : 'failed';
+    const state = isOver ? end : 'running';
     send(200, {
       id,
       kind: 'sun',

@@ -35,7 +35,10 @@ export function worldJson(title: string): unknown {
   };
 }
 
-/** @return a tile of the top view; outside the world transparent. @param whole false: only its upper half is made */
+/**
+ * @return a tile of the top view; outside the world transparent. @param whole false: only its upper
+ * half is made
+ */
 export function tilePng(zoom: number, tx: number, ty: number, whole: boolean): Buffer {
   const voxels = 2 ** (kLevels - 1 - zoom);
   return makePng(kTilePx, (px, py) => {

@@ -1,5 +1,4 @@
 import { xxh64 } from '../../../voxelserver/serve/page/src/viewer/data/xxh64.js';
-import { big } from './hash64.js';
 import { zstdFrame, type Key } from './make-archive.js';
 import { makeBox } from './make-box.js';
 
@@ -26,6 +25,6 @@ export function fullBoxFrame(key: Key, material = 0): Uint8Array {
   }
   key.forEach((number, i) => box.writeInt32LE(number, 12 + 4 * i));
   const seed = xxh64(box.subarray(0, 56));
-  box.writeBigUInt64LE(big(xxh64(box.subarray(kHeaderBytes), seed)), 56);
+  box.writeBigUInt64LE(xxh64(box.subarray(kHeaderBytes), seed), 56);
   return zstdFrame(box);
 }

@@ -97,7 +97,11 @@ export function boxBytes(key: Key, voxels: readonly Voxel[]): Uint8Array {
 const kMaxBlock = 128 * 1024;
 
 /** A block of a frame: `size` is its length, or for RLE that of the run. */
-export function zstdBlock(type: 'raw' | 'rle' | 'compressed', size: number, body: Uint8Array) {
+export function zstdBlock(
+  type: 'raw' | 'rle' | 'compressed',
+  size: number,
+  body: Uint8Array,
+): Buffer {
   const number = { raw: 0, rle: 1, compressed: 2 }[type];
   const head = Buffer.alloc(3);
   head.writeUIntLE((size << 3) | (number << 1), 0, 3);

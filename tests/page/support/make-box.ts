@@ -1,4 +1,6 @@
-/** Boxes of version 1 as the server sends them, for tests: made independently of the page's reader. */
+/**
+ * Boxes of version 1 as the server sends them, for tests: made independently of the page's reader.
+ */
 
 export type Voxel = {
   readonly x: number;
@@ -14,7 +16,10 @@ type Path = readonly [number, number, number, number];
 const childBit = (x: number, y: number, z: number, shift: number): number =>
   ((x >> shift) & 3) + 4 * ((z >> shift) & 3) + 16 * ((y >> shift) & 3);
 
-/** @param solid voxels with attributes. @param hidden whole bricks (4^3) of rock without, by any voxel in them */
+/**
+ * @param solid voxels with attributes. @param hidden whole bricks (4^3) of rock without, by any
+ * voxel in them
+ */
 export function makeBox(
   solid: readonly Voxel[],
   hidden: readonly (readonly [number, number, number])[] = [],
@@ -46,7 +51,8 @@ export function makeBox(
       for (const path of rockHere) {
         const bit = 1n << BigInt(path[depth]!);
         cell.mask |= bit;
-        // Rock is whole bricks: the cells above a brick that holds nothing else need detail to lead there.
+        // Rock is whole bricks: the cells above a brick that holds nothing else need detail to lead
+        // there.
         if (depth < 2) cell.detail |= bit;
       }
       if (depth === 3) {

@@ -1,6 +1,8 @@
 import { deflateSync } from 'node:zlib';
 
-/** A raster as the server writes them: one level, tiled 32-bit floats by DEFLATE with predictor 3. */
+/**
+ * A raster as the server writes them: one level, tiled 32-bit floats by DEFLATE with predictor 3.
+ */
 export type MadeRaster = {
   readonly width: number;
   readonly height: number;
@@ -92,13 +94,11 @@ export function makeRaster(
     if (typeof values === 'string') return Buffer.from(values, 'latin1');
     const size = { 3: 2, 4: 4, 12: 8 }[type]!;
     const out = Buffer.alloc(size * values.length);
-    values.forEach((value, i) =>
-      type === 3
-        ? out.writeUInt16LE(value, i * size)
-        : type === 4
-          ? out.writeUInt32LE(value, i * size)
-          : out.writeDoubleLE(value, i * size),
-    );
+    for (const [i, value] of values.entries()) {
+      if (type === 3) out.writeUInt16LE(value, i * size);
+      else if (type === 4) out.writeUInt32LE(value, i * size);
+      else out.writeDoubleLE(value, i * size);
+    }
     return out;
   };
   const headBytes = 8 + 2 + 12 * fields.size + 4;
@@ -109,7 +109,10 @@ export function makeRaster(
   let at = headBytes + longBytes;
   const offsets = fields.get(324);
   if (offsets && typeof offsets.values !== 'string' && offsets.values.length === tiles.length) {
-    offsets.values = tiles.map((tile) => ((at += tile.length), at - tile.length));
+    offsets.values = tiles.map((tile) => {
+      at += tile.length;
+      return at - tile.length;
+    });
   }
   const head = Buffer.alloc(headBytes);
   head.write('II*\0', 'latin1');

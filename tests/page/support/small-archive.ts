@@ -1,6 +1,6 @@
 import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/archive-source.js';
 import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
-import type { DataError } from '../../../voxelserver/serve/page/src/viewer/data/errors.js';
+import type { DataError } from '../../../voxelserver/serve/page/src/http/errors.js';
 import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './columns.js';
 import { kOpen, FakeHost } from './fake-host.js';
@@ -66,5 +66,5 @@ export async function collect(
   return found;
 }
 
-export const readColumns = async (host: FakeHost, columns = kColumns) =>
+export const readColumns = async (host: FakeHost, columns = kColumns): ReturnType<typeof collect> =>
   collect(host, new ArchiveSource(await host.open(), host.clock), columns);

@@ -20,6 +20,7 @@ export type StageJob = {
 };
 
 declare global {
+  // merges
   interface Window {
     startStage: (job: StageJob) => void;
     stage: {

@@ -15,9 +15,8 @@ if (out === undefined || process.argv.length > 3) {
 }
 
 const { build } = await import('esbuild').catch(() => {
-  console.error(
-    'Bundle the web page: the packages in voxelserver/serve/page/node_modules are missing; run ./terravox deps',
-  );
+  const missing = 'the packages in voxelserver/serve/page/node_modules are missing';
+  console.error(`Bundle the web page: ${missing}; run ./terravox deps`);
   process.exit(1);
 });
 await mkdir(out, { recursive: true });

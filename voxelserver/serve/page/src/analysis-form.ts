@@ -30,7 +30,8 @@ export type JobLimits = NonNullable<Stats['jobs']>;
 /** What the form needs to know of the map. */
 export type FormPlace = {
   /**
-   * West, south, east, north of what the map shows and the world has, CRS units; undefined: nothing.
+   * West, south, east, north of what the map shows and the world has, CRS units; undefined:
+   * nothing.
    */
   readonly extent: readonly number[] | undefined;
   readonly voxelM: number;
@@ -169,10 +170,9 @@ export class AnalysisForm {
       );
     }
     const [columns, rows] = countCells(extent, edge, this.#place!.metresPerUnit);
-    const most =
-      columns * rows > this.#limits.maxCells
-        ? `; this server computes up to ${formatCount(this.#limits.maxCells)}: zoom in, or choose larger cells`
-        : '';
+    const { maxCells } = this.#limits;
+    const allowed = `; this server computes up to ${formatCount(maxCells)}`;
+    const most = columns * rows > maxCells ? `${allowed}: zoom in, or choose larger cells` : '';
     setText(this.#cells, `About ${formatCount(columns)} × ${formatCount(rows)} cells${most}.`);
   }
 

@@ -18,7 +18,8 @@ export type ShownBand = {
 
 /**
  * The result of an analysis as colours over the top view, and below the frames and names of squares
- * and boxes. It is opaque at first: mixed with what is below, colours are no longer those of the legend.
+ * and boxes. It is opaque at first: mixed with what is below, colours are no longer those of the
+ * legend.
  */
 export class AnalysisLayer {
   readonly layer = new ImageLayer<ImageStatic>({ zIndex: 2, visible: false });

@@ -1,7 +1,8 @@
 import { AnalysisForm, toCaption, type FormPlace, type JobLimits } from './analysis-form.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
-import { ApiError, toMessage, type Api } from './api.js';
+import { toMessage, type Api } from './http/api.js';
+import { mayPass } from './http/retry.js';
 import { button, byId, element, setText } from './dom.js';
 import { toBody, makeFileName, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
 
@@ -99,10 +100,8 @@ export class AnalysisPanel {
     try {
       return await this.#jobs.state(id);
     } catch (error) {
-      if (error instanceof ApiError && (error.trouble === 'gone' || error.trouble === 'busy')) {
-        return undefined;
-      }
-      throw error;
+      if (!mayPass(error)) throw error;
+      return undefined;
     }
   }
 

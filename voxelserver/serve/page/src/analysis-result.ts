@@ -1,5 +1,5 @@
 import type { AnalysisLayer } from './analysis-layer.js';
-import { toMessage } from './api.js';
+import { toMessage } from './http/api.js';
 import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
 import { toColour, chooseScale, type ColourScale } from './colour-scale.js';
 import { button, buttonRow, byId, download, element, getContext2d, setText } from './dom.js';
@@ -118,7 +118,8 @@ export class AnalysisResult {
   }
 
   async #showBand(): Promise<void> {
-    const [info, id, turn] = [this.#info, this.#id, ++this.#turn];
+    this.#turn += 1;
+    const [info, id, turn] = [this.#info, this.#id, this.#turn];
     if (info === undefined) return;
     this.#showNote();
     const { number, unit, style } = this.#chosen(info);
@@ -162,7 +163,8 @@ export class AnalysisResult {
     );
     const context = getContext2d(this.#legend);
     for (let x = 0; x < 256; ++x) {
-      context.fillStyle = `rgb(${toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp).join(' ')})`;
+      const colour = toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp);
+      context.fillStyle = `rgb(${colour.join(' ')})`;
       context.fillRect(x, 0, 1, 14);
     }
   }

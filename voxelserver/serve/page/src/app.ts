@@ -1,6 +1,7 @@
-import { Api, ApiError } from './api.js';
+import { Api, toTrouble } from './http/api.js';
+import { makeHttp } from './http/http.js';
 import { Connection } from './connection.js';
-import { Poller, type Clock } from './poller.js';
+import { Poller, wakeWhenShown } from './http/poller.js';
 import { readStats, readWorld, type Stats } from './replies.js';
 import { readSquares } from './squares.js';
 import { StatsPanel } from './stats-panel.js';
@@ -16,13 +17,9 @@ const kSquaresMs = 10_000;
 const kTilesMs = 3000;
 const kQuietTilesS = 15; // unfinished tiles are requested again after this even if nothing was made
 
-const clock: Clock = {
-  after: (ms, run) => void setTimeout(run, ms),
-  isPaused: () => document.hidden,
-};
 const nowS = (): number => performance.now() / 1000;
 
-const api = new Api(document.baseURI, (url, init) => fetch(url, init), sessionStorage);
+const api = new Api(document.baseURI, makeHttp(), sessionStorage);
 const statsPanel = new StatsPanel();
 let worldText = '';
 let mustLearnWorld = true; // also after each trouble: it may be another server that comes back
@@ -84,9 +81,10 @@ async function learnSquares(): Promise<void> {
   try {
     view.squares = readSquares(await api.getJson('v2/squares'));
   } catch (error) {
-    // A server without squares (another kind of world) is no error; the statistics' poll reports all
+    // A server without squares (another kind of world) is no error; the statistics' poll reports
+    // all
     // others.
-    if (error instanceof ApiError && error.trouble === 'missing') view.squares = [];
+    if (toTrouble(error) === 'missing') view.squares = [];
     else throw error;
   }
 }
@@ -100,14 +98,11 @@ async function retryTiles(): Promise<void> {
   await view?.retryTiles();
 }
 
-const statsPoll = new Poller(kStatsMs, watch, clock);
-const squaresPoll = new Poller(kSquaresMs, learnSquares, clock);
-const tilesPoll = new Poller(kTilesMs, retryTiles, clock);
+const statsPoll = new Poller(kStatsMs, watch);
+const squaresPoll = new Poller(kSquaresMs, learnSquares);
+const tilesPoll = new Poller(kTilesMs, retryTiles);
 
-document.addEventListener('visibilitychange', () => {
-  if (document.hidden) return;
-  for (const poll of [statsPoll, squaresPoll, tilesPoll]) poll.wake();
-});
+wakeWhenShown(statsPoll, squaresPoll, tilesPoll);
 window
   .matchMedia('(prefers-color-scheme: dark)')
   .addEventListener('change', () => view?.recolour());

@@ -68,7 +68,7 @@ function numberText(value: number, { min, max }: ColourScale): string {
 
 function clockText(hours: number): string {
   const minutes = Math.round(hours * 60);
-  return `${String(Math.floor(minutes / 60)).padStart(2, '0')}:${String(minutes % 60).padStart(2, '0')}`;
+  return [Math.floor(minutes / 60), minutes % 60].map((v) => String(v).padStart(2, '0')).join(':');
 }
 
 /** A value with its unit. */
@@ -88,7 +88,8 @@ export function valueText(
 /** What cells without colour are; empty where only their lack of a value can be meant. */
 export function colourlessText({ words }: BandStyle, hasHoles: boolean): string {
   if (hasHoles) {
-    return `Some data could not be read: cells without colour have no value${words ? `, or are: ${words[0]}` : ''}.`;
+    const others = words ? `, or are: ${words[0]}` : '';
+    return `Some data could not be read: cells without colour have no value${others}.`;
   }
   return words ? `Cells without colour are: ${words[0]}.` : '';
 }

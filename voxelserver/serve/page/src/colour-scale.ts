@@ -1,3 +1,5 @@
+import { clamp, type Vec3 } from './vec3.js';
+
 /** Colours of a band's values. */
 
 /**
@@ -5,44 +7,25 @@
  * 360 degrees have the same colour; hillshade.
  */
 export type Ramp = 'heights' | 'much' | 'warm' | 'around' | 'grey';
-type Stops = readonly (readonly [number, number, number])[];
+type Stops = readonly Vec3[];
 
 /** Evenly spaced, those of the report (raytracer/analyse/report/band_style.cpp). */
 const kStops: Readonly<Record<Ramp, Stops>> = {
-  heights: [
-    [62, 122, 74],
-    [164, 184, 103],
-    [222, 205, 140],
-    [163, 120, 82],
-    [245, 243, 240],
-  ],
+  heights: toStops('3e7a4a a4b867 decd8c a37852 f5f3f0'),
   // Perceptually even. Ref: viridis and inferno, Smith and van der Walt, 2015 (public domain).
-  much: [
-    [68, 1, 84],
-    [59, 82, 139],
-    [33, 145, 140],
-    [94, 201, 98],
-    [253, 231, 37],
-  ],
-  warm: [
-    [0, 0, 4],
-    [87, 16, 110],
-    [188, 55, 84],
-    [249, 142, 9],
-    [252, 255, 164],
-  ],
-  around: [
-    [226, 217, 226],
-    [98, 118, 186],
-    [47, 20, 54],
-    [178, 84, 82],
-    [226, 217, 226],
-  ],
-  grey: [
-    [0, 0, 0],
-    [255, 255, 255],
-  ],
+  much: toStops('440154 3b528b 21918c 5ec962 fde725'),
+  warm: toStops('000004 57106e bc3754 f98e09 fcffa4'),
+  around: toStops('e2d9e2 6276ba 2f1436 b25452 e2d9e2'),
+  grey: toStops('000000 ffffff'),
 };
+
+/** @param colours red, green, blue as six hexadecimal digits each */
+function toStops(colours: string): Stops {
+  return colours.split(' ').map((colour): Vec3 => {
+    const part = (i: number): number => parseInt(colour.slice(2 * i, 2 * i + 2), 16);
+    return [part(0), part(1), part(2)];
+  });
+}
 
 /** It has a length: max is above min. */
 export type ColourScale = { readonly min: number; readonly max: number };
@@ -98,13 +81,9 @@ function withLength(min: number, max: number): ColourScale {
 }
 
 /** @return red, green, blue, 0 to 255 */
-export function toColour(
-  value: number,
-  { min, max }: ColourScale,
-  ramp: Ramp,
-): [number, number, number] {
+export function toColour(value: number, { min, max }: ColourScale, ramp: Ramp): Vec3 {
   const stops = kStops[ramp];
-  const share = Math.min(1, Math.max(0, (value - min) / (max - min)));
+  const share = clamp((value - min) / (max - min), 0, 1);
   const at = share * (stops.length - 1);
   const below = Math.min(Math.floor(at), stops.length - 2);
   const [from, to] = [stops[below]!, stops[below + 1]!];

@@ -1,4 +1,4 @@
-import { ApiError, toMessage, type Api } from './api.js';
+import { toMessage, toTrouble, type Api } from './http/api.js';
 import { byId, setText } from './dom.js';
 
 /** Shows the state of the server in words, and asks the user for a token when one is required. */
@@ -38,7 +38,7 @@ export class Connection {
 
   trouble(error: unknown): void {
     this.#isWell = false;
-    const kind = error instanceof ApiError ? error.trouble : 'refused';
+    const kind = toTrouble(error);
     if (kind === 'token') return this.#askForToken();
     const texts = {
       gone: 'The server does not answer. Trying again …',

@@ -65,7 +65,8 @@ export function placeToHash(
   resolution: number,
   decimals: number,
 ): string {
-  return `#e=${easting.toFixed(decimals)}&n=${northing.toFixed(decimals)}&r=${Number(resolution.toPrecision(3))}`;
+  const [e, n] = [easting.toFixed(decimals), northing.toFixed(decimals)];
+  return `#e=${e}&n=${n}&r=${Number(resolution.toPrecision(3))}`;
 }
 
 export function placeFromHash(

@@ -1,4 +1,4 @@
-import type { Api } from './api.js';
+import type { Api } from './http/api.js';
 import { isFields, toNumber, toText } from './json.js';
 
 /** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
@@ -121,6 +121,8 @@ export function resolutionFor(
   }
 }
 
+const kFileTimeoutMs = 600_000;
+
 export class Jobs {
   readonly #api: Api;
 
@@ -130,7 +132,7 @@ export class Jobs {
 
   async submit(body: Record<string, unknown>): Promise<Job> {
     const reply = await this.#api.send('POST', 'v2/jobs', JSON.stringify(body));
-    return readJob((await reply.json()) as unknown);
+    return readJob(await reply.json());
   }
 
   async state(id: string): Promise<Job> {
@@ -144,13 +146,14 @@ export class Jobs {
   /** @return bytes [offset, offset + length) of the raster */
   async read(id: string, offset: number, length: number): Promise<Uint8Array> {
     const range = `bytes=${offset}-${offset + length - 1}`;
-    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, { range });
-    const bytes = new Uint8Array(await reply.arrayBuffer());
+    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, undefined, range);
+    const bytes = await reply.bytes();
     // A proxy may send all of it.
     return reply.status === 206 ? bytes : bytes.subarray(offset, offset + length);
   }
 
   async file(id: string): Promise<Blob> {
-    return (await this.#api.get(`v2/jobs/${id}/result.tif`, { timeoutMs: 600_000 })).blob();
+    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, kFileTimeoutMs);
+    return new Blob([await reply.bytes()]);
   }
 }

@@ -21,7 +21,8 @@ export function formatSeconds(seconds: number): string {
   ];
   const [size, name] = units.find(([size]) => seconds >= size) ?? units[2]!;
   const value = seconds / size;
-  return `${value >= 100 ? kWhole.format(value) : value >= 10 ? value.toFixed(1) : value.toFixed(2)} ${name}`;
+  if (value >= 100) return `${kWhole.format(value)} ${name}`;
+  return `${value.toFixed(value >= 10 ? 1 : 2)} ${name}`;
 }
 
 export function formatDuration(seconds: number): string {

@@ -1,4 +1,4 @@
-import { toMessage, type Api } from './api.js';
+import { toMessage, type Api } from './http/api.js';
 import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
 import { buttonRow, byId, copyButton, element, setFacts, setText } from './dom.js';
 import { formatBytes, formatCount } from './number-format.js';
@@ -8,7 +8,10 @@ import { TopFinder, type Top } from './top-finder.js';
 import { viewLink, viewOfPlace } from './view-link.js';
 import type { WorldProjection } from './world-projection.js';
 
-/** What is at a place: coordinates, what is on top, the LiDAR square, and the command that renders it. */
+/**
+ * What is at a place: coordinates, what is on top, the LiDAR square, and the command that renders
+ * it.
+ */
 export class PlacePanel {
   readonly #api: Api;
   readonly #projection: WorldProjection;
@@ -62,15 +65,14 @@ export class PlacePanel {
     resolution: number,
     square: Square | undefined,
   ): Promise<void> {
-    const mine = ++this.#shown;
+    this.#shown += 1;
+    const mine = this.#shown;
     this.#place = [easting, northing];
     this.#height = undefined;
     this.#resolution = resolution;
     byId('place', HTMLElement).hidden = false;
-    setText(
-      this.#summary,
-      `${this.#placeText()}: ${square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square'}`,
-    );
+    const where = square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square';
+    setText(this.#summary, `${this.#placeText()}: ${where}`);
     this.#draw(square, 'looking …');
     setText(this.#note, 'The height is being looked up …');
     this.#command.value = '';
@@ -89,10 +91,8 @@ export class PlacePanel {
     } catch (error) {
       if (mine !== this.#shown) return;
       this.#draw(square, 'unknown');
-      setText(
-        this.#note,
-        `The top of this place could not be loaded. ${toMessage(error)} Choose the place again to retry.`,
-      );
+      const what = `The top of this place could not be loaded. ${toMessage(error)}`;
+      setText(this.#note, `${what} Choose the place again to retry.`);
     }
   }
 
@@ -128,7 +128,7 @@ export class PlacePanel {
   #draw(square: Square | undefined, top: string): void {
     const { crs } = this.#projection.world;
     const latLon = this.#latLonText();
-    this.#latLonButton.hidden = this.#geo.hidden = latLon === '';
+    for (const part of [this.#latLonButton, this.#geo]) part.hidden = latLon === '';
     this.#geo.setAttribute('href', `geo:${latLon.replace(' ', '')}`);
     const [easting, northing] = this.#place;
     this.#linkView(viewOfPlace({ easting, northing }, this.#height, this.#projection));

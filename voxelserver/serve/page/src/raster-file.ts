@@ -1,3 +1,5 @@
+import { inflate, toView } from './bytes.js';
+
 /**
  * Reads the rasters of analyses: Cloud Optimized GeoTIFFs as the server writes them. Tiled 32-bit
  * floats, pixel by pixel, compressed by DEFLATE with the predictor for floats. Not thread-safe.
@@ -48,7 +50,7 @@ class Head {
   readonly #bytes: DataView;
 
   constructor(bytes: Uint8Array) {
-    this.#bytes = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    this.#bytes = toView(bytes);
   }
 
   /** @throws RangeError where the head that was read ends before */
@@ -194,25 +196,6 @@ export function levelFor(info: RasterInfo, maxCells: number): RasterLevel {
   return info.levels.find(({ width, height }) => width * height <= maxCells) ?? info.levels.at(-1)!;
 }
 
-async function inflate(bytes: Uint8Array, length: number): Promise<Uint8Array> {
-  const stream = new Blob([bytes.slice()]).stream().pipeThrough(new DecompressionStream('deflate'));
-  const reader = stream.getReader();
-  const out = new Uint8Array(length);
-  let at = 0;
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) break;
-    if (at + value.length > length) {
-      await reader.cancel();
-      refuse('a tile is longer than it may be');
-    }
-    out.set(value, at);
-    at += value.length;
-  }
-  if (at !== length) refuse('a tile is cut short');
-  return out;
-}
-
 /**
  * Undoes the predictor of a row: bytes are differences to those of the pixel before, and the first
  * bytes of all values come before their second ones, the highest first.
@@ -249,7 +232,10 @@ export async function readBand(
     if (length === 0) continue;
     const bytes = await readAt(level.offsets[tile]!, length);
     const rowBytes = level.tileWidth * bands * 4;
-    const plain = await inflate(bytes, rowBytes * level.tileHeight);
+    const size = rowBytes * level.tileHeight;
+    const plain = await inflate(bytes, 'deflate', size);
+    if (plain === undefined) refuse('a tile is longer than it may be');
+    if (plain.length < size) refuse('a tile is cut short');
     const [x0, y0] = [
       (tile % columns) * level.tileWidth,
       Math.floor(tile / columns) * level.tileHeight,

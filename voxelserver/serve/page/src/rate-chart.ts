@@ -25,7 +25,8 @@ export class RateChart {
     this.#line.setAttribute('points', this.#rates.line(kWidth, kHeight - 4));
     const rate = (value: number): string => value.toFixed(value < 10 ? 1 : 0);
     const isKnown = this.#rates.samples.length > 0;
-    const known = `${rate(this.#rates.current)} requests a second, at most ${rate(this.#rates.highest)} in 2 minutes`;
+    const { current, highest } = this.#rates;
+    const known = `${rate(current)} requests a second, at most ${rate(highest)} in 2 minutes`;
     setText(this.#text, isKnown ? known : 'Counting requests a second …');
   }
 }

@@ -8,7 +8,10 @@ export class Rates {
   #last: { readonly atS: number; readonly count: number } | undefined;
   #samples: Sample[] = [];
 
-  /** A smaller count than before is that of a server started anew: a gap in the line, not a negative rate. */
+  /**
+   * A smaller count than before is that of a server started anew: a gap in the line, not a negative
+   * rate.
+   */
   add(atS: number, count: number): void {
     const last = this.#last;
     this.#last = { atS, count };
@@ -31,11 +34,10 @@ export class Rates {
   line(width: number, height: number): string {
     const end = this.#samples.at(-1)?.atS ?? 0;
     const top = Math.max(1, this.highest);
-    return this.#samples
-      .map(
-        ({ atS, rate }) =>
-          `${(width * (1 - (end - atS) / kSpanS)).toFixed(1)},${(height * (1 - rate / top)).toFixed(1)}`,
-      )
-      .join(' ');
+    const places = this.#samples.map(({ atS, rate }) => [
+      width * (1 - (end - atS) / kSpanS),
+      height * (1 - rate / top),
+    ]);
+    return places.map((place) => place.map((v) => v.toFixed(1)).join()).join(' ');
   }
 }

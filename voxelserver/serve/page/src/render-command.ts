@@ -12,7 +12,9 @@ const kAwayM = 400;
 const kAboveM = 300;
 const kClearM = 60;
 
-/** Where the camera of the proposed picture stands: south-west of the target, looking down on it. */
+/**
+ * Where the camera of the proposed picture stands: south-west of the target, looking down on it.
+ */
 export function cameraPlace(
   target: { readonly easting: number; readonly northing: number },
   projection: WorldProjection,
@@ -21,12 +23,18 @@ export function cameraPlace(
   return [target.easting - offset, target.northing - offset];
 }
 
-/** @param groundM height of what is under the camera, if known: it must not stand in a hill. @return metres */
+/**
+ * @param groundM height of what is under the camera, if known: it must not stand in a hill. @return
+ * metres
+ */
 export function cameraHeight(targetM: number, groundM: number | undefined): number {
   return Math.max(targetM + kAboveM, (groundM ?? -Infinity) + kClearM);
 }
 
-/** One line for a shell. @param server its address, without a slash at the end. @param name of the picture, any text */
+/**
+ * One line for a shell. @param server its address, without a slash at the end. @param name of the
+ * picture, any text
+ */
 export function renderCommand(
   server: string,
   target: Spot,
@@ -37,7 +45,8 @@ export function renderCommand(
   const decimals = Math.min(2, decimalsFor(projection.world.unitsPerVoxel));
   const list = (s: Spot): string =>
     `${s.easting.toFixed(decimals)},${s.northing.toFixed(decimals)},${s.heightM.toFixed(1)}`;
-  return `./terravox render ${quoted(server)} --camera-target=${list(target)} --camera-position=${list(camera)} -o ${fileName(name)}.png`;
+  const places = `--camera-target=${list(target)} --camera-position=${list(camera)}`;
+  return `./terravox render ${quoted(server)} ${places} -o ${fileName(name)}.png`;
 }
 
 // The server's address comes from the browser's own address bar, but a path may hold characters
@@ -45,7 +54,9 @@ export function renderCommand(
 const quoted = (text: string): string =>
   /^[\w:/.[\]@%+-]*$/.test(text) && !text.includes('[') ? text : `'${text.replace(/'/g, `'\\''`)}'`;
 
-/** Letters, digits, dashes and dots only, as names from the server end up in the shell of a user. */
+/**
+ * Letters, digits, dashes and dots only, as names from the server end up in the shell of a user.
+ */
 export function fileName(name: string): string {
   const safe = name
     .replace(/[^A-Za-z0-9_.-]+/g, '-')

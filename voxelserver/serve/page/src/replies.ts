@@ -21,7 +21,10 @@ export type World = {
   /** Half-open, voxels of level 0; x east, y up, z south. */
   readonly min: Vec3;
   readonly max: Vec3;
-  /** What to show first, as min and max: of worlds without end less than all, and of surveys without what flies far above. */
+  /**
+   * What to show first, as min and max: of worlds without end less than all, and of surveys without
+   * what flies far above.
+   */
   readonly framed: { readonly min: Vec3; readonly max: Vec3 };
   readonly voxelM: number;
   readonly levels: number;

@@ -19,7 +19,8 @@ import {
 
 const kNameFromPx = 90;
 const kLetterFromPx = 16;
-const kHatchToPx = 480; // a square that fills the map is there to look at the ground: its frame and letter must do
+// A square that fills the map is there to look at the ground: its frame and letter must do.
+const kHatchToPx = 480;
 
 /** LiDAR squares by state: hatch, letter and, when there is room, name. */
 export class SquaresLayer {
@@ -35,18 +36,10 @@ export class SquaresLayer {
     this.layer.setStyle((feature, resolution) => {
       const square = feature.get('square') as Square;
       const widthPx = (feature.get('width') as number) / resolution;
-      const style =
-        this.#styles[square.state][this.#hasHatch && widthPx <= kHatchToPx ? 'hatched' : 'framed'];
-      const letter = kStateSigns[square.state].letter;
-      style
-        .getText()
-        ?.setText(
-          widthPx >= kNameFromPx
-            ? `${letter} ${square.name}`
-            : widthPx >= kLetterFromPx
-              ? letter
-              : '',
-        );
+      const { hatched, framed } = this.#styles[square.state];
+      const style = this.#hasHatch && widthPx <= kHatchToPx ? hatched : framed;
+      const letter = widthPx >= kLetterFromPx ? kStateSigns[square.state].letter : '';
+      style.getText()?.setText(widthPx >= kNameFromPx ? `${letter} ${square.name}` : letter);
       return style;
     });
   }

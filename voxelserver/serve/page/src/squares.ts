@@ -94,9 +94,8 @@ export function readCachedBoxes(json: unknown): CachedBoxes {
 export function squareContains(square: Square, [e, n]: Position): boolean {
   let inside = false;
   for (const ring of square.rings) {
-    for (let i = 0, j = ring.length - 1; i < ring.length; j = i++) {
-      const [ax, ay] = ring[i]!;
-      const [bx, by] = ring[j]!;
+    for (const [i, [ax, ay]] of ring.entries()) {
+      const [bx, by] = ring.at(i - 1)!;
       if (ay > n !== by > n && e < ((bx - ax) * (n - ay)) / (by - ay) + ax) inside = !inside;
     }
   }

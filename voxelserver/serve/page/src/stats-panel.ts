@@ -9,6 +9,8 @@ import {
 import { RateChart } from './rate-chart.js';
 import type { CacheStats, Stage, Stats } from './replies.js';
 
+const kNothingMade = { running: 0, waiting: 0, aheadWaiting: 0, made: 0, madeAhead: 0 };
+
 type Order = 'reported' | 'name' | 'mean' | 'runs' | 'share';
 const kColumns: readonly { readonly order: Order; readonly title: string }[] = [
   { order: 'name', title: 'Step' },
@@ -124,33 +126,21 @@ function cacheText(cache: CacheStats | undefined): string {
 }
 
 function toFacts({ making, memory, prepare, ...stats }: Stats): [string, string][] {
-  const failed = (times: number): string => (times > 0 ? `, ${formatCount(times)} failed` : '');
+  const n = formatCount;
+  const failed = (times: number): string => (times > 0 ? `, ${n(times)} failed` : '');
+  const sent = stats.replyBytes === undefined ? '' : `, ${formatBytes(stats.replyBytes)} sent`;
+  const { running, waiting, aheadWaiting, made, madeAhead } = making ?? kNothingMade;
+  const queue = `${n(running)} now, ${n(waiting)} wait, ${n(aheadWaiting)} ahead`;
+  const done = `${n(made)}, ${n(madeAhead)} ahead${failed(making?.failed ?? 0)}`;
+  const squares = prepare && `${n(prepare.done)} of ${n(prepare.total)}${failed(prepare.failed)}`;
   return [
     ['Running for', formatDuration(stats.uptimeS)],
-    [
-      'Requests',
-      `${formatCount(stats.requests)}${stats.replyBytes === undefined ? '' : `, ${formatBytes(stats.replyBytes)} sent`}`,
-    ],
+    ['Requests', `${n(stats.requests)}${sent}`],
     ['Memory', memory ? ofLimit(memory.rssBytes, memory.limitBytes) : ''],
     ['Boxes in memory', cacheText(stats.cache)],
     ['Boxes on disk', stats.disk ? cacheText(stats.disk) : 'not kept'],
-    [
-      'Being made',
-      making
-        ? `${formatCount(making.running)} now, ${formatCount(making.waiting)} wait, ${formatCount(making.aheadWaiting)} ahead`
-        : '',
-    ],
-    [
-      'Made',
-      making
-        ? `${formatCount(making.made)}, ${formatCount(making.madeAhead)} ahead${failed(making.failed)}`
-        : '',
-    ],
-    [
-      'Squares prepared',
-      prepare
-        ? `${formatCount(prepare.done)} of ${formatCount(prepare.total)}${failed(prepare.failed)}`
-        : '',
-    ],
+    ['Being made', making ? queue : ''],
+    ['Made', making ? done : ''],
+    ['Squares prepared', squares ?? ''],
   ];
 }

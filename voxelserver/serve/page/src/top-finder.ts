@@ -1,4 +1,6 @@
-import { ApiError, type Api } from './api.js';
+import type { Api } from './http/api.js';
+import { DataError } from './http/errors.js';
+import { kServerTimeoutMs } from './http/http.js';
 import {
   findTop,
   kBoxSize,
@@ -27,7 +29,7 @@ export class TopFinder {
     this.#projection = projection;
   }
 
-  /** @return undefined where there is only air. @throws ApiError */
+  /** @return undefined where there is only air. @throws DataError */
   async find(easting: number, northing: number): Promise<Top | undefined> {
     if (!isInside(easting, northing, this.#projection)) return undefined;
     const [x, z] = this.#projection.toVoxel(easting, northing);
@@ -37,10 +39,14 @@ export class TopFinder {
       ? [Number(extent['by_begin']), Number(extent['by_end'])]
       : [0, 0];
     for (let by = end - 1; by >= begin && end - by <= kMostBoxes; --by) {
-      const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, { timeoutMs: 120_000 });
+      const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, kServerTimeoutMs);
       if (reply.status === 204) continue;
-      const bytes = new Uint8Array(await reply.arrayBuffer());
-      const top = readTop(bytes, { level: 0, bx, by, bz }, x - bx * kBoxSide, z - bz * kBoxSide);
+      const top = readTop(
+        await reply.bytes(),
+        { level: 0, bx, by, bz },
+        x - bx * kBoxSide,
+        z - bz * kBoxSide,
+      );
       if (top !== undefined) {
         return {
           heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM,
@@ -56,6 +62,7 @@ function readTop(bytes: Uint8Array, key: BoxKey, x: number, z: number): TopVoxel
   try {
     return findTop(readBoxArrays(bytes, key), x, z);
   } catch (error) {
-    throw new ApiError('refused', 'The box above this place could not be read.', error);
+    const what = 'The box above this place could not be read.';
+    throw new DataError('damaged', what, { cause: error });
   }
 }

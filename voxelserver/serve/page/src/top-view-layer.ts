@@ -5,7 +5,7 @@ import TileImage from 'ol/source/TileImage.js';
 import type Tile from 'ol/Tile.js';
 import TileState from 'ol/TileState.js';
 import TileGrid from 'ol/tilegrid/TileGrid.js';
-import type { Api } from './api.js';
+import type { Api } from './http/api.js';
 import type { WorldProjection } from './world-projection.js';
 
 const kMostUnfinished = 512;
@@ -80,7 +80,7 @@ export class TopViewLayer {
   async #load(tile: ImageTile, path: string): Promise<void> {
     try {
       const reply = await this.#api.get(path);
-      const image = await decode(await reply.blob());
+      const image = await decode(new Blob([await reply.bytes()]));
       if (reply.headers.get('Terravox-Complete') === 'no') this.#remember(path, tile);
       else this.#unfinished.delete(path);
       tile.setImage(image);

@@ -13,7 +13,10 @@ const kDegreesPerHour = 15;
  */
 export class WorldProjection {
   readonly world: World;
-  /** Horizontal metres in a unit of the CRS, true at this place (also where the CRS stretches, as EPSG:3857 does). */
+  /**
+   * Horizontal metres in a unit of the CRS, true at this place (also where the CRS stretches, as
+   * EPSG:3857 does).
+   */
   readonly metresPerUnit: number;
   /** west, south, east, north in CRS units */
   readonly extent: [number, number, number, number];
@@ -110,7 +113,8 @@ export function horizontalWkt(wkt: string): string {
     const c = wkt[i];
     if (c === '"') quoted = !quoted;
     else if (!quoted && c === '[') ++depth;
-    else if (!quoted && c === ']' && --depth === 0) return wkt.slice(start, i + 1);
+    else if (!quoted && c === ']') --depth;
+    if (depth === 0 && c === ']') return wkt.slice(start, i + 1);
   }
   return wkt;
 }

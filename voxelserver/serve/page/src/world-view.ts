@@ -1,7 +1,7 @@
 import { getIntersection, isEmpty } from 'ol/extent.js';
 import { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisPanel } from './analysis-panel.js';
-import type { Api } from './api.js';
+import type { Api } from './http/api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
 import { byId, setFacts, setText } from './dom.js';
@@ -39,7 +39,8 @@ export class WorldView {
 
   constructor(api: Api, world: World) {
     this.#api = api;
-    const projection = (this.#projection = new WorldProjection(world));
+    const projection = new WorldProjection(world);
+    this.#projection = projection;
     document.body.classList.remove('waiting');
     showWorld(world);
     this.#place = new PlacePanel(api, projection);
@@ -152,7 +153,10 @@ export class WorldView {
     if (name !== 'boxes') return;
     this.#showsBoxes = shown;
     this.#cached.layer.setVisible(shown);
-    if (!shown) this.#layers.boxes = this.#boxes = undefined;
+    if (!shown) {
+      this.#boxes = undefined;
+      this.#layers.boxes = undefined;
+    }
     void this.updateBoxes(true);
   }
 

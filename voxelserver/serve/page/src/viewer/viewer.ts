@@ -1,4 +1,5 @@
 import { setUpSearch } from '../search-form.js';
+import { makeHttp, type Reply } from '../http/http.js';
 import { byId, copyOnClick, setText } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Place } from './data/protocol.js';
@@ -38,6 +39,7 @@ import { setUpViews } from './ui/views.js';
 /** The viewer of a site (docs/formats/site.md): opens place.json, and lets people fly around. */
 
 declare global {
+  // merges
   interface Window {
     /** For scripts: see docs/guide/viewer.md. */
     terravox: {
@@ -59,6 +61,7 @@ const kMaxPixelRatio = 2;
 const kFarthest = 2 ** 29; // level-0 voxels: half of where worlds end
 const kLatestMs = Date.UTC(2199, 11, 31, 23, 59); // as links have it
 
+const http = makeHttp();
 const options = readOptions(location.search, navigator.languages);
 const say = (key: TextKey, ...values: string[]): string => text(options.language, key, ...values);
 
@@ -94,7 +97,9 @@ class Viewer {
     this.#place = place;
     this.#appearance = appearance;
     const { squares } = place;
-    this.#squares = new SquareNames(squares === undefined ? undefined : () => load(squares));
+    this.#squares = new SquareNames(
+      squares === undefined ? undefined : async () => (await load(squares)).json(),
+    );
     this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
     const named = place.views[0]!;
     const first = this.#toViewpoint(named);
@@ -357,12 +362,10 @@ function poolBytes(): number {
   return memoryGb <= 4 ? kSmallPoolBytes : kPoolBytes;
 }
 
-async function load(name: string): Promise<Response> {
-  const response = await fetchWithToken(new URL(name, document.baseURI), say);
-  if (!response.ok) {
-    throw new Error(`read ${name}: the host answers ${response.status}; is the site complete?`);
-  }
-  return response;
+async function load(name: string): Promise<Reply> {
+  const reply = await fetchWithToken(http, new URL(name, document.baseURI), `read ${name}`, say);
+  if (reply.response.ok) return reply;
+  throw new Error(`read ${name}: the host answers ${reply.status}; is the site complete?`);
 }
 
 async function start(): Promise<Viewer> {
@@ -372,10 +375,13 @@ async function start(): Promise<Viewer> {
   }
   const [file, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
   const place = readPlaceFile(await file.json());
-  const viewer = new Viewer(place, readAppearance(await unpackAppearance(appearance.body!)));
+  const viewer = new Viewer(
+    place,
+    readAppearance(await unpackAppearance(await appearance.bytes())),
+  );
   viewer.start();
   if ('server' in place.archive) {
-    watchServer(new URL(place.archive.server, document.baseURI).href, say, viewer);
+    watchServer(http, new URL(place.archive.server, document.baseURI).href, say, viewer);
   }
   return viewer;
 }

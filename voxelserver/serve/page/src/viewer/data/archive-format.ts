@@ -1,8 +1,9 @@
 import { nameOfBox, type BoxKey } from './box-arrays.js';
-import { DataError } from './errors.js';
+import { toView } from '../../bytes.js';
+import { DataError } from '../../http/errors.js';
 import { kMaxFactsBytes } from './facts.js';
 import { isBefore, isInRange, placeOnCurve, type CurvePlace } from './morton.js';
-import { hashAt, sameHash, xxh64, type Hash64 } from './xxh64.js';
+import { xxh64 } from './xxh64.js';
 import { unpack } from './zstd.js';
 
 /**
@@ -28,7 +29,7 @@ export type LeafPlace = {
   readonly offset: number;
   readonly bytes: number;
   readonly entries: number;
-  readonly checksum: Hash64;
+  readonly checksum: bigint;
 };
 
 /** Where a box lies: of its frame. */
@@ -73,7 +74,7 @@ export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
   if (!isArchive) throw fail('not a box archive');
   const version = view.getUint32(8, true);
   if (version !== kVersion) throw fail(`version ${version}; allowed: ${kVersion}`);
-  if (!sameHash(xxh64(bytes.subarray(0, 56)), hashAt(view, 56))) {
+  if (xxh64(bytes.subarray(0, 56)) !== view.getBigUint64(56, true)) {
     throw fail('its header is damaged');
   }
   const header: ArchiveHeader = {
@@ -113,7 +114,7 @@ export class RootIndex {
   constructor(bytes: Uint8Array, limits: IndexLimits, name: string) {
     this.#view = toView(bytes);
     const payload = bytes.length - 8;
-    if (!sameHash(xxh64(bytes.subarray(0, payload)), hashAt(this.#view, payload))) {
+    if (xxh64(bytes.subarray(0, payload)) !== this.#view.getBigUint64(payload, true)) {
       throw damaged(name, 'its index is damaged');
     }
     this.count = payload / kRootEntryBytes;
@@ -140,7 +141,7 @@ export class RootIndex {
       offset: sizeAt(this.#view, at + 16),
       bytes: this.#view.getUint32(at + 24, true),
       entries: this.#view.getUint32(at + 28, true),
-      checksum: hashAt(this.#view, at + 32),
+      checksum: this.#view.getBigUint64(at + 32, true),
     };
   }
 
@@ -169,7 +170,7 @@ export class LeafIndex {
   constructor(frame: Uint8Array, root: RootIndex, index: number, limits: IndexLimits) {
     const place = root.leaf(index);
     const fail = (what: string): DataError => new DataError('damaged', what);
-    if (!sameHash(xxh64(frame), place.checksum)) throw fail('its checksum differs');
+    if (xxh64(frame) !== place.checksum) throw fail('its checksum differs');
     const bytes = unpack(frame, kMaxEntries * kEntryBytes);
     if (bytes.length !== place.entries * kEntryBytes) {
       throw fail(`${bytes.length} bytes; the root states ${place.entries} entries`);
@@ -241,7 +242,7 @@ export function extractFrame(bytes: Uint8Array, key: BoxKey, entry: Entry): Uint
     view.getUint32(20, true) === kind;
   if (!isRecord) throw fail('the index leads to another record');
   const frame = bytes.subarray(kRecordBytes, kRecordBytes + entry.bytes);
-  if (!sameHash(xxh64(frame), hashAt(view, 24))) throw fail('its checksum differs');
+  if (xxh64(frame) !== view.getBigUint64(24, true)) throw fail('its checksum differs');
   return frame;
 }
 
@@ -301,10 +302,6 @@ function damaged(name: string, what: string): DataError {
 }
 
 const outside = (key: BoxKey): string => `box ${nameOfBox(key)} lies outside of the bounds`;
-
-function toView(bytes: Uint8Array): DataView {
-  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-}
 
 function keyAt(view: DataView, at: number): BoxKey {
   return {

@@ -4,8 +4,8 @@ import { nameOfBox } from './box-arrays.js';
 import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder } from './column-builder.js';
 import type { ColumnKey } from './column-key.js';
-import type { Clock } from './environment.js';
-import { asDataError, oneLine, within, type DataError } from './errors.js';
+import type { Clock } from '../../http/environment.js';
+import { asDataError, oneLine, within, type DataError } from '../../http/errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
 import {
   findGaps,

@@ -9,7 +9,7 @@ import {
 import type { BoxKey } from './box-arrays.js';
 import { ByteCache } from './byte-cache.js';
 import { listKeys, type ColumnKey } from './column-key.js';
-import { DataError, within } from './errors.js';
+import { DataError, within } from '../../http/errors.js';
 import {
   boxRange,
   checkArchiveBounds,

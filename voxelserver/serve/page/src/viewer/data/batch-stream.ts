@@ -1,5 +1,5 @@
 import type { BoxKey } from './box-arrays.js';
-import { DataError } from './errors.js';
+import { DataError } from '../../http/errors.js';
 
 /** Reads the reply to `POST /v2/boxes` (docs/formats/http.md, "Batch") as it arrives. */
 

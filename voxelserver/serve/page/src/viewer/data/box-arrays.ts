@@ -1,6 +1,6 @@
 import type { Vec3 } from '../../vec3.js';
-import { DataError } from './errors.js';
-import { hashAt, sameHash, xxh64 } from './xxh64.js';
+import { DataError } from '../../http/errors.js';
+import { xxh64 } from './xxh64.js';
 
 /**
  * Reads boxes of version 1 (docs/formats/box.md) into the arrays that the draw layer uploads.
@@ -145,7 +145,7 @@ function toKey(words: Uint32Array): BoxKey {
 function checksumHolds(bytes: Uint8Array): boolean {
   const view = new DataView(bytes.buffer, bytes.byteOffset, kHeaderBytes);
   const seed = xxh64(bytes.subarray(0, kChecksumAt));
-  return sameHash(xxh64(bytes.subarray(kHeaderBytes), seed), hashAt(view, kChecksumAt));
+  return xxh64(bytes.subarray(kHeaderBytes), seed) === view.getBigUint64(kChecksumAt, true);
 }
 
 function splitCells(words: Uint32Array, count: number): Pick<BoxArrays, 'cells' | 'first'> {

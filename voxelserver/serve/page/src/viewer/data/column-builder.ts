@@ -1,6 +1,6 @@
 import { bytesOfArrays } from './box-arrays.js';
 import { nameOfColumn, type ColumnKey } from './column-key.js';
-import { DataError } from './errors.js';
+import { DataError } from '../../http/errors.js';
 import { kMaxColumnBytes, type Column, type ColumnBox } from './source.js';
 
 /** Puts the boxes of a column together as they arrive, in any order. */

@@ -1,5 +1,5 @@
 import type { BoxKey } from './box-arrays.js';
-import { DataError } from './errors.js';
+import { DataError } from '../../http/errors.js';
 import { boxRange, hasLevel, isEmpty, type Facts } from './facts.js';
 
 /** A column of boxes of a level: bx and bz count boxes of 64 x 64 voxels of that level. */

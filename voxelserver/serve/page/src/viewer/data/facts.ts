@@ -1,7 +1,7 @@
 import { isFields, type Fields } from '../../json.js';
 import { readWorld, type World } from '../../replies.js';
 import { kBoxSize, kMaxLevel } from './box-arrays.js';
-import { DataError, oneLine } from './errors.js';
+import { DataError, oneLine } from '../../http/errors.js';
 
 /**
  * Facts about a world: the JSON of `GET /v2/world` (docs/formats/http.md), which archives hold too.

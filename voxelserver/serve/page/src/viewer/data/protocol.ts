@@ -1,5 +1,5 @@
 import type { ColumnKey } from './column-key.js';
-import type { Failure } from './errors.js';
+import type { Failure } from '../../http/errors.js';
 import type { Facts } from './facts.js';
 import type { FilePart } from './range-file.js';
 import type { Column } from './source.js';
@@ -12,7 +12,7 @@ import type { Column } from './source.js';
 
 export type { BoxArrays } from './box-arrays.js';
 export type { ColumnKey } from './column-key.js';
-export type { DataErrorKind, Failure } from './errors.js';
+export type { DataErrorKind, Failure } from '../../http/errors.js';
 export type { Facts } from './facts.js';
 export type { FilePart } from './range-file.js';
 export type { Column, ColumnBox } from './source.js';

@@ -1,5 +1,6 @@
-import { DataError } from './errors.js';
-import type { Http } from './http.js';
+import { DataError } from '../../http/errors.js';
+import { join } from '../../bytes.js';
+import type { Http } from '../../http/http.js';
 import { kMaxWholeBytes, UrlFile } from './url-file.js';
 
 /** A part of a file that is split into files of known sizes, in order. */
@@ -108,7 +109,7 @@ export class RangeFile {
       if (from < to) pieces.push(await this.#readPiece(file, from - start, to - from, signal));
       start = end;
     }
-    return pieces.length === 1 ? pieces[0]! : join(pieces, length);
+    return pieces.length === 1 ? pieces[0]! : join(pieces);
   }
 
   #find(offset: number, length: number): Uint8Array | undefined {
@@ -136,14 +137,4 @@ export class RangeFile {
         `it has ${this.size ?? 'fewer'} bytes; upload it again`,
     );
   }
-}
-
-function join(pieces: readonly Uint8Array[], length: number): Uint8Array {
-  const bytes = new Uint8Array(length);
-  let at = 0;
-  for (const piece of pieces) {
-    bytes.set(piece, at);
-    at += piece.length;
-  }
-  return bytes;
 }

@@ -1,5 +1,5 @@
 import { nameOfColumn, type ColumnKey } from './column-key.js';
-import { asDataError, type DataError } from './errors.js';
+import { asDataError, type DataError } from '../../http/errors.js';
 import type { BoxSource, Column, ColumnResult } from './source.js';
 
 /**

@@ -3,8 +3,8 @@ import { BatchStream, type BatchRecord } from './batch-stream.js';
 import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder } from './column-builder.js';
 import { listKeys, type ColumnKey } from './column-key.js';
-import { wait } from './environment.js';
-import { asDataError, DataError, oneLine, within, type DataErrorKind } from './errors.js';
+import { wait } from '../../http/environment.js';
+import { asDataError, DataError, oneLine, within, type DataErrorKind } from '../../http/errors.js';
 import {
   boxRange,
   columnHeight,
@@ -14,8 +14,8 @@ import {
   readFacts,
   type Facts,
 } from './facts.js';
-import { send, statusError, type Http, type Reply } from './http.js';
-import { waitBeforeRetry, withRetries } from './retry.js';
+import { send, statusError, type Http, type Reply } from '../../http/http.js';
+import { waitBeforeRetry, withRetries } from '../../http/retry.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
 import { Turns } from './turns.js';
 

@@ -2,9 +2,9 @@ import { Archive } from './archive.js';
 import { ArchiveSource } from './archive-source.js';
 import { bytesOfColumn } from './column-bytes.js';
 import { nameOfColumn, type ColumnKey } from './column-key.js';
-import type { Environment } from './environment.js';
-import { asDataError, DataError, toFailure, oneLine } from './errors.js';
-import { kServerTimeoutMs, kTimeoutMs, type Http } from './http.js';
+import type { Environment } from '../../http/environment.js';
+import { asDataError, DataError, toFailure, oneLine } from '../../http/errors.js';
+import { kServerTimeoutMs, makeHttp, type Http } from '../../http/http.js';
 import {
   kMaxUntakenBytes,
   kMaxWanted,
@@ -48,7 +48,7 @@ export class Session {
   constructor(post: Post, environment: Environment, base: string) {
     this.#post = post;
     this.#base = base;
-    this.#http = { environment, stats: { requests: 0, bytes: 0 }, timeoutMs: kTimeoutMs };
+    this.#http = makeHttp(environment);
   }
 
   handle(message: ToWorker): void {

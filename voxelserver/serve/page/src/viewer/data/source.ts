@@ -1,6 +1,6 @@
 import type { BoxArrays } from './box-arrays.js';
 import type { ColumnKey } from './column-key.js';
-import type { DataError } from './errors.js';
+import type { DataError } from '../../http/errors.js';
 import type { Facts } from './facts.js';
 
 /** A box of a column; a hole is a box that could not be made, with the reason. */

@@ -1,4 +1,4 @@
-import { wait, type Clock } from './environment.js';
+import { wait, type Clock } from '../../http/environment.js';
 
 /**
  * Interrupts long work so that messages to the worker, such as a cancellation, get their turn.

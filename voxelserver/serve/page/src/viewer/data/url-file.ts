@@ -1,4 +1,4 @@
-import { DataError } from './errors.js';
+import { DataError } from '../../http/errors.js';
 import {
   toCondition,
   parseContentRange,
@@ -6,8 +6,8 @@ import {
   isOtherVersion,
   type FileState,
 } from './file-state.js';
-import { send, statusError, type Http, type Reply } from './http.js';
-import { withRetries } from './retry.js';
+import { send, statusError, type Http, type Reply } from '../../http/http.js';
+import { withRetries } from '../../http/retry.js';
 
 /**
  * One file on a web server, read by range requests. The first reply pins its version; a reply of

@@ -1,4 +1,4 @@
-import { browserEnvironment } from './environment.js';
+import { browserEnvironment } from '../../http/environment.js';
 import type { FromWorker, ToWorker } from './protocol.js';
 import { Session } from './session.js';
 

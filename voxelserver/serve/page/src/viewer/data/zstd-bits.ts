@@ -1,4 +1,4 @@
-import { DataError } from './errors.js';
+import { DataError } from '../../http/errors.js';
 
 /** What the decoders of zstd frames share: errors, bounds, and streams that are read backwards. */
 

@@ -1,4 +1,5 @@
-import { DataError } from './errors.js';
+import { toView } from '../../bytes.js';
+import { DataError } from '../../http/errors.js';
 import { xxh64 } from './xxh64.js';
 import { damagedFrame } from './zstd-bits.js';
 import { kMaxBlockBytes, unpackBlock, type FrameState } from './zstd-block.js';
@@ -33,7 +34,7 @@ type FrameHeader = {
  */
 export function unpack(frame: Uint8Array, maxBytes: number): Uint8Array<ArrayBuffer> {
   if (maxBytes > kMaxUnpackedBytes) throw new RangeError(`unpack up to ${maxBytes} bytes`);
-  const view = new DataView(frame.buffer, frame.byteOffset, frame.byteLength);
+  const view = toView(frame);
   const header = readHeader(frame, view);
   if (header.size > maxBytes) {
     throw new DataError(
@@ -56,7 +57,7 @@ export function unpack(frame: Uint8Array, maxBytes: number): Uint8Array<ArrayBuf
     throw damagedFrame(`it has ${state.done} bytes and claims ${header.size}`);
   }
   if (header.hasChecksum) {
-    if (frame.length - end < 4 || view.getUint32(end, true) !== xxh64(out).low) {
+    if (frame.length - end < 4 || view.getUint32(end, true) !== Number(xxh64(out) & 0xffffffffn)) {
       throw damagedFrame('its checksum differs');
     }
     end += 4;

@@ -1,3 +1,4 @@
+import { inflate, toView } from '../../bytes.js';
 import { JsonReader, type Fields } from '../../json.js';
 import type { Vec3 } from '../../vec3.js';
 
@@ -86,34 +87,14 @@ const read = new JsonReader(fail);
 const rgb = (value: unknown, what: string): Rgb => read.vec3(value, what, 1e6, 'is no colour');
 
 /** @throws Error when it is no gzip stream, or unpacks to more than any appearance.bin */
-export async function unpackAppearance(
-  body: ReadableStream<Uint8Array<ArrayBuffer>>,
-): Promise<Uint8Array> {
-  const parts: Uint8Array[] = [];
-  let bytes = 0;
-  const unpacked = body.pipeThrough(new DecompressionStream('gzip')).getReader();
-  for (;;) {
-    const { done, value } = await unpacked.read();
-    if (done) break;
-    parts.push(value);
-    bytes += value.length;
-    if (bytes > kMaxBytes) {
-      await unpacked.cancel();
-      fail(`it unpacks to more than ${kMaxBytes} bytes`);
-    }
-  }
-  const out = new Uint8Array(bytes);
-  let at = 0;
-  for (const part of parts) {
-    out.set(part, at);
-    at += part.length;
-  }
-  return out;
+export async function unpackAppearance(packed: Uint8Array): Promise<Uint8Array> {
+  const bytes = await inflate(packed, 'gzip', kMaxBytes);
+  return bytes ?? fail(`it unpacks to more than ${kMaxBytes} bytes`);
 }
 
 /** @param bytes unpacked @throws Error that says what is wrong */
 export function readAppearance(bytes: Uint8Array): Appearance {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const view = toView(bytes);
   const magic = String.fromCharCode(...bytes.subarray(0, kMagic.length));
   if (bytes.length < kHeadBytes || magic !== kMagic) fail('it is no appearance.bin');
   const version = view.getUint32(8, true);

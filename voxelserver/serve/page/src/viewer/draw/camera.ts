@@ -1,4 +1,6 @@
-/** A perspective camera as the ray tracer's (raytracer/core/scene/camera.hpp), in level-0 voxels. */
+/**
+ * A perspective camera as the ray tracer's (raytracer/core/scene/camera.hpp), in level-0 voxels.
+ */
 
 import type { Vec3 } from '../../vec3.js';
 

@@ -61,7 +61,8 @@ function tryTable(cut: readonly CutColumn[], size: number): ColumnTable | undefi
     let probes = 1;
     while (columns[at * 4 + 2] !== 0) {
       at = (at + 1) & mask;
-      if (++probes > kMaxProbes) return undefined;
+      probes += 1;
+      if (probes > kMaxProbes) return undefined;
     }
     const kind = column.boxes === undefined ? kSplit : kLeaf;
     columns.set([column.bx, column.bz, column.level | (kind << 8), boxes.length / 4], at * 4);

@@ -16,7 +16,8 @@ export const kLayerColours = 257;
 export const kUnknownClass = 256;
 
 // Groups keep the hue that maps give them; within a group, and between groups that colour-blind
-// people confuse, lightness differs. Orange, sky blue, green, yellow, blue, vermilion and purple are
+// people confuse, lightness differs. Orange, sky blue, green, yellow, blue, vermilion and purple
+// are
 // those of Okabe and Ito, "Color Universal Design", 2008.
 const kUnclassified: Bytes = [186, 186, 192];
 const kGround: Bytes = [201, 169, 122];

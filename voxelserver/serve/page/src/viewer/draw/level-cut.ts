@@ -47,7 +47,8 @@ export class LevelCut {
   }
 
   /**
-   * Whether the column (bx, bz) of a level is far enough from all eyes to be shown at that level; if
+   * Whether the column (bx, bz) of a level is far enough from all eyes to be shown at that level;
+   * if
    * so, its halves are far enough for theirs.
    */
   isFarEnough(level: number, bx: number, bz: number): boolean {
@@ -90,5 +91,5 @@ export class LevelCut {
 const mapAxes = (f: (axis: 0 | 1 | 2) => number): [number, number, number] => [f(0), f(1), f(2)];
 
 function outside(v: number, low: number, high: number): number {
-  return v < low ? low - v : v > high ? v - high : 0;
+  return Math.max(low - v, v - high, 0);
 }

@@ -80,7 +80,8 @@ export class Program {
 
   texture(name: string, target: number, texture: WebGLTexture): void {
     const gl = this.#gl;
-    const unit = this.#units++;
+    const unit = this.#units;
+    this.#units += 1;
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(target, texture);
     gl.uniform1i(this.#at(name), unit);

@@ -251,16 +251,7 @@ export class Renderer {
     p.float('uGround', ...light.ground);
     p.vectors('uAmbient', light.ambient);
 
-    p.texture('uMaterials', gl.TEXTURE_2D, this.#materials);
-    p.texture('uRatio', gl.TEXTURE_2D, this.#ratio);
-    p.texture('uOwn', gl.TEXTURE_2D, this.#own);
-    p.texture('uPanes', gl.TEXTURE_2D, this.#panes);
-    p.float('uMeanPane', ...this.#meanPane.slice(0, 4));
-    p.float('uMeanGlass', this.#meanPane[4]!);
-    p.float('uVoxel_m', this.#voxelM);
-    p.float('uColourMix', look.colourMix);
-    p.int('uTextures', look.textures ? 1 : 0);
-    p.int('uNightTime', light.toSun[1] < kNightAltitudeSine ? 1 : 0);
+    this.#setMaterials(p, look, light);
 
     p.int('uBounces', look.bounces);
     p.int('uShadows', look.shadows ? 1 : 0);
@@ -283,6 +274,20 @@ export class Renderer {
     p.float('uJitter', ...jitter);
     p.float('uPixelRad', pixelRad(camera, size[1]));
     p.uint('uFrame', this.#samples);
+  }
+
+  #setMaterials(p: Program, look: Look, light: SkyLight): void {
+    const gl = this.#gl;
+    p.texture('uMaterials', gl.TEXTURE_2D, this.#materials);
+    p.texture('uRatio', gl.TEXTURE_2D, this.#ratio);
+    p.texture('uOwn', gl.TEXTURE_2D, this.#own);
+    p.texture('uPanes', gl.TEXTURE_2D, this.#panes);
+    p.float('uMeanPane', ...this.#meanPane.slice(0, 4));
+    p.float('uMeanGlass', this.#meanPane[4]!);
+    p.float('uVoxel_m', this.#voxelM);
+    p.float('uColourMix', look.colourMix);
+    p.int('uTextures', look.textures ? 1 : 0);
+    p.int('uNightTime', light.toSun[1] < kNightAltitudeSine ? 1 : 0);
   }
 
   #target(size: readonly [number, number]): Target {

@@ -1,6 +1,7 @@
 /**
  * The sky for one place of the sun: the table that the shader looks up, and what the sky sends to
- * the six faces of a voxel. The formulas are those of raytracer/core/sky (and of sky.glsl); colours are
+ * the six faces of a voxel. The formulas are those of raytracer/core/sky (and of sky.glsl); colours
+ * are
  * linear, directions of unit length with y up.
  */
 import type { Appearance, Rgb } from './appearance.js';

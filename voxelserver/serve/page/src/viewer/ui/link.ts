@@ -17,8 +17,8 @@ const kFarthest = 2 ** 30; // level-0 voxels
 const kLatestMs = Date.UTC(2200, 0, 1);
 const kMinuteMs = 60_000;
 
-/** Words of tools and switches: a name, and a value of letters, digits and `,._-`. */
-export type Words = Readonly<Record<string, string>>;
+/** Of tools and switches: a name, and a value of letters, digits and `,._-`, if it is there. */
+export type Words = Readonly<Record<string, string | undefined>>;
 
 export const kMaxPoints = 64;
 
@@ -27,7 +27,8 @@ export function toLink(state: ViewState, others: Words = {}): string {
   const place = view.position.map((v) => Number(v.toFixed(2))).join(',');
   const look = [view.headingDeg, view.pitchDeg, view.fovDeg].map((v) => Number(v.toFixed(2)));
   const own = `#at=${place}&look=${look.join(',')}&time=${Math.round(state.timeMs / kMinuteMs)}`;
-  return [own, ...Object.entries(others).map(([name, value]) => `${name}=${value}`)].join('&');
+  const known = Object.entries(others).filter(([, value]) => value !== undefined);
+  return [own, ...known.map(([name, value]) => `${name}=${value}`)].join('&');
 }
 
 /** What a link says about tools and switches. */

@@ -64,7 +64,8 @@ export class Overlay {
       this.#canvas = undefined;
       return;
     }
-    const canvas = (this.#canvas ??= this.#add());
+    this.#canvas ??= this.#add();
+    const canvas = this.#canvas;
     const { width, height } = this.#picture;
     // A new size clears the canvas, too.
     canvas.width = width;

@@ -1,4 +1,6 @@
-/** The panel as a whole: its texts, folding, light and dark, and how it looks inside other pages. */
+/**
+ * The panel as a whole: its texts, folding, light and dark, and how it looks inside other pages.
+ */
 import { byId, setText } from '../../dom.js';
 import type { Room } from './navigation.js';
 import type { Options } from './options.js';

@@ -48,23 +48,13 @@ export function readSection(word: string | null, otherwise: SectionPlane): Secti
   const kind = word?.slice(0, 2);
   const rest = word?.slice(2) ?? null;
   const far = [-kFarthest, kFarthest] as const;
-  if (kind === 'v,') {
-    const v = numbers(rest, [[0, 360], far, [0, 1]]);
-    if (v !== undefined) {
-      return {
-        ...otherwise,
-        kind: 'vertical',
-        azimuthDeg: v[0]! % 360,
-        position: v[1]!,
-        isFlipped: v[2] === 1,
-      };
-    }
+  const upright = kind === 'v,' ? numbers(rest, [[0, 360], far, [0, 1]]) : undefined;
+  if (upright !== undefined) {
+    const [azimuth, position, flip] = upright as [number, number, number];
+    const azimuthDeg = azimuth % 360;
+    return { ...otherwise, kind: 'vertical', azimuthDeg, position, isFlipped: flip === 1 };
   }
-  if (kind === 'h,') {
-    const v = numbers(rest, [far, [0, 1]]);
-    if (v !== undefined) {
-      return { ...otherwise, kind: 'horizontal', height: v[0]!, isFlipped: v[1] === 1 };
-    }
-  }
-  return otherwise;
+  const level = kind === 'h,' ? numbers(rest, [far, [0, 1]]) : undefined;
+  if (level === undefined) return otherwise;
+  return { ...otherwise, kind: 'horizontal', height: level[0]!, isFlipped: level[1] === 1 };
 }

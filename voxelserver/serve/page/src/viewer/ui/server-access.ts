@@ -2,19 +2,18 @@
  * The token of a voxel server: asked for where the server requires one, kept in the tab under the
  * name that the server's map uses too, and sent to the page's own origin alone.
  */
-import { kTokenKey } from '../../api.js';
+import { kTokenKey, type TokenStore } from '../../http/api.js';
+import { send, type Http, type Reply } from '../../http/http.js';
 import { element, setText } from '../../dom.js';
 import type { Place } from '../data/protocol.js';
-import type { TextKey } from './texts.js';
-
-export type Say = (key: TextKey, ...values: string[]) => string;
+import type { Say } from './texts.js';
 
 /** What a header can hold. */
 const kTokenText = /^[\x21-\x7e]+$/;
 
 /** Where the browser keeps nothing for pages, the token is known to this one alone. */
 const kept = new Map<string, string>();
-export const tokenStore: Pick<Storage, 'getItem' | 'setItem' | 'removeItem'> = {
+export const tokenStore: TokenStore = {
   getItem: (name) => storage()?.getItem(name) ?? kept.get(name) ?? null,
   setItem: (name, value) => {
     kept.set(name, value);
@@ -47,21 +46,22 @@ export function serverPlace(server: string, coarsest: number): Place {
  * Fetches a file of the page's own host with the token of the tab; asks the user for one until the
  * host takes it.
  */
-export async function fetchWithToken(url: URL, say: Say): Promise<Response> {
+export async function fetchWithToken(http: Http, url: URL, name: string, say: Say): Promise<Reply> {
+  const { signal } = new AbortController();
   for (;;) {
     const token = tokenStore.getItem(kTokenKey);
     const isOwn = url.origin === location.origin;
     const isSent = token !== null && isOwn && kTokenText.test(token);
     const headers: HeadersInit = isSent ? { Authorization: `Bearer ${token}` } : {};
-    const response = await fetch(url, { headers });
-    if (!isOwn || response.status !== 401 || !wantsToken(response)) return response;
+    const reply = await send(http, url.href, name, { headers }, signal);
+    if (!isOwn || reply.status !== 401 || !wantsToken(reply.headers)) return reply;
+    reply.cancel();
     tokenStore.setItem(kTokenKey, await askForToken(say, token !== null));
   }
 }
 
-function wantsToken(response: Response): boolean {
-  return /^bearer\b/i.test(response.headers.get('WWW-Authenticate') ?? '');
-}
+const wantsToken = (headers: Headers): boolean =>
+  /^bearer\b/i.test(headers.get('WWW-Authenticate') ?? '');
 
 /** @param wasRefused whether a token was tried already */
 function askForToken(say: Say, wasRefused: boolean): Promise<string> {

@@ -1,11 +1,13 @@
 /** What the viewer shows of a voxel server: how far it is with what is missing, and its map. */
-import { Api, ApiError } from '../../api.js';
+import { Api, toTrouble } from '../../http/api.js';
+import type { Http } from '../../http/http.js';
 import { placeToHash } from '../../coordinates.js';
 import { byId, element, setText } from '../../dom.js';
-import { Poller } from '../../poller.js';
+import { Poller, wakeWhenShown } from '../../http/poller.js';
 import { readStats, readWorld, type Stats, type World } from '../../replies.js';
 import { computeForward, type Viewpoint } from './navigation.js';
-import { tokenStore, type Say } from './server-access.js';
+import { tokenStore } from './server-access.js';
+import type { Say } from './texts.js';
 
 const kEveryMs = 2000;
 const kMapPixels = 512; // as many pixels of the map as what is looked at is away
@@ -19,8 +21,8 @@ export type WatchedViewer = {
 };
 
 /** @param server its address */
-export function watchServer(server: string, say: Say, viewer: WatchedViewer): void {
-  const api = new Api(server, (url, init) => fetch(url, init), tokenStore);
+export function watchServer(http: Http, server: string, say: Say, viewer: WatchedViewer): void {
+  const api = new Api(server, http, tokenStore);
   const line = element('p', { id: 'server', role: 'status' });
   byId('status', HTMLParagraphElement).after(line);
   byId('panel', HTMLDivElement).prepend(element('p', {}, mapLink(api, say, viewer)));
@@ -30,16 +32,12 @@ export function watchServer(server: string, say: Say, viewer: WatchedViewer): vo
       const isIdle = waiting === 0 && frames > 0;
       setText(line, isIdle ? '' : describeProgress(readStats(await api.getJson('v2/stats')), say));
     } catch (error) {
-      setText(line, toTrouble(error, say));
+      setText(line, describeTrouble(error, say));
       throw error;
     }
   };
-  const clock = {
-    after: (ms: number, run: () => void) => void setTimeout(run, ms),
-    isPaused: () => document.hidden,
-  };
-  const poll = new Poller(kEveryMs, watch, clock);
-  document.addEventListener('visibilitychange', () => poll.wake());
+  const poll = new Poller(kEveryMs, watch);
+  wakeWhenShown(poll);
   poll.wake();
 }
 
@@ -60,8 +58,8 @@ export function describeProgress({ making, prepare }: Stats, say: Say): string {
   return parts.join('; ');
 }
 
-function toTrouble(error: unknown, say: Say): string {
-  const kind = error instanceof ApiError ? error.trouble : 'refused';
+function describeTrouble(error: unknown, say: Say): string {
+  const kind = toTrouble(error);
   if (kind === 'token') return say('serverToken');
   if (kind === 'busy') return say('serverBusy');
   return say('serverGone');

@@ -5,11 +5,11 @@
 import { readSquares, squareContains, type Position, type Square } from '../../squares.js';
 
 export class SquareNames {
-  readonly #fetchList: (() => Promise<Response>) | undefined;
+  readonly #fetchList: (() => Promise<unknown>) | undefined;
   #list: Promise<readonly Square[]> | undefined;
 
   /** @param fetchList undefined: the place has none, or nobody knows them */
-  constructor(fetchList: (() => Promise<Response>) | undefined) {
+  constructor(fetchList: (() => Promise<unknown>) | undefined) {
     this.#fetchList = fetchList;
   }
 
@@ -21,7 +21,7 @@ export class SquareNames {
   async at(at: Position): Promise<string> {
     const fetchList = this.#fetchList;
     if (fetchList === undefined) return '';
-    this.#list ??= fetchList().then(async (response) => readSquares(await response.json()));
+    this.#list ??= fetchList().then(readSquares);
     try {
       const list = await this.#list;
       return list.find((square) => squareContains(square, at))?.name ?? '';

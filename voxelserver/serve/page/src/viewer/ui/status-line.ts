@@ -1,4 +1,6 @@
-/** The line that says what the page waits for, and what went wrong: what to do, then the details. */
+/**
+ * The line that says what the page waits for, and what went wrong: what to do, then the details.
+ */
 import { element, setText } from '../../dom.js';
 import type { Failure } from '../data/protocol.js';
 import type { Say } from './texts.js';

@@ -22,7 +22,8 @@ export type Tool = {
   /** What lies under a click; a tool without it leaves clicks to the facts. */
   click?(pick: Pick): void;
   clear(): void;
-  readonly shapes: () => readonly Shape[];
+  /** What is undefined is left out. */
+  readonly shapes: () => readonly (Shape | undefined)[];
   /** Its share in how the picture is drawn. */
   look?(look: Look): Look;
   /** What had to be read for the view is there: rays may meet more now. */

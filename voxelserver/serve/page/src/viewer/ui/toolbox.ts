@@ -58,7 +58,8 @@ export class Toolbox {
   }
 
   shapes(): readonly Shape[] {
-    return this.#entries.flatMap(({ tool }) => tool.shapes());
+    const all = this.#entries.flatMap(({ tool }) => tool.shapes());
+    return all.filter((shape) => shape !== undefined);
   }
 
   settled(): void {
@@ -70,8 +71,8 @@ export class Toolbox {
   }
 
   words(): Words {
-    const open = this.#open === undefined ? {} : { tool: this.#open.tool.id };
-    return Object.assign({}, ...this.#entries.map(({ tool }) => tool.words()), open) as Words;
+    const all = this.#entries.map(({ tool }) => tool.words());
+    return Object.assign({}, ...all, { tool: this.#open?.tool.id }) as Words;
   }
 
   follow(words: URLSearchParams): void {

@@ -99,13 +99,13 @@ export const makeNote = (): HTMLElement => element('p', { class: 'note', role: '
 /** A button that takes the point in the middle of the picture; `note` says that there is none. */
 export function middleButton(
   name: string,
-  { say, middle }: ToolContext,
+  context: ToolContext,
   note: HTMLElement,
   use: (point: Vec3) => void,
 ): HTMLButtonElement {
   return button(name, () => {
-    const seen = middle();
-    if (seen === undefined) setText(note, say('nothingThere'));
+    const seen = context.middle();
+    if (seen === undefined) setText(note, context.say('nothingThere'));
     else use(seen.point);
   });
 }

@@ -116,11 +116,10 @@ export function makeLayers(context: ToolContext): Tool {
       layer,
       heightRange: [rangeM[0] / world.voxelM, rangeM[1] / world.voxelM],
     }),
-    words: () => {
-      if (layer === 'none') return {};
-      const isWhole = rangeM[0] === whole[0] && rangeM[1] === whole[1];
-      return { layer, ...(isWhole ? {} : { range: numbersWord(rangeM) }) };
-    },
+    words: () => ({
+      layer: layer === 'none' ? undefined : layer,
+      range: layer === 'none' || rangeM.join() === whole.join() ? undefined : numbersWord(rangeM),
+    }),
     follow: (words) => {
       const found = kLayers.find((id) => id === words.get('layer')) ?? 'none';
       const limit = [-kFarthestM, kFarthestM] as const;

@@ -1,7 +1,6 @@
 /** Distances, heights, slopes and areas between clicked points. */
 import { element, setFacts } from '../../../dom.js';
 import { distance, halfway } from '../../../vec3.js';
-import { pointsWord, readPoints } from '../link.js';
 import { measurePath } from '../measures.js';
 import type { Shape } from '../overlay.js';
 import type { Tool, ToolContext } from '../tool.js';
@@ -14,7 +13,7 @@ export function makeMeasure(context: ToolContext): Tool {
   const { say, numbers, world } = context;
   let isClosed = false;
   const results = element('dl', { id: 'measures', 'aria-live': 'polite' });
-  const line = makePointLine(context, changed);
+  const line = makePointLine(context, 'measure', changed);
   const closed = checkbox(say('measure.closed'), isClosed, (isOn) => {
     isClosed = isOn;
     changed();
@@ -58,31 +57,19 @@ export function makeMeasure(context: ToolContext): Tool {
       const label = numbers.length(distance(from, to) * world.voxelM);
       return { kind: 'label', at: halfway(from, to), label };
     });
-    return [
-      { kind: 'line', points: ring, tone: 'usual' },
-      ...points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' })),
-      ...labels,
-    ];
-  }
-
-  function setClosed(isOn: boolean): void {
-    isClosed = isOn;
-    closed.input.checked = isOn;
+    return [{ kind: 'line', points: ring, tone: 'usual' }, ...line.marks, ...labels];
   }
 
   return {
     id: 'measure',
     panel: [...line.controls, closed.row, results],
-    click: ({ point }) => line.add(point),
-    clear: () => line.set([]),
+    ...line.tool,
     shapes: () => (line.points.length === 0 ? [] : shapes()),
-    words: () => ({
-      ...(line.points.length > 0 ? { measure: pointsWord(line.points) } : {}),
-      ...(isClosed ? { area: '1' } : {}),
-    }),
+    words: () => ({ ...line.tool.words(), area: isClosed ? '1' : undefined }),
     follow: (words) => {
-      setClosed(words.get('area') === '1');
-      line.set(readPoints(words.get('measure')));
+      isClosed = words.get('area') === '1';
+      closed.input.checked = isClosed;
+      line.tool.follow(words);
     },
   };
 }

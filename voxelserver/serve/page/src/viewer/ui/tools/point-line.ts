@@ -1,19 +1,22 @@
 /** Points that people click one after another, and the buttons that go with them. */
 import { button, buttonRow, element, setText } from '../../../dom.js';
 import type { Vec3 } from '../../../vec3.js';
-import { kMaxPoints } from '../link.js';
-import type { ToolContext } from '../tool.js';
+import { kMaxPoints, pointsWord, readPoints } from '../link.js';
+import type { Shape } from '../overlay.js';
+import type { Tool, ToolContext } from '../tool.js';
 import { makeNote, middleButton } from '../widgets.js';
 
 export type PointLine = {
   readonly points: readonly Vec3[];
   readonly controls: readonly HTMLElement[];
-  add(point: Vec3): void;
-  set(points: readonly Vec3[]): void;
+  /** The points themselves. */
+  readonly marks: readonly Shape[];
+  /** What a tool of points does. */
+  readonly tool: Required<Pick<Tool, 'click' | 'clear' | 'words' | 'follow'>>;
 };
 
-/** @param onChange after each change, also by set() */
-export function makePointLine(context: ToolContext, onChange: () => void): PointLine {
+/** @param word of the points in the link @param onChange after each change */
+export function makePointLine(context: ToolContext, word: string, onChange: () => void): PointLine {
   const { say } = context;
   let points: readonly Vec3[] = [];
   const note = makeNote();
@@ -39,7 +42,14 @@ export function makePointLine(context: ToolContext, onChange: () => void): Point
       ),
       note,
     ],
-    add,
-    set,
+    get marks() {
+      return points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' }));
+    },
+    tool: {
+      click: ({ point }) => add(point),
+      clear: () => set([]),
+      words: () => ({ [word]: points.length > 0 ? pointsWord(points) : undefined }),
+      follow: (words) => set(readPoints(words.get(word))),
+    },
   };
 }

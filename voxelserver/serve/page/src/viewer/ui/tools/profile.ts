@@ -1,6 +1,5 @@
 /** Heights along a line of clicked points: a chart, its facts, and a table to take away. */
 import { button, download, element, setFacts } from '../../../dom.js';
-import { pointsWord, readPoints } from '../link.js';
 import type { Shape } from '../overlay.js';
 import { makeProfileChart } from '../profile-chart.js';
 import {
@@ -21,7 +20,7 @@ export function makeProfile(context: ToolContext): Tool {
   const { say, numbers, world } = context;
   let samples: readonly ProfileSample[] = [];
   const facts = element('dl', { id: 'profile-facts', 'aria-live': 'polite' });
-  const line = makePointLine(context, () => read(true));
+  const line = makePointLine(context, 'profile', () => read(true));
   const chart = makeProfileChart(say, numbers, () => context.changed());
   const csv = button(say('profile.csv'), () =>
     download(new Blob([toCsv(samples, world)], { type: 'text/csv' }), kCsvName),
@@ -54,25 +53,19 @@ export function makeProfile(context: ToolContext): Tool {
     ];
   }
 
-  function shapes(): readonly Shape[] {
+  function shapes(): readonly (Shape | undefined)[] {
     const cursor = chart.cursor;
     const known = samples.filter((sample) => sample.heightM !== undefined);
     const surface = known.map((sample) => sample.point);
+    const height = cursor?.heightM;
     return [
       surface.length > 1
         ? { kind: 'line', points: surface, tone: 'good' }
         : { kind: 'line', points: line.points, tone: 'usual' },
-      ...line.points.map((at): Shape => ({ kind: 'point', at, tone: 'usual' })),
-      ...(cursor?.heightM === undefined
-        ? []
-        : [
-            {
-              kind: 'point',
-              at: cursor.point,
-              tone: 'good',
-              label: numbers.length(cursor.heightM),
-            } as const,
-          ]),
+      ...line.marks,
+      cursor === undefined || height === undefined
+        ? undefined
+        : { kind: 'point', at: cursor.point, tone: 'good', label: numbers.length(height) },
     ];
   }
 
@@ -80,13 +73,10 @@ export function makeProfile(context: ToolContext): Tool {
     id: 'profile',
     panel: [...line.controls, results],
     begin: () => chart.resize(),
-    click: ({ point }) => line.add(point),
-    clear: () => line.set([]),
+    ...line.tool,
     shapes: () => (line.points.length === 0 ? [] : shapes()),
     settled: () => {
       if (line.points.length > 1) read(false);
     },
-    words: () => (line.points.length > 0 ? { profile: pointsWord(line.points) } : {}),
-    follow: (words) => line.set(readPoints(words.get('profile'))),
   };
 }

@@ -79,7 +79,7 @@ export function makeSection(context: ToolContext): Tool {
     clear: () => set(none),
     shapes: () => [],
     look: (look) => ({ ...look, section: toSection(plane, pivot) }),
-    words: () => (plane.kind === 'off' ? {} : { section: sectionWord(plane) }),
+    words: () => ({ section: plane.kind === 'off' ? undefined : sectionWord(plane) }),
     follow: (words) => set(readSection(words.get('section'), none)),
   };
 }

@@ -9,13 +9,21 @@ import { checkbox, makeNote, middleButton, numberField, select } from '../widget
 
 type Setting = 'observer' | 'target';
 
+type State = {
+  /** On the ground. */
+  readonly observer: Vec3 | undefined;
+  readonly target: Vec3 | undefined;
+  readonly eyeM: number;
+  readonly isShaded: boolean;
+};
+
 const kEyeM = 1.7;
 const kMaxEyeM = 1000;
+const kNothing = { observer: undefined, target: undefined, eyeM: kEyeM, isShaded: true } as const;
 
 export function makeSight(context: ToolContext): Tool {
   const { say, numbers, world } = context;
   let setting: Setting = 'observer';
-  /** On the ground. */
   let observer: Vec3 | undefined;
   let target: Vec3 | undefined;
   let eyeM = kEyeM;
@@ -64,18 +72,13 @@ export function makeSight(context: ToolContext): Tool {
   }
 
   function toFacts({ distance, obstacle }: Sight): (readonly [string, string])[] {
+    const [x, y, z] = obstacle ?? [0, 0, 0];
     const units = world.unitsPerVoxel;
-    const rows: (readonly [string, string])[] = [
-      [say('sight.distance'), numbers.length(distance * world.voxelM)],
-    ];
-    if (obstacle === undefined) return rows;
+    const place = `${numbers.number(x * units, 1)}; ${numbers.number(-z * units, 1)}`;
     return [
-      ...rows,
-      [
-        say('sight.obstacle'),
-        `${numbers.number(obstacle[0] * units, 1)}; ${numbers.number(-obstacle[2] * units, 1)}`,
-      ],
-      [say('height'), numbers.length(obstacle[1] * world.voxelM)],
+      [say('sight.distance'), numbers.length(distance * world.voxelM)],
+      [say('sight.obstacle'), obstacle === undefined ? '' : place],
+      [say('height'), obstacle === undefined ? '' : numbers.length(y * world.voxelM)],
     ];
   }
 
@@ -89,8 +92,8 @@ export function makeSight(context: ToolContext): Tool {
     changed();
   }
 
-  function set(next: { observer?: Vec3; target?: Vec3; eyeM: number; isShaded: boolean }): void {
-    ({ observer, target, eyeM } = { observer: undefined, target: undefined, ...next });
+  function set(next: State): void {
+    ({ observer, target, eyeM } = next);
     eye.input.valueAsNumber = eyeM;
     shade.input.checked = next.isShaded;
     setting = observer === undefined ? 'observer' : 'target';
@@ -98,7 +101,7 @@ export function makeSight(context: ToolContext): Tool {
     changed();
   }
 
-  function shapes(): readonly Shape[] {
+  function shapes(): readonly (Shape | undefined)[] {
     const from = eyeAt();
     if (from === undefined || observer === undefined) return [];
     const stand: Shape[] = [
@@ -106,25 +109,17 @@ export function makeSight(context: ToolContext): Tool {
       { kind: 'point', at: from, tone: 'usual', label: say('sight.eyeLabel') },
     ];
     if (target === undefined) return stand;
-    const isBlocked = sight?.obstacle !== undefined;
-    const until = sight?.obstacle ?? target;
+    const at = sight?.obstacle;
+    const tone = at === undefined ? 'good' : 'bad';
     return [
-      { kind: 'line', points: [from, until], tone: 'good' },
-      ...(isBlocked ? [{ kind: 'line', points: [until, target], tone: 'bad' } as const] : []),
+      { kind: 'line', points: [from, at ?? target], tone: 'good' },
+      at && { kind: 'line', points: [at, target], tone },
       ...stand,
-      {
-        kind: 'point',
-        at: target,
-        tone: isBlocked ? 'bad' : 'good',
-        label: say('sight.targetLabel'),
-      },
-      ...(isBlocked
-        ? [{ kind: 'point', at: until, tone: 'bad', label: say('sight.obstacle') } as const]
-        : []),
+      { kind: 'point', at: target, tone, label: say('sight.targetLabel') },
+      at && { kind: 'point', at, tone, label: say('sight.obstacle') },
     ];
   }
 
-  const nothing = { eyeM: kEyeM, isShaded: true };
   eye.input.valueAsNumber = eyeM;
   return {
     id: 'sight',
@@ -135,14 +130,14 @@ export function makeSight(context: ToolContext): Tool {
       shade.row,
       buttonRow(
         middleButton(say('sight.middle'), context, note, put),
-        button(say('clear'), () => set(nothing)),
+        button(say('clear'), () => set(kNothing)),
       ),
       note,
       result,
       facts,
     ],
     click: ({ point }) => put(point),
-    clear: () => set(nothing),
+    clear: () => set(kNothing),
     shapes,
     look: (before) => ({ ...before, observer: shade.input.checked ? eyeAt() : undefined }),
     settled: () => {
@@ -151,25 +146,21 @@ export function makeSight(context: ToolContext): Tool {
       context.changed();
     },
     words: () => ({
-      ...(observer === undefined ? {} : { observer: numbersWord([...observer, eyeM]) }),
-      ...(target === undefined ? {} : { target: numbersWord(target) }),
-      ...(shade.input.checked ? {} : { shade: '0' }),
+      observer: observer && numbersWord([...observer, eyeM]),
+      target: target && numbersWord(target),
+      shade: shade.input.checked ? undefined : '0',
     }),
     follow: (words) => {
-      const at = readObserver(words.get('observer'));
-      const to = readPoint(words.get('target'));
-      set({
-        ...(at === undefined ? { eyeM: kEyeM } : { observer: at.point, eyeM: at.eyeM }),
-        ...(to === undefined ? {} : { target: to }),
-        isShaded: words.get('shade') !== '0',
-      });
+      const from = readObserver(words.get('observer'));
+      const target = readPoint(words.get('target'));
+      set({ ...from, target, isShaded: words.get('shade') !== '0' });
     },
   };
 }
 
-function readObserver(word: string | null): { point: Vec3; eyeM: number } | undefined {
+function readObserver(word: string | null): Pick<State, 'observer' | 'eyeM'> {
   const parts = word?.split(',') ?? [];
-  const point = readPoint(parts.slice(0, 3).join(','));
+  const observer = readPoint(parts.slice(0, 3).join(','));
   const eye = readNumbers(parts.slice(3).join(','), [[0, kMaxEyeM]]);
-  return point === undefined || eye === undefined ? undefined : { point, eyeM: eye[0]! };
+  return observer === undefined || eye === undefined ? kNothing : { observer, eyeM: eye[0]! };
 }

@@ -29,18 +29,19 @@ export function makeSunPath(context: ToolContext): Tool {
   }
 
   function toFacts({ noon, rise, set }: SunDay): (readonly [string, string])[] {
-    const rows: (readonly [string, string])[] = [
+    const high = numbers.number(noon.altitudeDeg, 1);
+    const hasEdges = rise !== undefined && set !== undefined;
+    return [
       [say('sun.rise'), edge(rise)],
-      [
-        say('sun.noon'),
-        say('sun.noonValue', clock(noon.timeMs), numbers.number(noon.altitudeDeg, 1)),
-      ],
+      [say('sun.noon'), say('sun.noonValue', clock(noon.timeMs), high)],
       [say('sun.set'), edge(set)],
+      hasEdges ? [say('sun.length'), length(rise, set)] : [withoutEdge(noon), ' '],
     ];
-    if (rise === undefined || set === undefined) return [...rows, [withoutEdge(noon), ' ']];
+  }
+
+  function length(rise: SunAt, set: SunAt): string {
     const minutes = Math.round(lengthMs(rise, set) / kMinuteMs);
-    const parts = [Math.floor(minutes / 60), minutes % 60].map(String);
-    return [...rows, [say('sun.length'), say('sun.hours', ...parts)]];
+    return say('sun.hours', ...[Math.floor(minutes / 60), minutes % 60].map(String));
   }
 
   function edge(at: SunAt | undefined): string {
@@ -87,7 +88,7 @@ export function makeSunPath(context: ToolContext): Tool {
     },
     shapes: () => (shown.input.checked ? shapes() : []),
     timeChanged,
-    words: () => (shown.input.checked ? { sun: '1' } : {}),
+    words: () => ({ sun: shown.input.checked ? '1' : undefined }),
     follow: (words) => {
       shown.input.checked = words.get('sun') === '1';
       context.changed();

@@ -1,4 +1,5 @@
-import type { Environment } from './environment.js';
+import { collect } from '../bytes.js';
+import { browserEnvironment, type Environment } from './environment.js';
 import { DataError, type DataErrorKind } from './errors.js';
 import { retryAfterMs } from './retry.js';
 
@@ -81,20 +82,13 @@ export class Reply {
    * @throws DataError `cut` for a shorter body, `no-range` for a longer one, as chunks()
    */
   async exactly(length: number): Promise<Uint8Array> {
-    const bytes = new Uint8Array(length);
-    let filled = 0;
-    for await (const chunk of this.chunks()) {
-      if (chunk.length > length - filled) {
-        throw new DataError('no-range', `${this.name}: more than the ${length} bytes asked for`);
-      }
-      bytes.set(chunk, filled);
-      filled += chunk.length;
+    const bytes = await collect(this.chunks(), length);
+    if (bytes === undefined) {
+      throw new DataError('no-range', `${this.name}: more than the ${length} bytes asked for`);
     }
-    if (filled < length) {
-      throw new DataError(
-        'cut',
-        `${this.name}: the reply ended after ${filled} of ${length} bytes; try again`,
-      );
+    if (bytes.length < length) {
+      const what = `the reply ended after ${bytes.length} of ${length} bytes; try again`;
+      throw new DataError('cut', `${this.name}: ${what}`);
     }
     return bytes;
   }
@@ -110,20 +104,22 @@ export class Reply {
       this.cancel();
       return undefined;
     }
-    const parts: Uint8Array[] = [];
-    let size = 0;
-    for await (const chunk of this.chunks()) {
-      size += chunk.length;
-      if (size > limit) return undefined;
-      parts.push(chunk);
+    return collect(this.chunks(), limit);
+  }
+
+  /** All of the body. @throws as chunks() */
+  async bytes(): Promise<Uint8Array<ArrayBuffer>> {
+    return (await collect(this.chunks(), Infinity))!;
+  }
+
+  /** @param fault what is said of what is no JSON @throws DataError `damaged`; as chunks() */
+  async json(fault = `${this.name}: the reply is no JSON`): Promise<unknown> {
+    const bytes = await this.bytes();
+    try {
+      return JSON.parse(new TextDecoder().decode(bytes)) as unknown;
+    } catch (error) {
+      throw new DataError('damaged', fault, { cause: error });
     }
-    const bytes = new Uint8Array(size);
-    let at = 0;
-    for (const part of parts) {
-      bytes.set(part, at);
-      at += part.length;
-    }
-    return bytes;
   }
 }
 
@@ -222,14 +218,21 @@ class StallWatch {
   }
 }
 
-/** The error of a reply that is no success, without its body. Cancels the reply. */
-export function statusError(reply: Reply, nowMs: number): DataError {
+/**
+ * The error of a reply that is no success. Cancels the reply.
+ * @param text its message; by default it tells the status and what to do
+ */
+export function statusError(reply: Reply, nowMs: number, text?: string): DataError {
   reply.cancel();
   const { status, headers } = reply;
   const [kind, advice] = toKind(status);
-  return new DataError(kind, `${reply.name}: status ${status}; ${advice}`, {
-    retryAfterMs: retryAfterMs(headers, nowMs),
-  });
+  const options = { status, retryAfterMs: retryAfterMs(headers, nowMs) };
+  return new DataError(kind, text ?? `${reply.name}: status ${status}; ${advice}`, options);
+}
+
+/** The client of a page, or of its worker. */
+export function makeHttp(environment = browserEnvironment(), timeoutMs = kTimeoutMs): Http {
+  return { environment, stats: { requests: 0, bytes: 0 }, timeoutMs };
 }
 
 function toKind(status: number): readonly [DataErrorKind, string] {

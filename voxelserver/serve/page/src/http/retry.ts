@@ -1,10 +1,11 @@
 import { wait, type Environment } from './environment.js';
 import { DataError, type DataErrorKind } from './errors.js';
 
-/** Repeats requests that failed for a reason that may pass. */
+/** When what failed is tried again: requests after errors that may pass, and polls after all. */
 
 const kWaitsMs = [500, 2000];
 const kMaxRetryAfterMs = 60_000;
+const kMaxPollTimes = 10;
 const kPassing: ReadonlySet<DataErrorKind> = new Set(['cors', 'cut', 'timeout', 'server']);
 
 /**
@@ -38,11 +39,19 @@ export function waitBeforeRetry(
   attempts: number,
 ): number | undefined {
   const waitMs = kWaitsMs[attempts - 1];
-  if (waitMs === undefined || !(error instanceof DataError) || !kPassing.has(error.kind)) {
-    return undefined;
-  }
+  if (waitMs === undefined || !mayPass(error)) return undefined;
   const spread = waitMs * (0.75 + environment.random() / 2);
   return Math.max(spread, Math.min(error.retryAfterMs, kMaxRetryAfterMs));
+}
+
+/** Whether an error of the network, 429 or 5xx, which another attempt may not meet. */
+export const mayPass = (error: unknown): error is DataError =>
+  error instanceof DataError && kPassing.has(error.kind);
+
+/** How long a poll waits after so many failures in a row: up to ten times as long as otherwise. */
+export function pollWaitMs(error: unknown, everyMs: number, failures: number): number {
+  const waitMs = everyMs * Math.min(kMaxPollTimes, 1 + failures);
+  return mayPass(error) ? Math.max(waitMs, Math.min(error.retryAfterMs, kMaxRetryAfterMs)) : waitMs;
 }
 
 /** Of `Retry-After`: seconds or a date, as ms from now; 0 where there is none. */

@@ -1,5 +1,5 @@
 /**
- * Failures of the data layer. Everything that reads from the network or decodes what came from it
+ * Failures of reading. Everything that reads from the network or decodes what came from it
  * throws a DataError and nothing else, except that a cancelled operation rejects with the reason of
  * its AbortSignal.
  */
@@ -33,12 +33,15 @@ export type DataErrorKind =
 
 export type DataErrorOptions = {
   readonly cause?: unknown;
+  /** Of a reply that was no success. */
+  readonly status?: number;
   /** The shortest wait before another attempt that the host asks for, ms. */
   readonly retryAfterMs?: number;
 };
 
 export class DataError extends Error {
   readonly kind: DataErrorKind;
+  readonly status: number | undefined;
   readonly retryAfterMs: number;
 
   /** @param message one line: what was attempted, the object, the value, what to do */
@@ -46,6 +49,7 @@ export class DataError extends Error {
     super(message, options.cause === undefined ? undefined : { cause: options.cause });
     this.name = 'DataError';
     this.kind = kind;
+    this.status = options.status;
     this.retryAfterMs = options.retryAfterMs ?? 0;
   }
 }
