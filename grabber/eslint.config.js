@@ -37,7 +37,7 @@ export default defineConfig(
       // The test runner awaits the tests; the file that declares them does not have to.
       '@typescript-eslint/no-floating-promises': [
         'error',
-        { allowForKnownSafeCalls: [{ from: 'package', name: 'test', package: 'node:test' }] },
+        { allowForKnownSafeCalls: [{ from: 'package', name: ['describe', 'test'], package: 'node:test' }] },
       ],
     },
   },
@@ -63,6 +63,16 @@ export default defineConfig(
       'no-unneeded-ternary': 'error',
       'one-var': ['error', 'never'],
     },
+  },
+  {
+    files: ['**/tests/page/**/*.ts'],
+    // A story in a browser is one sequence, whose steps share a server and a page.
+    rules: { 'max-lines-per-function': 'off', 'max-depth': ['error', 5] },
+  },
+  {
+    files: ['**/page/src/viewer/ui/**/*.ts'],
+    // A tool is the state of one panel and the functions around it.
+    rules: { 'max-lines-per-function': ['error', { max: 150 }] },
   },
   {
     files: ['**/tests/grabber/**/*.ts'],

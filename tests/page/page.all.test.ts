@@ -23,7 +23,9 @@ const testOfFake = (name: string, run: () => Promise<void>): void => {
   if (kRealUrl === undefined) void test(name, run);
 };
 
-/** Ref: W3C, Web Content Accessibility Guidelines 2.2, "relative luminance" and "contrast ratio". */
+/**
+ * Ref: W3C, Web Content Accessibility Guidelines 2.2, "relative luminance" and "contrast ratio".
+ */
 function measureContrast(a: string, b: string): number {
   const luminance = (hex: string): number => {
     assert.match(hex, /^#[0-9a-f]{6}$/i);
@@ -118,7 +120,8 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   });
 
   test('Enter shows what is in the middle, with a command that renders it', async () => {
-    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1); // the button shows 'Copied' for a while
+    // The button shows 'Copied' for a while.
+    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1);
     const { page } = watched;
     await untilText(page, '#squares', /in all/);
     await page.locator('#map').focus();
@@ -133,14 +136,15 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     assert.match(
       command,
       new RegExp(
-        `^\\./terravox render ${url.replace(/\/$/, '')} --camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`,
+        `^\\./terravox render ${url.replace(/\/$/, '')} ` +
+          `--camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`,
       ),
     );
     assert.match(await readShownText(page, '#place dl'), /On top.*m/);
     if (kRealUrl === undefined) {
       assert.match(
         await readShownText(page, '#place dl'),
-        /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/,
+        /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*CC BY 4\.0/,
       );
       assert.match(await readShownText(page, '#place-summary'), /^\d+\.\d,\d+\.\d: square TM_46/);
     }
@@ -276,7 +280,8 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const watched = await openMap();
     const { page } = watched;
     await page.locator('#map').focus();
-    // A key that comes while the map still zooms may change nothing: the nearest step is where it goes.
+    // A key that comes while the map still zooms may change nothing: the nearest step is where it
+    // goes.
     await until('coarse tiles are asked for', async () => {
       await page.keyboard.press('-');
       return /not made yet/.test(await readShownText(page, '#layers'));

@@ -4,7 +4,10 @@ import { after, before, test } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import { noBrowser, openBrowser, screenshot, until } from './support/browser.js';
 
-/** The tools of a site of `terravox publish`, whose address is TERRAVOX_SITE_TOOLS, as people use them. */
+/**
+ * The tools of a site of `terravox publish`, whose address is TERRAVOX_SITE_TOOLS, as people use
+ * them.
+ */
 
 const kSite = process.env['TERRAVOX_SITE_TOOLS'] ?? '';
 const kWide = { viewport: { width: 1000, height: 700 } } as const;
@@ -324,7 +327,8 @@ test('a link brings back what was seen, and a wrong one nothing', { skip: noBrow
   assert.equal(new URL(followed.page.url()).hash, old);
   await followed.end();
 
-  const strange = `${old}&measure=1,2&profile=x_y&section=v,9,9&layer=zz&range=9,1&observer=1&sun=<b>&a=5`;
+  const words = 'measure=1,2&profile=x_y&section=v,9,9&layer=zz&range=9,1&observer=1&sun=<b>&a=5';
+  const strange = `${old}&${words}`;
   const stranger = await open(kWide, '', strange);
   await until('only what is known stays', () => new URL(stranger.page.url()).hash === old);
   await stranger.end();
@@ -391,7 +395,7 @@ async function listNames(page: Page): Promise<(readonly [string, string])[]> {
   const session = await page.context().newCDPSession(page);
   const { nodes } = await session.send('Accessibility.getFullAXTree');
   const roles =
-    /^(button|textbox|searchbox|combobox|slider|checkbox|spinbutton|link|application|Date|InputTime)$/;
+    /^(button|(text|search|combo|check)box|slider|spinbutton|link|application|Date|InputTime)$/;
   return nodes
     .filter((node) => node.ignored !== true && roles.test(String(node.role?.value)))
     .map((node) => [String(node.role!.value), String(node.name?.value ?? '')] as const);

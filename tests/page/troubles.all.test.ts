@@ -29,7 +29,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     if ('after' in context) context.after(() => fake.close());
   });
 
-  test('the page asks the user for a token, reports a wrong one, and sends the right one with everything', async () => {
+  test('the page asks for a token, reports a wrong one, sends the right one with all', async () => {
     fake.token = 'right';
     const { page, errors } = await openPage(browser, fake.url);
     await untilText(page, '#status', /requires a token/);
@@ -95,7 +95,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
     await page.context().close();
   });
 
-  test('a result that cannot be read leaves no other one on the map, and its note ends with the next that can', async () => {
+  test('a result that cannot be read leaves no other on the map', async () => {
     fake.jobHoles = true;
     const { page, errors } = await openPage(browser, fake.url);
     const holes = 'Some data could not be read: cells without colour have no value';

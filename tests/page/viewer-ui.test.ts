@@ -94,7 +94,7 @@ function pickAt(point: Vec3, distance: number, level = 0): Pick {
 test('every text is there in every language, with the same values', () => {
   const values = ['1', '2', '3'];
   const named = (language: (typeof kLanguages)[number], key: TextKey): string[] =>
-    [...text(language, key, '\u00011', '\u00012').matchAll(/\u0001\d/g)].map(([v]) => v).sort();
+    [...text(language, key, '¤1', '¤2').matchAll(/¤\d/g)].map(([v]) => v).sort();
   for (const key of kTextKeys) {
     for (const language of kLanguages) {
       assert.notEqual(text(language, key, ...values).trim(), '', `${language}: ${key}`);

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { LevelCut } from '../../voxelserver/serve/page/src/viewer/draw/level-cut.js';
 import { toCamera } from '../../voxelserver/serve/page/src/viewer/ui/navigation.js';
+import { along } from '../../voxelserver/serve/page/src/vec3.js';
 import { ViewCut } from '../../voxelserver/serve/page/src/viewer/view-cut.js';
 
 const kBounds = { min: [-2048, 0, -2048], max: [2048, 256, 2048] } as const;
@@ -27,15 +28,11 @@ test('columns are in view exactly where a ray of the picture may meet them', () 
     // Whatever a ray of the picture passes within the world must count as in view.
     for (let i = 0; i <= 10; ++i) {
       for (let j = 0; j <= 10; ++j) {
+        const [across, upward] = [aspect * (i / 5 - 1), j / 5 - 1];
+        const ray = along(camera.forward, [camera.right, across], [camera.up, upward]);
         for (let t = 5; t < 2000; t += 40) {
-          const across = aspect * (i / 5 - 1);
-          const upward = j / 5 - 1;
-          const point = [0, 1, 2].map(
-            (a) =>
-              camera.position[a]! +
-              t * (camera.forward[a]! + across * camera.right[a]! + upward * camera.up[a]!),
-          );
-          const [x, y, z] = point as [number, number, number];
+          const point = along(camera.position, [ray, t]);
+          const [x, y, z] = point;
           if (y < 0 || y > 256) break;
           const where = `heading ${heading}, pitch ${pitch}, ${point.join(' ')}`;
           assert.ok(cut.isInView(0, Math.floor(x / kSide), Math.floor(z / kSide)), where);
