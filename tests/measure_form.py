@@ -27,7 +27,7 @@ MIN_FUNCTION_LINES = 5
 # Folders and file name extensions of each language.
 SOURCES = {
     "C++": (("common", "voxelserver", "raytracer"), (".cpp", ".hpp")),
-    "TypeScript": (("grabber/src",), (".ts",)),
+    "TypeScript": (("grabber/src", "voxelserver/serve/page/src"), (".ts",)),
 }
 NOT_OURS = {"node_modules", "dist"}
 

@@ -102,11 +102,12 @@ lint_layers() {
     python3 -B "$ROOT/tests/layers_test.py" >&2
 }
 
-# lint_grabber: eslint and prettier. Returns 1 when something is to be done.
-lint_grabber() {
+# lint_typescript: eslint and prettier, for the grabber, the web page and their tests. Returns 1 when
+# something is to be done.
+lint_typescript() {
     use_node || die "lint: Node.js $NODE_OLDEST or newer is missing; run terravox deps"
     in_grabber npm run --silent lint >&2 || {
-        say "lint: to format the grabber's sources: ./terravox format"
+        say "lint: to format TypeScript sources: ./terravox format"
         return 1
     }
 }
@@ -165,7 +166,7 @@ lint_form() {
     lint_density || status=1
     lint_python || status=1
     lint_shell || status=1
-    lint_grabber || status=1
+    lint_typescript || status=1
     return "$status"
 }
 
