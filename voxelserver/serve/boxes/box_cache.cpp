@@ -56,14 +56,16 @@ namespace {
 // Length of the prefetch queue: the oldest requests are dropped.
 constexpr std::size_t kMaxAhead = 256;
 
-KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
-                const voxel::InputExtent& reach) {
+CompressedBoxPtr to_compressed_box(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
+                                   const voxel::InputExtent& reach) {
     const std::uint64_t hash = frame ? XXH3_64bits(frame->data(), frame->size()) : 0;
-    return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
+    return std::make_shared<const CompressedBox>(
+        CompressedBox{checksum, hash, std::move(frame), reach});
 }
 
-Item to_item(const KeptBox& kept) {
-    return {kept.checksum, kept.frame, kept.reach};
+/// @param i of its eight children
+voxel::BoxKey child_key(const voxel::BoxKey& key, int i) {
+    return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
 }
 
 }  // namespace
@@ -108,73 +110,79 @@ void BoxCache::close() {
             t.join();
 }
 
-KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
+CompressedBoxPtr BoxCache::air_outside_bounds(const voxel::BoxKey& key) const {
     // There is nothing solid outside the bounds. Answered without the cache, which requests for all
     // of space would otherwise flush.
     const voxel::VoxelBounds& bounds = m_world.info().bounds;
     if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key))
         return nullptr;
-    return keep(0, nullptr, footprint(key));
+    return to_compressed_box(0, nullptr, footprint(key));
 }
 
-KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
-    if (auto kept = m_memory.hit(key))
-        return kept;
+CompressedBoxPtr BoxCache::find_or_make(const voxel::BoxKey& key) {
+    if (auto cached = m_memory.hit(key))
+        return cached;
     const Slots::Permit permit(m_slots);
-    return get(key, Origin::kCaller);
+    return find_or_make(key, Origin::kCaller);
 }
 
-KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
-    if (auto kept = find(key, Keep::kNo))
-        return kept;
+CompressedBoxPtr BoxCache::find_or_make_when_idle(const voxel::BoxKey& key) {
+    if (auto cached = peek(key))
+        return cached;
     // Its children first, each when the machine is idle.
     if (key.level > 0 && m_downsample)
         for (int i = 0; i < 8; ++i)
-            if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
-                            2 * key.bz + (i >> 1 & 1)}))
+            if (!find_or_make_when_idle(child_key(key, i)))
                 return nullptr;
     const AdmissionControl::PrefetchPermit permit(m_admission);
-    return permit ? get(key, Origin::kPrefetch) : nullptr;
+    return permit ? find_or_make(key, Origin::kPrefetch) : nullptr;
 }
 
-KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
-    if (auto air = known_air(key))
-        return air;
-    if (auto kept = m_memory.find(key))
-        return kept;
-    auto kept = from_disk(key);
-    if (kept && keep == Keep::kYes)
-        m_memory.put(key, kept, kept->memory_bytes());
-    return kept;
+CompressedBoxPtr BoxCache::find(const voxel::BoxKey& key) {
+    if (auto cached = find_in_memory(key))
+        return cached;
+    auto box = read_from_disk(key);
+    if (box)
+        m_memory.put(key, box, box->memory_bytes());
+    return box;
 }
 
-KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Origin origin) {
-    if (auto air = known_air(key))
+CompressedBoxPtr BoxCache::peek(const voxel::BoxKey& key) {
+    auto cached = find_in_memory(key);
+    return cached ? cached : read_from_disk(key);
+}
+
+CompressedBoxPtr BoxCache::find_or_make(const voxel::BoxKey& key, Origin origin) {
+    if (auto air = air_outside_bounds(key))
         return air;
     bool fresh = false;
     auto out = m_memory.get(
         key,
         [&] {
             fresh = true;
-            if (auto kept = from_disk(key))
-                return kept;
-            return make(key, origin);
+            auto on_disk = read_from_disk(key);
+            return on_disk ? on_disk : make_and_store(key, origin);
         },
-        [](const KeptBoxPtr& k) { return k->memory_bytes(); });
+        [](const CompressedBoxPtr& box) { return box->memory_bytes(); });
     if (fresh && m_listener)
         m_listener(key);
     return out;
 }
 
-KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
+CompressedBoxPtr BoxCache::find_in_memory(const voxel::BoxKey& key) {
+    auto air = air_outside_bounds(key);
+    return air ? air : m_memory.find(key);
+}
+
+CompressedBoxPtr BoxCache::read_from_disk(const voxel::BoxKey& key) {
     if (!m_disk)
         return nullptr;
     const util::StageTimes::Scope timed(m_times, "box cache");
     const auto item = m_disk->find(Kind::kBox, key);
-    return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
+    return item ? to_compressed_box(item->tag, item->bytes, item->reach) : nullptr;
 }
 
-voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
+voxel::BoxWithInputs BoxCache::make_box(const voxel::BoxKey& key, Origin origin) {
     if (key.level == 0 || !m_downsample)
         return m_world.box_with_inputs(key);
     voxel::BoxWithInputs out;
@@ -182,9 +190,10 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     if (m_world.column(key.level, key.bx, key.bz).empty())
         return out;
     const auto children = voxel::Pyramid::children(key, [&](const voxel::BoxKey& child) {
-        const auto kept = get(child, origin == Origin::kPrefetch ? origin : Origin::kParent);
-        out.reach.add(kept->reach);
-        return unpacked(*kept, child);
+        const auto compressed =
+            find_or_make(child, origin == Origin::kPrefetch ? origin : Origin::kParent);
+        out.reach.add(compressed->reach);
+        return decompress(*compressed, child);
     });
     std::optional<AdmissionControl::Permit> permit;
     if (origin != Origin::kPrefetch)
@@ -194,8 +203,8 @@ voxel::BoxWithInputs BoxCache::build(const voxel::BoxKey& key, Origin origin) {
     return out;
 }
 
-KeptBoxPtr BoxCache::compressed(const voxel::BoxKey& key, Origin origin) {
-    voxel::BoxWithInputs made = build(key, origin);
+CompressedBoxPtr BoxCache::make_compressed(const voxel::BoxKey& key, Origin origin) {
+    voxel::BoxWithInputs made = make_box(key, origin);
     made.reach.add(footprint(key));
     std::shared_ptr<const std::string> frame;
     if (made.box) {
@@ -204,25 +213,22 @@ KeptBoxPtr BoxCache::compressed(const voxel::BoxKey& key, Origin origin) {
         frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
                                                     bytes.size());
     }
-    return keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
+    return to_compressed_box(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
 }
 
-KeptBoxPtr BoxCache::compressed_on_new_thread(const voxel::BoxKey& key) {
-    return thread::on_new_thread(
-        [&] { return compressed(key, Origin::kCaller); },
-        []() -> KeptBoxPtr {
-            throw OverloadedError("make a box: the system has no thread for it");
-        });
-}
-
-KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
+CompressedBoxPtr BoxCache::make_and_store(const voxel::BoxKey& key, Origin origin) {
     std::optional<AdmissionControl::Permit> permit;
     // A box that waits for its children must not occupy a slot that they need.
     if (origin != Origin::kPrefetch && (key.level == 0 || !m_downsample))
         permit.emplace(m_admission);
-    KeptBoxPtr kept;
+    const auto make = [&] { return make_compressed(key, origin); };
+    const auto no_thread = []() -> CompressedBoxPtr {
+        throw OverloadedError("make a box: the system has no thread for it");
+    };
+    CompressedBoxPtr box;
     try {
-        kept = origin == Origin::kCaller ? compressed_on_new_thread(key) : compressed(key, origin);
+        // Callers may be threads with little stack: those of the web server.
+        box = origin == Origin::kCaller ? thread::on_new_thread(make, no_thread) : make();
     } catch (const OverloadedError&) {
         throw;
     } catch (...) {
@@ -234,18 +240,18 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Origin origin) {
         ++m_made_ahead;
     if (m_disk)
         m_disk->put(
-            Kind::kBox, key, to_item(*kept),
+            Kind::kBox, key, {box->checksum, box->frame, box->reach},
             origin == Origin::kPrefetch ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
     if (origin == Origin::kCaller)
         queue_neighbours(key);
-    return kept;
+    return box;
 }
 
-std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept,
-                                                     const voxel::BoxKey& key) {
-    return kept.air() ? nullptr
-                      : voxel::decompress_box(std::as_bytes(std::span(*kept.frame)),
-                                              "box " + voxel::to_string(key));
+std::shared_ptr<const voxel::Box> BoxCache::decompress(const CompressedBox& box,
+                                                       const voxel::BoxKey& key) {
+    return box.air() ? nullptr
+                     : voxel::decompress_box(std::as_bytes(std::span(*box.frame)),
+                                             "box " + voxel::to_string(key));
 }
 
 // Prefetches the boxes above and below it, which share nearly all of its work, and its neighbours.
@@ -253,7 +259,8 @@ void BoxCache::queue_neighbours(const voxel::BoxKey& key) {
     if (!m_ahead_on)
         return;
     std::vector<voxel::BoxKey> wanted;
-    // No world extends so far that this overflows: known_air() has handled such keys before.
+    // No world extends so far that this overflows: air_outside_bounds() has handled such keys
+    // before.
     for (int dz = -1; dz <= 1; ++dz)
         for (int dx = -1; dx <= 1; ++dx)
             wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
@@ -261,14 +268,14 @@ void BoxCache::queue_neighbours(const voxel::BoxKey& key) {
     for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
         wanted.push_back({key.level, key.bx, by, key.bz});
     m_prefetch_queue.add(wanted, [&](const voxel::BoxKey& next) {
-        return next != key && !known_air(next) && !m_memory.holds(next);
+        return next != key && !air_outside_bounds(next) && !m_memory.holds(next);
     });
 }
 
 void BoxCache::prefetch_queued() {
     while (const std::optional<voxel::BoxKey> key = m_prefetch_queue.take()) {
         try {
-            (void)get_ahead(*key);
+            (void)find_or_make_when_idle(*key);
         } catch (const std::exception& e) {
             // A request for it will report the error.
             util::log_debug("make box {} ahead: {}", voxel::to_string(*key), e.what());

@@ -25,7 +25,7 @@
 namespace terravox::boxes {
 
 /// A box in the form in which it is cached and sent.
-struct KeptBox {
+struct CompressedBox {
     std::uint64_t checksum = 0;  ///< checksum of the box (Box::checksum); 0 for air
     /// Hash of the frame's bytes, which may differ between versions of zstd.
     std::uint64_t frame_hash = 0;
@@ -38,7 +38,7 @@ struct KeptBox {
         return sizeof *this + (frame ? sizeof *frame + frame->capacity() : 0);
     }
 };
-using KeptBoxPtr = std::shared_ptr<const KeptBox>;  ///< never nullptr unless documented
+using CompressedBoxPtr = std::shared_ptr<const CompressedBox>;  ///< never nullptr unless documented
 
 /// The box columns of level 0 that a box covers.
 /// @return saturated for keys that are outside of any possible world
@@ -87,7 +87,7 @@ struct BoxCacheOptions {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< limit for compressed boxes
     int makers = 1;                                     ///< boxes made in parallel, at least 1
     int queue = 64;           ///< boxes that may wait to be made, at least 0
-    int max_requests = 1024;  ///< calls of get() that may make a box or wait for one, at least 1
+    int max_requests = 1024;  ///< calls that may make a box or wait for one, at least 1
     /// Whether the cache makes boxes above level 0 from their eight children, so that cached
     /// children are not made again; otherwise the world makes the boxes of every level.
     bool downsample = true;
@@ -116,20 +116,18 @@ public:
     /// @return never nullptr
     /// @throws OverloadedError; Error (or any other exception of the world) when the box cannot be
     /// made
-    [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
-    enum class Keep { kNo, kYes };
-    /// Looks a box up in memory and on disk; makes nothing.
-    /// @param keep whether a box read from disk is put into memory: kNo for callers that scan many
-    /// boxes
-    /// @return nullptr when it is not cached
-    [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key, Keep keep = Keep::kYes);
-    /// As get(), but with low priority: starts when the machine is idle.
+    [[nodiscard]] CompressedBoxPtr find_or_make(const voxel::BoxKey& key);
+    /// As find_or_make(), but with low priority: starts when the machine is idle.
     /// @return nullptr when the cache is being closed
-    [[nodiscard]] KeptBoxPtr get_ahead(const voxel::BoxKey& key);
-    /// The decompressed box.
+    [[nodiscard]] CompressedBoxPtr find_or_make_when_idle(const voxel::BoxKey& key);
+    /// Looks a box up in memory and on disk; makes nothing.
+    /// @return nullptr when it is not cached
+    [[nodiscard]] CompressedBoxPtr find(const voxel::BoxKey& key);
+    /// As find(), but a box read from disk is not put into memory: for callers that scan many.
+    [[nodiscard]] CompressedBoxPtr peek(const voxel::BoxKey& key);
     /// @return nullptr for air
-    [[nodiscard]] static std::shared_ptr<const voxel::Box> unpacked(const KeptBox& kept,
-                                                                    const voxel::BoxKey& key);
+    [[nodiscard]] static std::shared_ptr<const voxel::Box> decompress(const CompressedBox& box,
+                                                                      const voxel::BoxKey& key);
 
     /// Sets a function that is called for every box that has become available (made, or read from
     /// disk), after find() can find it. It is called from any thread. Must be set before the first
@@ -139,7 +137,7 @@ public:
     }
 
     /// The slots for waiting requests, for callers that may wait for boxes by other means than
-    /// get().
+    /// find_or_make().
     [[nodiscard]] Slots& slots() noexcept { return m_slots; }
     /// From now on, requests for boxes that are not cached, and requests that wait in the queue,
     /// fail with OverloadedError.
@@ -171,14 +169,15 @@ private:
     /// Origin of a request: an external caller, a parent box that needs a child, or prefetching.
     /// The first two wait in the queue; prefetching holds a PrefetchPermit already.
     enum class Origin { kCaller, kParent, kPrefetch };
-    KeptBoxPtr get(const voxel::BoxKey& key, Origin origin);
-    KeptBoxPtr make(const voxel::BoxKey& key, Origin origin);
-    KeptBoxPtr compressed(const voxel::BoxKey& key, Origin origin);
-    /// Callers may be threads with little stack: those of the web server.
-    KeptBoxPtr compressed_on_new_thread(const voxel::BoxKey& key);
-    voxel::BoxWithInputs build(const voxel::BoxKey& key, Origin origin);
-    [[nodiscard]] KeptBoxPtr known_air(const voxel::BoxKey& key) const;
-    [[nodiscard]] KeptBoxPtr from_disk(const voxel::BoxKey& key);
+    CompressedBoxPtr find_or_make(const voxel::BoxKey& key, Origin origin);
+    /// Waits until it may be made, makes it, counts it and has it written to disk.
+    CompressedBoxPtr make_and_store(const voxel::BoxKey& key, Origin origin);
+    CompressedBoxPtr make_compressed(const voxel::BoxKey& key, Origin origin);
+    voxel::BoxWithInputs make_box(const voxel::BoxKey& key, Origin origin);
+    [[nodiscard]] CompressedBoxPtr find_in_memory(const voxel::BoxKey& key);
+    /// @return nullptr for a box within the bounds of the world
+    [[nodiscard]] CompressedBoxPtr air_outside_bounds(const voxel::BoxKey& key) const;
+    [[nodiscard]] CompressedBoxPtr read_from_disk(const voxel::BoxKey& key);
     void queue_neighbours(const voxel::BoxKey& key);
     void prefetch_queued();
 
@@ -188,7 +187,7 @@ private:
     Slots m_slots;
     const bool m_downsample;
     const bool m_ahead_on;
-    util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;
+    util::Cache<voxel::BoxKey, CompressedBox, voxel::BoxKeyHash> m_memory;
     const std::unique_ptr<DiskCache> m_disk;
     std::function<void(const voxel::BoxKey&)> m_listener;
     std::atomic<std::uint64_t> m_made{0};

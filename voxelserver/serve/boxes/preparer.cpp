@@ -79,7 +79,7 @@ bool Preparer::make(const voxel::BoxKey& key) {
     constexpr std::chrono::milliseconds kPause{20};
     while (!m_stop) {
         try {
-            return m_cache.get_ahead(key) != nullptr;
+            return m_cache.find_or_make_when_idle(key) != nullptr;
         } catch (const OverloadedError&) {
             std::this_thread::sleep_for(kPause);
         }

@@ -52,25 +52,25 @@ Response answer_box(Service& service, const RouteRequest& call) {
     if (coding == Coding::kNone)
         return not_acceptable();
     const voxel::BoxKey key{level, bx, by, bz};
-    const auto kept = service.boxes.get(key);
+    const auto found = service.boxes.find_or_make(key);
     const bool packed = coding == Coding::kZstd;
-    const std::string etag = kept->air() ? std::string(kAirTag)
-                                         : make_etag(packed ? kept->frame_hash : kept->checksum,
-                                                     packed ? kZstdTag : kIdentityTag);
+    const std::string etag = found->air() ? std::string(kAirTag)
+                                          : make_etag(packed ? found->frame_hash : found->checksum,
+                                                      packed ? kZstdTag : kIdentityTag);
     if (etag_matches(call.request.header("If-None-Match"), etag))
         return not_modified(etag).add("Vary", "Accept-Encoding");
     Response out;
-    out.status = kept->air() ? 204 : 200;
+    out.status = found->air() ? 204 : 200;
     add_validators(out, etag);
     out.add("Vary", "Accept-Encoding");
-    if (kept->air())
+    if (found->air())
         return out;
     out.add("Content-Type", voxel::kBoxMediaType);
     if (packed) {
         out.add("Content-Encoding", "zstd");
-        out.body = kept->frame;
+        out.body = found->frame;
     } else {
-        const auto box = boxes::BoxCache::unpacked(*kept, key);
+        const auto box = boxes::BoxCache::decompress(*found, key);
         const auto blob = box->blob();
         out.body = std::make_shared<const std::string>(reinterpret_cast<const char*>(blob.data()),
                                                        blob.size());
@@ -183,10 +183,10 @@ std::string record(const BoxKey& key, std::uint32_t status, std::string_view pay
 }
 
 // The queue may be full of other clients' boxes: a batch waits longer than a single request may.
-boxes::KeptBoxPtr get_with_retries(boxes::BoxCache& cache, const BoxKey& key) {
+boxes::CompressedBoxPtr get_with_retries(boxes::BoxCache& cache, const BoxKey& key) {
     for (const auto give_up = std::chrono::steady_clock::now() + kTimeout;;) {
         try {
-            return cache.get(key);
+            return cache.find_or_make(key);
         } catch (const boxes::OverloadedError&) {
             if (cache.refusing() || std::chrono::steady_clock::now() > give_up)
                 throw;
@@ -197,8 +197,8 @@ boxes::KeptBoxPtr get_with_retries(boxes::BoxCache& cache, const BoxKey& key) {
 
 std::string make_record(boxes::BoxCache& cache, const BoxKey& key) {
     try {
-        const auto kept = get_with_retries(cache, key);
-        return kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame);
+        const auto found = get_with_retries(cache, key);
+        return found->air() ? record(key, 204, "") : record(key, 200, *found->frame);
     } catch (const boxes::OverloadedError& e) {
         return record(key, 503, e.what());
     } catch (const voxel::UnreachableError& e) {
@@ -215,10 +215,10 @@ std::string make_record(boxes::BoxCache& cache, const BoxKey& key) {
 void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Write& write) {
     std::vector<BoxKey> missing;
     for (const BoxKey& key : keys) {
-        const auto kept = cache.find(key);
-        if (!kept)
+        const auto found = cache.find(key);
+        if (!found)
             missing.push_back(key);
-        else if (!write(kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame)))
+        else if (!write(found->air() ? record(key, 204, "") : record(key, 200, *found->frame)))
             return;
     }
     std::atomic<std::size_t> next{0};

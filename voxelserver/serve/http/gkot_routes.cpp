@@ -22,7 +22,7 @@ gkot::FetchBox fetch_from(Service& service) {
         const voxel::ColumnExtent column = service.world.column(key.level, key.bx, key.bz);
         if (key.by < column.by_begin || key.by >= column.by_end)
             return nullptr;
-        return boxes::BoxCache::unpacked(*service.boxes.get(key), key);
+        return boxes::BoxCache::decompress(*service.boxes.find_or_make(key), key);
     };
 }
 

@@ -44,7 +44,7 @@ MapView::MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t me
 
 void MapView::scan_disk() {
     if (m_cache.disk() != nullptr)
-        m_scan_thread = std::thread([this] { note_kept(); });
+        m_scan_thread = std::thread([this] { note_boxes_on_disk(); });
 }
 
 MapView::~MapView() {
@@ -59,9 +59,9 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
     boxes::DiskCache* disk = m_cache.disk();
     const bool has_zoom = z >= 0 && z < m_tiles.zooms();
     if (disk != nullptr && has_zoom)
-        if (const auto kept = disk->find(boxes::Kind::kMapTile, to_key(z, x, y));
-            kept && kept->tag == m_look)
-            return {kept->bytes, true, kept->reach};
+        if (const auto found = disk->find(boxes::Kind::kMapTile, to_key(z, x, y));
+            found && found->tag == m_look)
+            return {found->bytes, true, found->reach};
     const boxes::Slots::Permit permit(m_cache.slots());
     const map::Tile tile = m_tiles.get(z, x, y);
     // Outside the world there are infinitely many empty tiles, which need not be stored.
@@ -82,11 +82,11 @@ std::optional<map::ColumnBoxes> MapView::fetch(std::int32_t bx, std::int32_t bz,
     map::ColumnBoxes out;
     for (std::int32_t by = column.by_begin; by < column.by_end; ++by) {
         const voxel::BoxKey key{0, bx, by, bz};
-        const auto kept = make ? m_cache.get(key) : m_cache.find(key, boxes::BoxCache::Keep::kNo);
-        if (!kept)
+        const auto found = make ? m_cache.find_or_make(key) : m_cache.peek(key);
+        if (!found)
             return std::nullopt;
-        out.boxes.push_back(boxes::BoxCache::unpacked(*kept, key));
-        out.reach.add(kept->reach);
+        out.boxes.push_back(boxes::BoxCache::decompress(*found, key));
+        out.reach.add(found->reach);
     }
     return out;
 }
@@ -98,7 +98,7 @@ void MapView::note(const voxel::BoxKey& key) {
     try {
         const voxel::ColumnExtent column = m_cache.world().column(0, key.bx, key.bz);
         for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
-            if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo))
+            if (by != key.by && !m_cache.peek({0, key.bx, by, key.bz}))
                 return;
         m_tops.note_made(key.bx, key.bz);
     } catch (const util::Error& e) {
@@ -108,7 +108,7 @@ void MapView::note(const voxel::BoxKey& key) {
     }
 }
 
-void MapView::note_kept() {
+void MapView::note_boxes_on_disk() {
     try {
         std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> boxes_of;
         for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMaxColumns))

@@ -37,7 +37,7 @@ private:
     [[nodiscard]] std::optional<map::ColumnBoxes> fetch(std::int32_t bx, std::int32_t bz,
                                                         bool make);
     void note(const voxel::BoxKey& key);
-    void note_kept();
+    void note_boxes_on_disk();
 
     boxes::BoxCache& m_cache;
     /// A hash of the colours and the drawing method: tiles with another hash are not used.

@@ -132,13 +132,13 @@ std::int64_t find_columns(const voxel::WorldInfo& info, int level) {
            (std::int64_t{range.max.bz} - range.min.bz);
 }
 
-bool all_are_kept(Service& service, int level) {
+bool all_are_cached(Service& service, int level) {
     const voxel::BoxRange range = voxel::boxes_over(service.world.info().bounds, level);
     for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx) {
             const voxel::ColumnExtent column = service.world.column(level, bx, bz);
             for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
-                if (!service.boxes.find({level, bx, by, bz}, boxes::BoxCache::Keep::kNo))
+                if (!service.boxes.peek({level, bx, by, bz}))
                     return false;
         }
     return true;
@@ -153,7 +153,7 @@ int coarsest_for_viewer(Service& service) {
         return last;
     int level = last;
     for (; level > 0 && find_columns(info, level) <= kMaxColumns; --level)
-        if (all_are_kept(service, level))
+        if (all_are_cached(service, level))
             return std::min(level + kSoon, last);
     while (level < last && (level < kSoon || find_columns(info, level) > kMaxColumns))
         ++level;

@@ -1,6 +1,8 @@
 #include "voxelserver/serve/boxes/box_cache.hpp"
 
+#include <cstdint>
 #include <thread>
+#include <vector>
 
 #include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
@@ -12,6 +14,7 @@
 using namespace terravox;
 using boxes::BoxCache;
 using boxes::BoxCacheOptions;
+using boxes::PrefetchQueue;
 using voxel::BoxKey;
 
 namespace {
@@ -28,11 +31,11 @@ struct Fixture {
 TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelserver][boxes]") {
     Fixture f;
     const BoxKey key{0, 0, -1, 0};
-    const auto first = f.cache.get(key);
+    const auto first = f.cache.find_or_make(key);
     REQUIRE_FALSE(first->air());
-    CHECK(f.cache.get(key) == first);
+    CHECK(f.cache.find_or_make(key) == first);
     CHECK(f.world.requests == 1);
-    const auto expected = f.world.box(key), box = BoxCache::unpacked(*first, key);
+    const auto expected = f.world.box(key), box = BoxCache::decompress(*first, key);
     CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
                      expected->blob().end()));
     CHECK(first->checksum == expected->checksum());
@@ -42,11 +45,11 @@ TEST_CASE("boxes are made with a stack of their own, whatever the caller's",
           "[voxelserver][boxes]") {
     Fixture f;
     f.world.stack_bytes = 10 * test::kSmallStack_bytes;
-    boxes::KeptBoxPtr fine;
-    boxes::KeptBoxPtr coarse;
+    boxes::CompressedBoxPtr fine;
+    boxes::CompressedBoxPtr coarse;
     test::on_small_stack([&] {
-        fine = f.cache.get({0, 0, -1, 0});
-        coarse = f.cache.get({2, 0, -1, 0});
+        fine = f.cache.find_or_make({0, 0, -1, 0});
+        coarse = f.cache.find_or_make({2, 0, -1, 0});
     });
     REQUIRE((fine && coarse));
     CHECK_FALSE(fine->air());
@@ -57,17 +60,17 @@ TEST_CASE("a box above level 0 is the world's own, made of children that are kep
           "[voxelserver][boxes]") {
     Fixture f;
     const BoxKey key{2, 0, -1, 0};
-    const auto kept = f.cache.get(key);
+    const auto kept = f.cache.find_or_make(key);
     const int requests = f.world.requests;
-    const auto expected = f.world.box(key), box = BoxCache::unpacked(*kept, key);
+    const auto expected = f.world.box(key), box = BoxCache::decompress(*kept, key);
     CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
                      expected->blob().end()));
     // The reach of all of its children, and its own ground.
     CHECK(kept->reach.min_bx <= 0);
     CHECK(kept->reach.max_bx >= 4);
     f.world.requests = 0;
-    (void)f.cache.get({1, 0, -1, 0});
-    (void)f.cache.get({0, 1, -1, 0});
+    (void)f.cache.find_or_make({1, 0, -1, 0});
+    (void)f.cache.find_or_make({0, 1, -1, 0});
     CHECK(f.world.requests == 0);
     CHECK(requests > 0);
 }
@@ -102,8 +105,8 @@ TEST_CASE("a world that makes all levels is requested for a coarse box itself",
     util::StageTimes times;
     BoxCache cache(world, times, {.downsample = false, .ahead = false});
     const BoxKey key{2, 0, -1, 0};
-    (void)cache.get(key);
-    REQUIRE(cache.get_ahead({1, 0, -1, 0}) != nullptr);
+    (void)cache.find_or_make(key);
+    REQUIRE(cache.find_or_make_when_idle({1, 0, -1, 0}) != nullptr);
     CHECK(world.requested == std::vector<BoxKey>{key, {1, 0, -1, 0}});
 }
 
@@ -115,7 +118,7 @@ TEST_CASE("requests for all of space neither reach the world nor fill the cache"
             for (int level = 0; level < 3; ++level)
                 CHECK(
                     f.cache
-                        .get({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})
+                        .find_or_make({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})
                         ->air());
     CHECK(f.world.requests == 0);
     CHECK(f.cache.stats().memory.entries == 0);
@@ -125,14 +128,14 @@ TEST_CASE("memory keeps to its limit, and what fails is not remembered", "[voxel
     Fixture f({.memory_bytes = 1000, .ahead = false});
     for (int bx = 0; bx < 2; ++bx)
         for (int by = -1; by < 2; ++by)
-            (void)f.cache.get({0, bx, by, 0});
+            (void)f.cache.find_or_make({0, bx, by, 0});
     CHECK(f.cache.stats().memory.evictions > 0);
     CHECK(f.cache.stats().memory.entries <= 2);
     f.world.failing.insert({0, 0, 0, 0});
-    CHECK_THROWS_WITH(f.cache.get({0, 0, 0, 0}), test::contains("damaged"));
+    CHECK_THROWS_WITH(f.cache.find_or_make({0, 0, 0, 0}), test::contains("damaged"));
     CHECK(f.cache.stats().failed == 1);
     f.world.failing.clear();
-    CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air());
+    CHECK_FALSE(f.cache.find_or_make({0, 0, 0, 0})->air());
 }
 
 TEST_CASE("a second process takes from disk what still holds, and makes the rest again",
@@ -147,14 +150,14 @@ TEST_CASE("a second process takes from disk what still holds, and makes the rest
     {
         Fixture f(options);
         for (const BoxKey& key : keys) {
-            const auto kept = f.cache.get(key);
+            const auto kept = f.cache.find_or_make(key);
             frames.push_back(kept->air() ? "" : *kept->frame);
         }
     }
     {
         Fixture f(options);
         for (std::size_t i = 0; i < keys.size(); ++i) {
-            const auto kept = f.cache.get(keys[i]);
+            const auto kept = f.cache.find_or_make(keys[i]);
             CHECK((kept->air() ? "" : *kept->frame) == frames[i]);
         }
         CHECK(f.world.requests == 0);
@@ -163,7 +166,7 @@ TEST_CASE("a second process takes from disk what still holds, and makes the rest
     Fixture f(options);
     f.world.versions[{2, 0}] = 1;  // boxes of column 1 reach it, those of column 0 do not
     for (const BoxKey& key : keys)
-        (void)f.cache.get(key);
+        (void)f.cache.find_or_make(key);
     CHECK(f.world.requests == 3);
 }
 
@@ -172,7 +175,7 @@ TEST_CASE(
     "only those",
     "[voxelserver][boxes]") {
     Fixture f({.makers = 2, .ahead = true});
-    (void)f.cache.get({0, 0, 0, 0});
+    (void)f.cache.find_or_make({0, 0, 0, 0});
     const auto done = [&] {
         const auto s = f.cache.stats();
         // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
@@ -182,8 +185,8 @@ TEST_CASE(
         std::this_thread::yield();
     CHECK(f.cache.stats().made_ahead == 5);
     CHECK(f.world.requests == 6);
-    (void)f.cache.get({0, 1, 0, -1});
-    (void)f.cache.get({0, 0, -1, 0});
+    (void)f.cache.find_or_make({0, 1, 0, -1});
+    (void)f.cache.find_or_make({0, 0, -1, 0});
     CHECK(f.world.requests == 6);
 }
 
@@ -195,8 +198,8 @@ TEST_CASE("a listener is called for every box that becomes available, when it ca
         CHECK(f.cache.find(key));
         heard.push_back(key);
     });
-    (void)f.cache.get({1, 0, -1, 0});
-    (void)f.cache.get({1, 0, -1, 0});
+    (void)f.cache.find_or_make({1, 0, -1, 0});
+    (void)f.cache.find_or_make({1, 0, -1, 0});
     CHECK(heard.size() == 3);  // itself and two children: the other six lie outside the world
     CHECK(heard.back() == BoxKey{1, 0, -1, 0});
 }
@@ -225,7 +228,7 @@ TEST_CASE("preparing makes every box of the world, children first, and counts wh
     for (auto bx = range.min.bx; bx < range.max.bx; ++bx)
         for (auto by = range.min.by; by < range.max.by; ++by)
             for (auto bz = range.min.bz; bz < range.max.bz; ++bz)
-                (void)f.cache.get({0, bx, by, bz});
+                (void)f.cache.find_or_make({0, bx, by, bz});
     CHECK(f.world.requests == 1);
 }
 
@@ -251,19 +254,19 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
 TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none",
           "[voxelserver][boxes]") {
     Fixture f({.makers = 1, .max_requests = 2, .ahead = false});
-    (void)f.cache.get({0, 1, 0, 0});
+    (void)f.cache.find_or_make({0, 1, 0, 0});
     f.world.hold();
     std::vector<std::thread> waiting;
     for (int i = 0; i < 2; ++i)
-        waiting.emplace_back([&] { CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air()); });
+        waiting.emplace_back([&] { CHECK_FALSE(f.cache.find_or_make({0, 0, 0, 0})->air()); });
     while (f.cache.stats().memory.waits == 0)
         std::this_thread::yield();
-    CHECK_THROWS_AS(f.cache.get({0, 0, 0, 0}), boxes::OverloadedError);
-    CHECK_FALSE(f.cache.get({0, 1, 0, 0})->air());
+    CHECK_THROWS_AS(f.cache.find_or_make({0, 0, 0, 0}), boxes::OverloadedError);
+    CHECK_FALSE(f.cache.find_or_make({0, 1, 0, 0})->air());
     f.world.release();
     for (auto& t : waiting)
         t.join();
-    CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air());
+    CHECK_FALSE(f.cache.find_or_make({0, 0, 0, 0})->air());
 }
 
 TEST_CASE("a box of many children stops at the next one when the cache refuses",
@@ -271,11 +274,76 @@ TEST_CASE("a box of many children stops at the next one when the cache refuses",
     Fixture f({.makers = 1, .ahead = false});
     f.world.hold();
     std::thread request(
-        [&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::OverloadedError); });
+        [&] { CHECK_THROWS_AS(f.cache.find_or_make({2, 0, -1, 0}), boxes::OverloadedError); });
     while (f.world.requests == 0)
         std::this_thread::yield();
     f.cache.refuse();
     f.world.release();
     request.join();
     CHECK(f.world.requests == 1);
+}
+
+namespace {
+
+BoxKey box(std::int32_t bx) {
+    return {0, bx, 0, 0};
+}
+
+bool all(const BoxKey&) {
+    return true;
+}
+
+std::vector<BoxKey> take_all(PrefetchQueue& queue) {
+    std::vector<BoxKey> out;
+    while (queue.size() > 0)
+        out.push_back(queue.take().value());
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("the wanted key that was added last is prefetched first, and each is queued once",
+          "[voxelserver][boxes]") {
+    PrefetchQueue queue(10);
+    queue.add({box(1), box(2), box(1)}, all);
+    queue.add({box(1)}, all);
+    queue.add({box(3), box(4)}, [](const BoxKey& key) { return key != box(3); });
+    CHECK(queue.size() == 3);
+    CHECK(take_all(queue) == std::vector<BoxKey>{box(4), box(2), box(1)});
+    queue.add({box(1)}, all);
+    CHECK(take_all(queue) == std::vector<BoxKey>{box(1)});
+}
+
+TEST_CASE("a full prefetch queue drops its oldest keys, which can then be added again",
+          "[voxelserver][boxes]") {
+    PrefetchQueue queue(2);
+    queue.add({box(1), box(2), box(3)}, all);
+    CHECK(queue.size() == 2);
+    queue.add({box(1)}, all);
+    CHECK(take_all(queue) == std::vector<BoxKey>{box(1), box(3)});
+}
+
+TEST_CASE("a closed prefetch queue yields no keys and accepts none", "[voxelserver][boxes]") {
+    PrefetchQueue queue(10);
+    queue.add({box(1)}, all);
+    queue.close();
+    queue.close();
+    queue.add({box(2)}, all);
+    CHECK(queue.size() == 1);
+    CHECK_FALSE(queue.take().has_value());
+}
+
+TEST_CASE("adding a key, and closing, end the wait for a key to prefetch", "[voxelserver][boxes]") {
+    PrefetchQueue queue(10);
+    std::vector<BoxKey> taken;
+    std::thread taking([&] {
+        while (const auto key = queue.take())
+            taken.push_back(*key);
+    });
+    queue.add({box(1)}, all);
+    while (queue.size() > 0)
+        std::this_thread::yield();
+    queue.close();
+    taking.join();
+    CHECK(taken == std::vector<BoxKey>{box(1)});
 }

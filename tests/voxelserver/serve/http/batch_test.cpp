@@ -97,7 +97,7 @@ TEST_CASE("a batch gives every requested box, air and failures too, and an end",
 TEST_CASE("a batch sends what is ready before what is still being made",
           "[voxelserver][http][batch]") {
     BatchFixture f;
-    (void)f.boxes.get({0, 1, 0, 0});
+    (void)f.boxes.find_or_make({0, 1, 0, 0});
     f.world.hold();
     std::atomic<int> parts{0};
     const auto reply = f.post(R"({"boxes": [[0,0,0,0], [0,1,0,0]]})");

@@ -158,7 +158,7 @@ TEST_CASE("what is kept makes two levels more come soon", "[voxelserver][http][v
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
             for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) {
                 CHECK(http::coarsest_for_viewer(place.service) == level);
-                (void)place.boxes.get({level, bx, 0, bz});
+                (void)place.boxes.find_or_make({level, bx, 0, bz});
             }
     };
     keep_all(2);
