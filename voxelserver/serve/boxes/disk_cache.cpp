@@ -1,5 +1,6 @@
 #include "voxelserver/serve/boxes/disk_cache.hpp"
 
+#include <fmt/format.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -39,17 +40,34 @@ constexpr const char* kSchema =
     "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, "
     "fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz);"
     "CREATE INDEX IF NOT EXISTS item_used ON item(used);";
-constexpr const char* kFind =
-    "SELECT id, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, "
-    "bytes FROM item"
-    " WHERE kind=?1 AND level=?2 AND morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC";
-constexpr const char* kKeys =
-    "SELECT bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz FROM item "
-    "INDEXED BY item_key WHERE kind=?1 AND level=?2 ORDER BY morton";
-constexpr const char* kPut =
-    "INSERT OR REPLACE INTO item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, "
-    "min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes)"
-    " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)";
+
+/// Numbers of columns in the results of statements, and of the parameters that become columns: in
+/// the order of kIndexedColumns, kOtherColumns and id.
+struct Column {
+    enum : int {
+        kKind,
+        kLevel,
+        kMorton,
+        kBx,
+        kBy,
+        kBz,
+        kFingerprint0,
+        kFingerprint1,
+        kMinBx,
+        kMinBz,
+        kMaxBx,
+        kMaxBz,
+        kUsed,
+        kTag,
+        kChecksum,
+        kBytes,
+        kId
+    };
+};
+// What is read of these alone is read of the index.
+constexpr std::string_view kIndexedColumns =
+    "kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz";
+constexpr std::string_view kOtherColumns = "used, tag, checksum, bytes";
 
 std::int64_t now_s() {
     return std::chrono::duration_cast<std::chrono::seconds>(
@@ -81,23 +99,37 @@ std::uint64_t compute_checksum(Kind kind, const voxel::BoxKey& key, const voxel:
     return item.bytes ? XXH3_64bits_withSeed(item.bytes->data(), item.bytes->size(), seed) : seed;
 }
 
-voxel::InputExtent reach_at(const Statement& row, int column) {
-    const auto value = [&](int i) { return static_cast<std::int32_t>(row.integer(column + i)); };
-    return {value(0), value(1), value(2), value(3)};
+voxel::InputExtent read_reach(const Statement& row) {
+    return {row.int32(Column::kMinBx), row.int32(Column::kMinBz), row.int32(Column::kMaxBx),
+            row.int32(Column::kMaxBz)};
 }
 
-voxel::Fingerprint fingerprint_at(const Statement& row, int column) {
-    return {static_cast<std::uint64_t>(row.integer(column)),
-            static_cast<std::uint64_t>(row.integer(column + 1))};
+voxel::Fingerprint read_fingerprint(const Statement& row) {
+    return {static_cast<std::uint64_t>(row.integer(Column::kFingerprint0)),
+            static_cast<std::uint64_t>(row.integer(Column::kFingerprint1))};
 }
 
 void bind_key(Statement& s, Kind kind, const voxel::BoxKey& key) {
-    s.bind(1, static_cast<int>(kind))
-        .bind(2, key.level)
-        .bind(3, to_morton(key))
-        .bind(4, key.bx)
-        .bind(5, key.by)
-        .bind(6, key.bz);
+    s.bind(Column::kKind, static_cast<int>(kind))
+        .bind(Column::kLevel, key.level)
+        .bind(Column::kMorton, to_morton(key))
+        .bind(Column::kBx, key.bx)
+        .bind(Column::kBy, key.by)
+        .bind(Column::kBz, key.bz);
+}
+
+void bind_item(Statement& s, const voxel::Fingerprint& print, const Item& item,
+               std::uint64_t checksum) {
+    s.bind(Column::kFingerprint0, static_cast<std::int64_t>(print[0]))
+        .bind(Column::kFingerprint1, static_cast<std::int64_t>(print[1]))
+        .bind(Column::kMinBx, item.reach.min_bx)
+        .bind(Column::kMinBz, item.reach.min_bz)
+        .bind(Column::kMaxBx, item.reach.max_bx)
+        .bind(Column::kMaxBz, item.reach.max_bz)
+        .bind(Column::kUsed, now_s())
+        .bind(Column::kTag, static_cast<std::int64_t>(item.tag))
+        .bind(Column::kChecksum, static_cast<std::int64_t>(checksum))
+        .bind_bytes(Column::kBytes, item.bytes.get());
 }
 
 void remove_files(const fs::path& file) {
@@ -114,8 +146,14 @@ public:
         database.run(kPragmas);
         if (database.number(kParts) != kPartsOfAll)
             database.run(kSchema);
-        find.emplace(database.get(), kFind);
-        put.emplace(database.get(), kPut);
+        find.emplace(database.get(),
+                     fmt::format("SELECT {}, {}, id FROM item WHERE kind=?1 AND level=?2 AND "
+                                 "morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC",
+                                 kIndexedColumns, kOtherColumns));
+        put.emplace(database.get(),
+                    fmt::format("INSERT OR REPLACE INTO item({}, {}) VALUES(?1, ?2, ?3, ?4, ?5, "
+                                "?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+                                kIndexedColumns, kOtherColumns));
         mark_used.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
         evict.emplace(
             database.get(),
@@ -176,7 +214,7 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
     if (m_broken)
         return std::nullopt;
     std::int64_t used_row = 0;
-    std::int64_t damaged_row = 0;
+    bool is_damaged = false;
     std::optional<Item> out;
     try {
         const std::lock_guard lock(m_reader_mutex);
@@ -185,32 +223,32 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
         bind_key(row, kind, key);
         while (!out && row.step()) {
             Item item;
-            item.reach = reach_at(row, 3);
-            const voxel::Fingerprint print = fingerprint_at(row, 1);
+            item.reach = read_reach(row);
+            const voxel::Fingerprint print = read_fingerprint(row);
             if (m_fingerprint(item.reach) != print)
                 continue;
-            item.tag = static_cast<std::uint64_t>(row.integer(8));
-            item.bytes = row.bytes(10);
+            item.tag = static_cast<std::uint64_t>(row.integer(Column::kTag));
+            item.bytes = row.bytes(Column::kBytes);
             if (compute_checksum(kind, key, print, item) !=
-                static_cast<std::uint64_t>(row.integer(9))) {
-                damaged_row = row.integer(0);
+                static_cast<std::uint64_t>(row.integer(Column::kChecksum))) {
+                is_damaged = true;
                 continue;
             }
-            if (now_s() - row.integer(7) > kTouchAfter_s)
-                used_row = row.integer(0);
+            if (now_s() - row.integer(Column::kUsed) > kTouchAfter_s)
+                used_row = row.integer(Column::kId);
             out = std::move(item);
         }
     } catch (const SqliteError& e) {
         warn(e);
     }
-    if (damaged_row != 0) {
-        ++m_counters.damaged;
+    if (is_damaged) {
+        count(&DiskStats::damaged);
         util::log_warn("read {} from the cache file {}: wrong checksum; it is made again",
                        voxel::to_string(key), m_file.string());
     }
     if (used_row != 0)
         m_batch_writer->mark_used(used_row);
-    ++(out ? m_counters.hits : m_counters.misses);
+    count(out ? &DiskStats::hits : &DiskStats::misses);
     return out;
 }
 
@@ -219,7 +257,7 @@ void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenF
     if (failing() || bytes > m_limit_bytes / 4)
         return;
     if (!m_batch_writer->put({kind, key, item, 0}, bytes, when_full))
-        ++m_counters.dropped;
+        count(&DiskStats::dropped);
 }
 
 void DiskCache::flush() {
@@ -241,19 +279,19 @@ void DiskCache::write_batch(const std::vector<BatchWriter::Write>& writes) {
         return;
     try {
         if (!writes.empty()) {
-            m_counters.writes += write_all(writes);
-            ++m_counters.changes;
+            count(&DiskStats::writes, write_all(writes));
+            ++m_changes;
             evict();
         }
         count_periodically();
     } catch (const SqliteError& e) {
-        m_counters.dropped += writes.size();
+        count(&DiskStats::dropped, writes.size());
         if (e.category() == SqliteError::Category::kOther)
             stop_writing(e);
         else
             warn(e);
     } catch (const std::exception& e) {
-        m_counters.dropped += writes.size();
+        count(&DiskStats::dropped, writes.size());
         stop_writing(e);
     }
 }
@@ -269,8 +307,10 @@ void DiskCache::count_periodically() {
     constexpr auto kEach = std::chrono::seconds(5);
     if (const auto now = std::chrono::steady_clock::now();
         m_counted == std::chrono::steady_clock::time_point{} || now - m_counted > kEach) {
-        m_counters.entries = static_cast<std::uint64_t>(
+        const auto entries = static_cast<std::uint64_t>(
             m_writer->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
+        const std::lock_guard lock(m_stats_mutex);
+        m_stats.entries = entries;
         m_counted = now;
     }
 }
@@ -281,7 +321,7 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
     try {
         for (const BatchWriter::Write& w : writes) {
             if (w.used_row != 0) {
-                m_writer->mark_used->bind(1, now_s()).bind(2, w.used_row);
+                m_writer->mark_used->bind(0, now_s()).bind(1, w.used_row);
                 m_writer->mark_used->run();
                 continue;
             }
@@ -289,15 +329,7 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
             Statement& put = *m_writer->put;
             const StatementReset reset(put);
             bind_key(put, w.kind, w.key);
-            put.bind(7, static_cast<std::int64_t>(print[0]))
-                .bind(8, static_cast<std::int64_t>(print[1]));
-            put.bind(9, w.item.reach.min_bx)
-                .bind(10, w.item.reach.min_bz)
-                .bind(11, w.item.reach.max_bx)
-                .bind(12, w.item.reach.max_bz);
-            put.bind(13, now_s()).bind(14, static_cast<std::int64_t>(w.item.tag));
-            put.bind(15, static_cast<std::int64_t>(compute_checksum(w.kind, w.key, print, w.item)))
-                .bind_bytes(16, w.item.bytes.get());
+            bind_item(put, print, w.item, compute_checksum(w.kind, w.key, print, w.item));
             put.step();
             ++count;
         }
@@ -311,12 +343,12 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
 
 void DiskCache::evict() {
     while (m_writer->used_bytes() > m_limit_bytes) {
-        m_writer->evict->bind(1, kEvictRows);
+        m_writer->evict->bind(0, kEvictRows);
         m_writer->evict->run();
         const int gone = sqlite3_changes(m_writer->database.get());
         if (gone == 0)
             break;
-        m_counters.evictions += static_cast<std::uint64_t>(gone);
+        count(&DiskStats::evictions, static_cast<std::uint64_t>(gone));
     }
     // Freed pages are reused; they are returned to the file system only when the file has exceeded
     // its limit.
@@ -325,20 +357,24 @@ void DiskCache::evict() {
         m_writer->database.run("PRAGMA incremental_vacuum");
 }
 
+void DiskCache::count(std::uint64_t DiskStats::* what, std::uint64_t many) {
+    const std::lock_guard lock(m_stats_mutex);
+    m_stats.*what += many;
+}
+
 DiskStats DiskCache::stats() {
     DiskStats out;
-    out.hits = m_counters.hits;
-    out.misses = m_counters.misses;
-    out.writes = m_counters.writes;
-    out.evictions = m_counters.evictions;
-    out.dropped = m_counters.dropped;
-    out.damaged = m_counters.damaged;
-    if (m_broken)
+    {
+        const std::lock_guard lock(m_stats_mutex);
+        out = m_stats;
+    }
+    if (m_broken) {
+        out.entries = 0;
         return out;
+    }
     try {
         const std::lock_guard lock(m_lister_mutex);
         out.bytes = m_lister->used_bytes();
-        out.entries = m_counters.entries;
     } catch (const SqliteError& e) {
         warn(e);
     }
@@ -351,13 +387,15 @@ std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t max
         return out;
     try {
         const std::lock_guard lock(m_lister_mutex);
-        Statement row(m_lister->database.get(), kKeys);
-        row.bind(1, static_cast<int>(kind)).bind(2, level);
+        Statement row(m_lister->database.get(),
+                      fmt::format("SELECT {} FROM item INDEXED BY item_key WHERE kind=?1 AND "
+                                  "level=?2 ORDER BY morton",
+                                  kIndexedColumns));
+        row.bind(Column::kKind, static_cast<int>(kind)).bind(Column::kLevel, level);
         while (out.size() < max_keys && row.step())
-            if (m_fingerprint(reach_at(row, 5)) == fingerprint_at(row, 3))
-                out.push_back({level, static_cast<std::int32_t>(row.integer(0)),
-                               static_cast<std::int32_t>(row.integer(1)),
-                               static_cast<std::int32_t>(row.integer(2))});
+            if (m_fingerprint(read_reach(row)) == read_fingerprint(row))
+                out.push_back({level, row.int32(Column::kBx), row.int32(Column::kBy),
+                               row.int32(Column::kBz)});
     } catch (const SqliteError& e) {
         warn(e);
     }

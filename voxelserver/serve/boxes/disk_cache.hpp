@@ -42,9 +42,9 @@ struct DiskStats {
 /// A file that cannot be opened, written to or read is reported once; from then on nothing is
 /// stored.
 ///
-/// Three locks: one for the reading connection, one for the connection that lists and counts (which
-/// may take long in a large file, and must not delay requests for boxes), one for the queue to the
-/// writer; no lock is held while another is taken.
+/// Four locks: one for the counts, one for the reading connection, one for the connection that
+/// lists and counts (which may take long in a large file, and must not delay requests for boxes),
+/// one for the queue to the writer; no lock is held while another is taken.
 class DiskCache {
 public:
     using MakeFingerprint = std::function<voxel::Fingerprint(const voxel::InputExtent&)>;
@@ -71,7 +71,7 @@ public:
     [[nodiscard]] bool failing() const noexcept { return m_broken || m_read_only; }
     [[nodiscard]] DiskStats stats();  ///< the number of entries may be some seconds old
     /// A counter that increases with every change of the cache's content.
-    [[nodiscard]] std::uint64_t changes() const noexcept { return m_counters.changes; }
+    [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
     /// Keys of the currently valid items of a level, in Morton order.
     /// @param max_keys maximum number of keys to return
     [[nodiscard]] std::vector<voxel::BoxKey> keys(Kind kind, int level, std::size_t max_keys);
@@ -81,16 +81,6 @@ public:
 
 private:
     class Connection;
-    struct Counters {
-        std::atomic<std::uint64_t> hits{0};
-        std::atomic<std::uint64_t> misses{0};
-        std::atomic<std::uint64_t> writes{0};
-        std::atomic<std::uint64_t> evictions{0};
-        std::atomic<std::uint64_t> dropped{0};
-        std::atomic<std::uint64_t> damaged{0};
-        std::atomic<std::uint64_t> changes{0};
-        std::atomic<std::uint64_t> entries{0};  ///< as of the last count
-    };
     void open();
     void recreate();
     void count_periodically();
@@ -99,6 +89,7 @@ private:
     void write_batch(const std::vector<BatchWriter::Write>& writes);
     [[nodiscard]] std::size_t write_all(const std::vector<BatchWriter::Write>& writes);
     void evict();
+    void count(std::uint64_t DiskStats::* what, std::uint64_t many = 1);
     void warn(const SqliteError& e);
     void disable(const SqliteError& e);
 
@@ -107,7 +98,10 @@ private:
     const MakeFingerprint m_fingerprint;
     std::atomic<bool> m_broken{false};
     std::atomic<bool> m_read_only{false};
-    Counters m_counters;
+    std::atomic<std::uint64_t> m_changes{0};
+
+    std::mutex m_stats_mutex;  ///< guards m_stats
+    DiskStats m_stats;         ///< without bytes; entries as of the last count
 
     std::mutex m_reader_mutex;  ///< guards m_reader
     std::unique_ptr<Connection> m_reader;

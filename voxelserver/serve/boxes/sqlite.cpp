@@ -30,15 +30,15 @@ Statement::Statement(sqlite3* database, std::string_view sql) : m_database(datab
 }
 
 Statement& Statement::bind(int at, std::int64_t value) {
-    sqlite3_bind_int64(m_statement, at, value);
+    sqlite3_bind_int64(m_statement, at + 1, value);
     return *this;
 }
 
 Statement& Statement::bind_bytes(int at, const std::string* bytes) {
     if (bytes == nullptr)
-        sqlite3_bind_null(m_statement, at);
+        sqlite3_bind_null(m_statement, at + 1);
     else
-        sqlite3_bind_blob64(m_statement, at, bytes->data(), bytes->size(), SQLITE_STATIC);
+        sqlite3_bind_blob64(m_statement, at + 1, bytes->data(), bytes->size(), SQLITE_STATIC);
     return *this;
 }
 

@@ -37,7 +37,8 @@ public:
     Statement(const Statement&) = delete;
     Statement& operator=(const Statement&) = delete;
 
-    Statement& bind(int at, std::int64_t value);  ///< @param at index, from 1
+    /// @param at of the parameter, from 0: that of ?1
+    Statement& bind(int at, std::int64_t value);
     /// @param bytes nullptr: NULL; else must stay alive until reset()
     Statement& bind_bytes(int at, const std::string* bytes);
     /// Executes the next step.
@@ -54,6 +55,9 @@ public:
     /// @param column from 0
     [[nodiscard]] std::int64_t integer(int column) const {
         return sqlite3_column_int64(m_statement, column);
+    }
+    [[nodiscard]] std::int32_t int32(int column) const {
+        return sqlite3_column_int(m_statement, column);
     }
     [[nodiscard]] std::shared_ptr<const std::string> bytes(int column) const;  ///< nullptr for NULL
 
