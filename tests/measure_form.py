@@ -12,12 +12,14 @@ Prints a row for each language:
   over 100            share of all lines with more than 100 columns, in percent
 
 Lines of functions are counted without blank lines and comments, and only functions of 5 lines and
-more are counted. The exit code is 1 when a row is above a limit, and 2 when lizard is missing.
+more are counted. A function that is called x_of (xOf) is named: its name has no verb. The exit code
+is 1 when there is one or a row is above a limit, and 2 when lizard is missing.
 """
 
 import argparse
 import dataclasses
 import pathlib
+import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -30,6 +32,8 @@ SOURCES = {
     "TypeScript": (("grabber/src", "voxelserver/serve/page/src"), (".ts",)),
 }
 NOT_OURS = {"node_modules", "dist"}
+WITHOUT_A_VERB = re.compile(r"(?:_of|[a-z]Of)$")
+PUBLISHED = {"block_of"}  # by the library's headers (raytracer/apps/library/terravox)
 
 
 def import_lizard():
@@ -68,6 +72,7 @@ class Form:
     lines: int = 0
     long_lines: int = 0
     functions: list[Function] = dataclasses.field(default_factory=list)
+    misnamed: list[str] = dataclasses.field(default_factory=list)  # their places
 
     @property
     def function_lines(self):
@@ -109,6 +114,9 @@ def measure(root, folders, extensions):
         form.lines += len(lines)
         form.long_lines += sum(len(line) > COLUMNS for line in lines)
         for found in lizard.analyze_file.analyze_source_code(name, text).function_list:
+            own_name = found.name.split("::")[-1]
+            if WITHOUT_A_VERB.search(own_name) and own_name not in PUBLISHED:
+                form.misnamed.append(f"{name}:{found.start_line} {own_name}")
             if found.nloc >= MIN_FUNCTION_LINES:
                 form.functions.append(
                     Function(
@@ -174,6 +182,11 @@ def main():
         "long_percent": args.limit_long_percent,
     }
     found = excesses(forms, limits)
+    for form in forms.values():
+        found += [
+            f"{place}: name what it does: to_x and parse_x convert, find_x searches"
+            for place in form.misnamed
+        ]
     for line in found:
         print(f"measure_form.py: {line}", file=sys.stderr)
     return 1 if found else 0

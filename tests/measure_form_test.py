@@ -42,6 +42,11 @@ class Measures(unittest.TestCase):
         self.assertAlmostEqual(form.branches_per_10_lines, 20 / 6)
         self.assertAlmostEqual(form.tokens_per_line, function.tokens / 6)
 
+    def test_a_function_without_a_verb_is_named(self):
+        self.write("common/a.cpp", "int A::size_of() { return 1; }\nint block_of() { return 1; }\n")
+        form = measure(self.root, ["common"], [".cpp"])
+        self.assertEqual(form.misnamed, ["common/a.cpp:1 size_of"])
+
     def test_a_line_is_long_from_101_columns(self):
         self.write("common/a.hpp", "/" * 100 + "\n" + "/" * 101 + "\n" + "ž" * 100 + "\n\n")
         form = measure(self.root, ["common"], [".hpp"])

@@ -62,9 +62,9 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels,
 
 // Finds the outlet of a group of sections: the lowest dead end when it is nearly the lowest section
 // of all, else the lowest section.
-class OutletOf {
+class OutletFinder {
 public:
-    OutletOf(const RiverSections& sections, const std::vector<double>& levels)
+    OutletFinder(const RiverSections& sections, const std::vector<double>& levels)
         : m_sections(sections), m_levels(levels) {}
     void add(std::int32_t s) {
         if (lower(s, m_lowest))
@@ -102,7 +102,7 @@ std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vect
     for (std::int32_t start = 0; start < sections.size(); ++start) {
         if (seen[to_index(start)] != 0 || !(filled[to_index(start)] > levels[to_index(start)]))
             continue;
-        OutletOf hollow(sections, levels);
+        OutletFinder hollow(sections, levels);
         stack.push_back(start);
         seen[to_index(start)] = 1;
         while (!stack.empty()) {
@@ -144,7 +144,7 @@ Drainage breadth_first(const RiverSections& sections, std::int32_t root) {
 }
 
 Drainage drain(const RiverSections& sections, const std::vector<double>& levels, double rim_m) {
-    OutletOf whole(sections, levels);
+    OutletFinder whole(sections, levels);
     for (std::int32_t s = 0; s < sections.size(); ++s)
         whole.add(s);
     std::vector<std::int32_t> outlets{whole.section()};
