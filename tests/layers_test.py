@@ -192,6 +192,24 @@ def network_in_common(code):
     ]
 
 
+def not_alone(code, table):
+    """One line for each system header that another source than its own includes, or none does.
+
+    @param table {header: source}
+    """
+    wrong = [
+        f"{file}: includes <{name}>; {table[name]} alone may"
+        for file, names in code.system.items()
+        for name in names
+        if table.get(name, file) != file
+    ]
+    return wrong + [
+        f"{LAYERS}: {file} does not include <{name}>"
+        for name, file in table.items()
+        if name not in code.system.get(file, [])
+    ]
+
+
 def wrong_namespaces(code, more):
     """One line for each namespace that is not named like a folder on the way to its file.
 
@@ -213,6 +231,7 @@ def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
     namespaces = layers.pop("namespaces", {})
+    alone = layers.pop("alone", {})
     layers.pop("wings", None)
     libraries = Libraries(root)
     return [
@@ -220,6 +239,7 @@ def problems(root):
         *wrong_rows(code, layers),
         *cycles_of_files(code),
         *network_in_common(code),
+        *not_alone(code, alone),
         *wrong_namespaces(code, namespaces),
         *wrong_links(code, libraries),
         *unsorted_sources(libraries),
@@ -471,6 +491,13 @@ class TheCheckItself(unittest.TestCase):
                 good,
             ),
             ("knows no network", {a: "#include <sys/socket.h>\n"}, own),
+            ("", {a: "#include <x.h>\n"}, own + f'[alone]\n"x.h" = "{a}"\n'),
+            (
+                f"common/a/b.hpp: includes <x.h>; {a} alone may",
+                {a: "#include <x.h>\n", "common/a/b.hpp": "#include <x.h>\n"},
+                own + f'[alone]\n"x.h" = "{a}"\n',
+            ),
+            (f"{a} does not include <x.h>", {a: ""}, own + f'[alone]\n"x.h" = "{a}"\n'),
             ("", {a: "\n"}, own + wing.format(1)),
             ("common/a: 2 lines, and its budget", {a: "\n\n"}, own + wing.format(1)),
             ("has no plan", {a: "", DOCUMENT.as_posix(): ""}, own + wing.format(1)),

@@ -16,10 +16,10 @@
 #include "raytracer/apps/library/state.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "voxelserver/serve/boxes/box_cache.hpp"
+#include "voxelserver/serve/host/host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 #include "voxelserver/serve/http/map_view.hpp"
 #include "voxelserver/serve/http/router.hpp"
-#include "voxelserver/serve/http/server.hpp"
-#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox {
 namespace {
@@ -87,8 +87,8 @@ boxes::BoxCacheOptions cache_options(const ServerOptions& options, voxel::World&
     return out;
 }
 
-http::ServerOptions listen_options(const ServerOptions& options, int makers) {
-    http::ServerOptions out;
+http::HostOptions listen_options(const ServerOptions& options, int makers) {
+    http::HostOptions out;
     out.bind = options.bind;
     out.port = options.port;
     out.request_threads = makers + kQueue + kSpareThreads;
@@ -114,7 +114,7 @@ struct Server::Impl {
           boxes(world, state->times, cache_options(options, *state->world)),
           map(boxes, {voxel::load_palette(material::find_materials(""))},
               to_bytes(options.memory_mib) / 4),
-          router(service(), options.token, sockets::HttpNames(options.bind, options.names)),
+          router(service(), options.token, http::HostNames(options.bind, options.names)),
           server(router, listen_options(options, boxes_made_at_once(options))) {}
 
     [[nodiscard]] int boxes_made_at_once(const ServerOptions& options) const {
@@ -132,7 +132,7 @@ struct Server::Impl {
     boxes::BoxCache boxes;
     http::MapView map;
     http::Router router;
-    http::Server server;
+    http::Host server;
     std::once_flag stopped;
 };
 
@@ -140,7 +140,7 @@ Server::Server(const World& world, const ServerOptions& options) {
     guarded([&] {
         check(options);
         m_impl = std::make_unique<Impl>(world.m_state, options);
-        if (options.token.empty() && !sockets::is_loopback(options.bind))
+        if (options.token.empty() && !http::is_loopback(options.bind))
             util::log_warn(
                 "serve a world: whoever reaches {} may read it; a token would prevent that",
                 options.bind);

@@ -124,9 +124,9 @@ http::Response no_file(int why, std::string_view path) {
                  (why == ELOOP ? "; it is a symbolic link, which is not followed" : ""));
 }
 
-http::ServerOptions make_options(std::uint16_t port) {
+http::HostOptions make_options(std::uint16_t port) {
     constexpr int kThreads = 32;  // a browser has up to six connections
-    http::ServerOptions out;
+    http::HostOptions out;
     out.port = port;
     out.request_threads = kThreads;
     return out;
@@ -135,7 +135,7 @@ http::ServerOptions make_options(std::uint16_t port) {
 }  // namespace
 
 SiteFiles::SiteFiles(const fs::path& folder, std::string archive_origin)
-    : m_check("", sockets::HttpNames()),
+    : m_check("", http::HostNames()),
       m_archive_origin(std::move(archive_origin)),
       m_folder(open_folder(folder)) {}
 
@@ -145,23 +145,17 @@ SiteFiles::~SiteFiles() {
 
 std::optional<http::Response> SiteFiles::refusal(const http::Request& request) {
     const std::size_t bytes = request.path.size() + request.query.size();
-    std::optional<http::Response> out;
     if (bytes > kMaxAddress_bytes)
-        out = http::problem(414, "an address of " + std::to_string(bytes) +
-                                     " bytes; allowed: up to " + std::to_string(kMaxAddress_bytes));
-    else
-        out = m_check.refusal(kFile, request);
-    // A body that was not read must not be taken for the next request.
-    if (out && http::body_claim(request).kind != http::BodyClaim::Kind::kNone)
-        out->close = true;
-    return out;
+        return http::problem(414, "an address of " + std::to_string(bytes) +
+                                      " bytes; allowed: up to " +
+                                      std::to_string(kMaxAddress_bytes));
+    return m_check.refusal(kFile, request);
 }
 
 http::Response SiteFiles::handle(const http::Request& request) {
     try {
         std::optional<http::Response> refused = refusal(request);
         http::Response out = refused ? std::move(*refused) : answer(request);
-        out.head_only = request.method == "HEAD";
         return http::add_page_headers(std::move(out), m_archive_origin);
     } catch (...) {
         return http::reply_to_current_exception(request);
@@ -183,6 +177,6 @@ http::Response SiteFiles::answer(const http::Request& request) const {
 }
 
 SiteHost::SiteHost(const fs::path& folder, std::uint16_t port, std::string archive_origin)
-    : m_files(folder, std::move(archive_origin)), m_server(m_files, make_options(port)) {}
+    : m_files(folder, std::move(archive_origin)), m_host(m_files, make_options(port)) {}
 
 }  // namespace terravox::publish

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "voxelserver/serve/host/host.hpp"
 #include "voxelserver/serve/http/request_check.hpp"
-#include "voxelserver/serve/http/server.hpp"
 
 namespace terravox::publish {
 
@@ -26,8 +26,6 @@ public:
 
     [[nodiscard]] std::optional<http::Response> refusal(const http::Request& request) override;
     [[nodiscard]] http::Response handle(const http::Request& request) override;
-    void count_refused(int /*status*/) noexcept override {}
-    void count_sent(std::uint64_t /*bytes*/) noexcept override {}
 
 private:
     [[nodiscard]] http::Response answer(const http::Request& request) const;
@@ -49,11 +47,11 @@ public:
              std::string archive_origin = {});
 
     /// Where the site is: "http://127.0.0.1:8080/".
-    [[nodiscard]] std::string address() const { return m_server.url() + "/"; }
+    [[nodiscard]] std::string address() const { return m_host.url() + "/"; }
 
 private:
     SiteFiles m_files;
-    http::Server m_server;
+    http::Host m_host;
 };
 
 }  // namespace terravox::publish

@@ -3,9 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "voxelserver/serve/host/host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 
 namespace terravox::farm {
 
@@ -35,7 +38,7 @@ struct WorkerMetrics {
 struct MetricsAddress {
     std::string host;        ///< a numeric address such as 127.0.0.1; empty: all networks
     std::uint16_t port = 0;  ///< 0: any free one
-    /// Accepted host names, in addition to those of sockets::HttpNames.
+    /// Accepted host names, in addition to those of http::HostNames.
     std::vector<std::string> names{};
 };
 
@@ -44,25 +47,34 @@ struct MetricsAddress {
 /// name that is none of its own, 403 for web pages of other origins. Request bodies are not read,
 /// and each reply ends its connection. Any client that reaches the address may read it: it is meant
 /// for loopback or a private network. A connection gets three seconds for its request, and half a
-/// second when others wait (sockets::SlowClients); four of them are answered at a time, 16 more
+/// second when others wait (http::SlowClients); four of them are answered at a time, 16 more
 /// wait.
-class MetricsPage {
+class MetricsPage final : public http::RequestHandler {
 public:
     /// Called on threads of the page; an exception is answered with status 500.
     using Snapshot = std::function<WorkerMetrics()>;
-    /// Begins to answer requests.
+    /// Begins to answer requests, until the destruction, which takes up to two seconds.
     /// @throws UsageError for a host that is not numeric, or an invalid name; Error when it cannot
     /// listen there
     MetricsPage(const MetricsAddress& address, Snapshot snapshot);
-    ~MetricsPage();  ///< the snapshot is not called after it; takes up to two seconds
-    MetricsPage(const MetricsPage&) = delete;
-    MetricsPage& operator=(const MetricsPage&) = delete;
 
-    [[nodiscard]] std::uint16_t port() const noexcept;
+    [[nodiscard]] std::uint16_t port() const noexcept {
+        return static_cast<std::uint16_t>(m_host.port());
+    }
+
+    // As the host asks it. No body is read: each reply is known without it.
+    [[nodiscard]] std::optional<http::Response> refusal(const http::Request& request) override {
+        return handle(request);
+    }
+    [[nodiscard]] http::Response handle(const http::Request& request) override;
+    [[nodiscard]] http::Response refuse(int status, const std::string& detail) override;
 
 private:
-    class Impl;
-    std::unique_ptr<Impl> m_impl;
+    [[nodiscard]] http::Response answer(const http::Request& request) const;
+
+    const Snapshot m_snapshot;
+    const http::HostNames m_names;
+    http::Host m_host;  ///< the last: its threads use the others
 };
 
 }  // namespace terravox::farm

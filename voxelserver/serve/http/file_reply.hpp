@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/message.hpp"
 
 namespace terravox::http {
 

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/job_routes.hpp"
+#include "voxelserver/serve/http/route_answers.hpp"
 
 #include <nlohmann/json.hpp>
 

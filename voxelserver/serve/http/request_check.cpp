@@ -82,17 +82,9 @@ void SharedOrigins::add_headers(const Request& request, Response& reply) const {
     reply.add("Access-Control-Expose-Headers", "Accept-Ranges, Content-Range, ETag, Retry-After");
 }
 
-namespace {
-
-std::string neighbourhood_of_host(const std::string& address) {
-    const bool is_ipv6 = address.find(':') != std::string::npos;
-    return sockets::to_neighbourhood((is_ipv6 ? "[" + address + "]" : address) + ":0");
-}
-
-}  // namespace
-
 TokenTries::Client& TokenTries::client(const std::string& address, Time now) {
-    const std::string name = neighbourhood_of_host(address);
+    const auto endpoint = sockets::numeric_endpoint(address, 0);
+    const std::string name = endpoint ? endpoint->neighbourhood() : address;
     if (m_clients.size() >= kMaxKept && !m_clients.contains(name))
         m_clients.erase(std::min_element(
             m_clients.begin(), m_clients.end(),
@@ -132,6 +124,8 @@ std::string describe_fault(const Request& request) {
             return "a header's name is no token";
     const auto hosts = std::count_if(request.headers.begin(), request.headers.end(),
                                      [](const Header& h) { return same_word(h.name, "Host"); });
+    if (hosts == 0 && request.version == "1.1")
+        return "HTTP/1.1 without the header Host";
     if (hosts > 1)
         return std::to_string(hosts) + " headers Host; allowed: one";
     return {};
@@ -187,7 +181,7 @@ std::optional<Response> refuse_missing_body(const RouteFacts& route, const Reque
 
 }  // namespace
 
-RequestCheck::RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins,
+RequestCheck::RequestCheck(std::string token, HostNames names, SharedOrigins origins,
                            std::function<TokenTries::Time()> clock)
     : m_token(std::move(token)),
       m_names(std::move(names)),
@@ -225,13 +219,9 @@ std::optional<Response> RequestCheck::refuse_host(const Request& request) const 
 
 std::optional<Response> RequestCheck::refuse_origin(const RouteFacts& route,
                                                     const Request& request) const {
-    const std::string host = request.header("Host");
-    const std::string origin = request.header("Origin");
-    if (route.shared && m_origins.allow(origin))
+    if (route.shared && m_origins.allow(request.header("Origin")))
         return std::nullopt;
-    if (sockets::from_another_origin({host, origin, request.header("Sec-Fetch-Site"),
-                                      request.header("Sec-Fetch-Mode"),
-                                      request.header("Sec-Fetch-Dest"), request.method}))
+    if (from_another_origin(request))
         return and_close(problem(403,
                                  "read the request: a web page of another origin makes it; "
                                  "allowed: the server's own page, and programs"));

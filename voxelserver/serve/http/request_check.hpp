@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
+#include "voxelserver/serve/host/message.hpp"
 #include "voxelserver/serve/http/routes.hpp"
-#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox::http {
 
@@ -107,7 +107,7 @@ public:
     /// @param names allowed values of the header Host
     /// @param origins of pages that may request what is shared with them
     /// @param clock of the tries of tokens
-    RequestCheck(std::string token, sockets::HttpNames names, SharedOrigins origins = {},
+    RequestCheck(std::string token, HostNames names, SharedOrigins origins = {},
                  std::function<TokenTries::Time()> clock = std::chrono::steady_clock::now);
 
     /// @return nullopt when the request may be answered
@@ -128,7 +128,7 @@ private:
                                                                const Request& request);
 
     const BearerToken m_token;
-    const sockets::HttpNames m_names;
+    const HostNames m_names;
     const SharedOrigins m_origins;
     const std::function<TokenTries::Time()> m_clock;
     TokenTries m_tries;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -38,6 +39,20 @@ inline constexpr std::size_t kBatchRecordBytes = 24;
 
 /// GET /gkot/origin.json?tmx&tmy: 200 JSON, 400.
 [[nodiscard]] Response answer_gkot_origin(Service& service, const RouteRequest& call);
+
+/// Limits of jobs, and how many there are, as a JSON object; null where the server makes none.
+[[nodiscard]] nlohmann::json jobs_json(jobs::JobQueue* queue);
+
+/// GET /v2/jobs: 200 JSON, the limits of jobs and how many there are; POST: 201 JSON, the state of
+/// a new job, with its address in Location; 400, 503. Both 404 where the server makes no analyses.
+[[nodiscard]] Response answer_jobs(Service& service, const RouteRequest& call);
+
+/// GET /v2/jobs/{id}: 200 JSON, the state of a job; DELETE: 204, it ends and its files are removed;
+/// 404.
+[[nodiscard]] Response answer_job(Service& service, const RouteRequest& call);
+
+/// GET /v2/jobs/{id}/result.tif: 200 or 206, the raster of a job that is done; 404, 416.
+[[nodiscard]] Response answer_job_result(Service& service, const RouteRequest& call);
 
 /// GET /map/{z}/{x}/{y}.png: 200 a tile of the top view (voxelserver/serve/map/map_tiles.hpp), 304,
 /// 400, 404 no such zoom, 500, 503. An incomplete tile has the header `Terravox-Complete: no` and

@@ -10,7 +10,7 @@
 #include "common/util/log.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/serve/boxes/admission_control.hpp"
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/message.hpp"
 
 namespace terravox::http {
 

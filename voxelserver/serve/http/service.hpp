@@ -14,7 +14,7 @@
 #include "common/voxel/world.hpp"
 #include "voxelserver/serve/boxes/box_cache.hpp"
 #include "voxelserver/serve/boxes/preparer.hpp"
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/message.hpp"
 #include "voxelserver/serve/http/routes.hpp"
 
 namespace terravox::http {

@@ -6,7 +6,7 @@
 #include "common/util/process_memory.hpp"
 #include "common/util/text.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/serve/http/job_routes.hpp"
+#include "voxelserver/serve/host/metrics_text.hpp"
 
 namespace terravox::http {
 namespace {
@@ -128,45 +128,13 @@ Response answer_stats(Service& service, const RouteRequest& call, const RequestC
 
 namespace {
 
-/// Writes metrics sequentially. Ref: Prometheus, "Exposition formats", text format 0.0.4.
-class MetricsText {
-public:
-    void family(const char* name, const char* type, const char* help) {
-        m_name = name;
-        m_out +=
-            std::string("# HELP ") + name + " " + help + "\n# TYPE " + name + " " + type + "\n";
-    }
-    void value(double number, const std::string& labels = "", const char* tail = "") {
-        m_out += m_name + tail + (labels.empty() ? "" : "{" + labels + "}") + " " +
-                 util::number_text(number, 17) + "\n";
-    }
-    void one(const char* name, const char* type, const char* help, double number) {
-        family(name, type, help);
-        value(number);
-    }
-    [[nodiscard]] std::string take() { return std::move(m_out); }
-
-private:
-    std::string m_name;
-    std::string m_out;
-};
-
-std::string label(const char* name, std::string_view value) {
-    std::string out = std::string(name) + "=\"";
-    for (const char c : value) {
-        if (c == '\\' || c == '"')
-            out += '\\';
-        out += c == '\n' ? ' ' : c;
-    }
-    return out + "\"";
-}
-
 void write_requests(MetricsText& text, const RequestCounts& counts) {
     text.family("terravox_http_replies_total", "counter", "Replies sent.");
     for (const RouteFacts& route : routes())
         for (const auto& [status, count] : counts.statuses(route.route))
             text.value(static_cast<double>(count),
-                       label("route", route.path) + "," + label("status", std::to_string(status)));
+                       metrics_label("route", route.path) + "," +
+                           metrics_label("status", std::to_string(status)));
     text.one("terravox_http_body_bytes_total", "counter", "Bytes of bodies sent.",
              static_cast<double>(counts.bytes()));
     text.family("terravox_http_seconds", "histogram",
@@ -175,14 +143,14 @@ void write_requests(MetricsText& text, const RequestCounts& counts) {
         const auto times = counts.times(route.route);
         if (times.count == 0)
             continue;
-        const std::string name = label("route", route.path);
+        const std::string name = metrics_label("route", route.path);
         std::uint64_t sum = 0;
         for (std::size_t i = 0; i < RequestCounts::kBuckets; ++i) {
             sum += times.buckets[i];
             char end[24] = "+Inf";
             if (i < RequestCounts::kBucketEnds_s.size())
                 std::snprintf(end, sizeof end, "%g", RequestCounts::kBucketEnds_s[i]);
-            text.value(static_cast<double>(sum), name + "," + label("le", end), "_bucket");
+            text.value(static_cast<double>(sum), name + "," + metrics_label("le", end), "_bucket");
         }
         text.value(times.seconds, name, "_sum");
         text.value(static_cast<double>(times.count), name, "_count");
@@ -217,7 +185,7 @@ void write_caches(MetricsText& text, const std::vector<CacheFacts>& caches) {
     for (const Family& f : kFamilies) {
         text.family(f.name, f.type, f.help);
         for (const CacheFacts& c : caches)
-            text.value(static_cast<double>(c.*f.value), label("cache", c.name));
+            text.value(static_cast<double>(c.*f.value), metrics_label("cache", c.name));
     }
 }
 
@@ -226,7 +194,7 @@ void write_caches(MetricsText& text, const std::vector<CacheFacts>& caches) {
 Response answer_metrics(Service& service, const RequestCounts& counts, double uptime_s) {
     MetricsText text;
     text.family("terravox_build_info", "gauge", "The version that runs.");
-    text.value(1, label("version", kVersion));
+    text.value(1, metrics_label("version", kVersion));
     text.one("terravox_uptime_seconds", "gauge", "Time since the start.", uptime_s);
     text.one("process_resident_memory_bytes", "gauge", "Resident memory.",
              static_cast<double>(util::resident_bytes()));
@@ -259,12 +227,11 @@ Response answer_metrics(Service& service, const RequestCounts& counts, double up
     text.family("terravox_step_seconds_total", "counter",
                 "Time spent in a step, summed over threads.");
     for (const auto& s : stages)
-        text.value(s.seconds, label("step", s.name));
+        text.value(s.seconds, metrics_label("step", s.name));
     text.family("terravox_step_runs_total", "counter", "How often a step ran.");
     for (const auto& s : stages)
-        text.value(static_cast<double>(s.count), label("step", s.name));
-    return reply(200, "text/plain; version=0.0.4; charset=utf-8", text.take())
-        .add("Cache-Control", "no-store");
+        text.value(static_cast<double>(s.count), metrics_label("step", s.name));
+    return text.take_reply();
 }
 
 }  // namespace terravox::http

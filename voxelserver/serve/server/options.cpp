@@ -14,7 +14,7 @@
 #include "voxelserver/make/voxelize/points/settings.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
-#include "voxelserver/serve/sockets/http_host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -242,7 +242,7 @@ std::string own_token(const Options& o) {
         std::any_of(o.world.inputs.begin(), o.world.inputs.end(), worlds::is_http_address);
     if (!file.empty() || !is_bound || !is_remote)
         return util::find_token(file, util::kServerTokenVariable);
-    if (!sockets::is_loopback(o.server.bind))
+    if (!http::is_loopback(o.server.bind))
         throw util::UsageError(
             std::string("serve on ") + o.server.bind + ": " + util::kServerTokenVariable +
             " is the token of the server in TERRAVOX_SERVER_ORIGIN; allowed: a token of this "
@@ -260,7 +260,7 @@ Plan finish(Options& o) {
             "; allowed: one of them");
     Plan plan;
     plan.token = own_token(o);
-    plan.names = sockets::HttpNames(o.server.bind, o.public_names);
+    plan.names = http::HostNames(o.server.bind, o.public_names);
     plan.origins = http::SharedOrigins(o.shared_origins);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;

@@ -17,11 +17,11 @@
 #include "common/util/text.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "common/voxel/material.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 #include "voxelserver/serve/http/map_view.hpp"
 #include "voxelserver/serve/http/router.hpp"
 #include "voxelserver/serve/jobs/job_queue.hpp"
 #include "voxelserver/serve/server/open_for_serving.hpp"
-#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -78,7 +78,7 @@ void announce(const worlds::ServedWorld& world, const Options& options, const Pl
     say("stop", "Ctrl-C");
     std::cout << std::flush;
     const std::string& bind = options.server.bind;
-    if (!sockets::is_loopback(bind) && plan.token.empty())
+    if (!http::is_loopback(bind) && plan.token.empty())
         util::log_warn(
             "every client that reaches {} is answered: --token-file requires a token, "
             "config/nginx/ "
@@ -275,9 +275,9 @@ public:
     [[nodiscard]] jobs::JobQueue& queue() noexcept { return m_queue; }
 
 private:
-    static http::ServerOptions server_options(const Options& options) {
+    static http::HostOptions server_options(const Options& options) {
         constexpr int kThreadsOfJob = 16;
-        http::ServerOptions out = options.server;
+        http::HostOptions out = options.server;
         out.bind = "127.0.0.1";
         out.port = 0;
         out.tls_certificate.clear();
@@ -296,12 +296,12 @@ private:
     }
 
     http::Router m_router;
-    http::Server m_server;
+    http::Host m_server;
     jobs::JobQueue m_queue;  // its processes end before the server does
 };
 
 /// Lets running requests finish for some time, then cancels the rest.
-void stop_serving(http::Server& server, boxes::BoxCache& cache, worlds::ServedWorld& world) {
+void stop_serving(http::Host& server, boxes::BoxCache& cache, worlds::ServedWorld& world) {
     const auto stop_remote = [&] {
         if (world.is_remote())
             world.stop();
@@ -333,7 +333,7 @@ void serve_boxes(const Options& options, const Plan& plan, const OpenedForServin
         service.jobs = &jobs->queue();
     }
     http::Router router(service, plan.token, plan.names, plan.origins);
-    http::Server server(router, options.server);
+    http::Host server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
     // Everything that cached boxes do not need is done after the start, so that it does not delay
     // the start and the only threads are those that answer requests.

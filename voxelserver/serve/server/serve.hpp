@@ -11,10 +11,10 @@
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 #include "voxelserver/serve/boxes/box_cache.hpp"
 #include "voxelserver/serve/boxes/preparer.hpp"
+#include "voxelserver/serve/host/host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 #include "voxelserver/serve/http/request_check.hpp"
-#include "voxelserver/serve/http/server.hpp"
 #include "voxelserver/serve/jobs/job_queue.hpp"
-#include "voxelserver/serve/sockets/http_host.hpp"
 
 namespace CLI {
 class App;
@@ -28,8 +28,8 @@ struct Options {
     worlds::WorldOptions world;  ///< classes: empty = as in the store, or "asprs"
     /// Flags given by the user that are valid for some kinds of worlds only.
     std::vector<std::string> kind_flags;
-    http::ServerOptions server;
-    /// Accepted host names in addition to those of sockets::HttpNames.
+    http::HostOptions server;
+    /// Accepted host names in addition to those of http::HostNames.
     std::vector<std::string> public_names;
     std::vector<std::string> shared_origins;  ///< of pages that may read an archive; see Plan
     std::filesystem::path store;  ///< folder filled by the grabber; empty: the inputs are named
@@ -65,7 +65,7 @@ struct Plan {
     std::size_t map_bytes = 0;       ///< memory limit for the map
     std::size_t image_bytes = 0;     ///< memory limit for decoded images
     std::string token;               ///< "" = none
-    sockets::HttpNames names;        ///< host names that the server accepts
+    http::HostNames names;           ///< host names that the server accepts
     http::SharedOrigins origins;     ///< of pages that may read an archive
     std::filesystem::path facts;     ///< folder for the facts of worlds; empty: they are not stored
 };

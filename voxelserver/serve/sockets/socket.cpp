@@ -181,16 +181,29 @@ std::string Endpoint::neighbourhood() const {
     return host_text(AF_INET6, &upper) + "/64";
 }
 
+std::optional<Endpoint> numeric_endpoint(const std::string& host, std::uint16_t port) noexcept {
+    Endpoint out;
+    auto* ipv4 = reinterpret_cast<sockaddr_in*>(&out.storage);
+    auto* ipv6 = reinterpret_cast<sockaddr_in6*>(&out.storage);
+    if (::inet_pton(AF_INET, host.c_str(), &ipv4->sin_addr) == 1) {
+        ipv4->sin_family = AF_INET;
+        out.size_bytes = sizeof *ipv4;
+    } else if (::inet_pton(AF_INET6, host.c_str(), &ipv6->sin6_addr) == 1) {
+        ipv6->sin6_family = AF_INET6;
+        out.size_bytes = sizeof *ipv6;
+    } else {
+        return std::nullopt;
+    }
+    out.set_port(port);
+    return out;
+}
+
 std::string to_neighbourhood(const std::string& peer) {
     const std::string host = peer.substr(0, peer.rfind(':'));
-    Endpoint endpoint;
-    auto* address = reinterpret_cast<sockaddr_in6*>(&endpoint.storage);
     const bool in_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
-    if (!in_brackets ||
-        ::inet_pton(AF_INET6, host.substr(1, host.size() - 2).c_str(), &address->sin6_addr) != 1)
-        return host;
-    endpoint.storage.ss_family = AF_INET6;
-    return endpoint.neighbourhood();
+    const auto found =
+        in_brackets ? numeric_endpoint(host.substr(1, host.size() - 2), 0) : std::nullopt;
+    return found ? found->neighbourhood() : host;
 }
 
 std::vector<Endpoint> resolve(const Address& address, bool to_listen) {

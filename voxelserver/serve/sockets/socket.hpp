@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,6 +59,11 @@ struct Endpoint {
     /// the upper 64 bits of an IPv6 one.
     [[nodiscard]] std::string neighbourhood() const;
 };
+
+/// @param host IPv4 or IPv6, without brackets or scope
+/// @return nullopt for what is no numeric address
+[[nodiscard]] std::optional<Endpoint> numeric_endpoint(const std::string& host,
+                                                       std::uint16_t port) noexcept;
 
 /// Endpoint::neighbourhood() of an address in the format of Endpoint::text(); for any other text,
 /// the part before its last colon.

@@ -9,7 +9,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/serve/http/http_client.hpp"
+#include "tests/voxelserver/serve/host/http_client.hpp"
 
 using namespace terravox;
 using publish::SiteFiles;

@@ -10,7 +10,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/serve/http/http_client.hpp"
+#include "tests/voxelserver/serve/host/http_client.hpp"
 
 using namespace terravox;
 using terravox::test::HttpClient;
@@ -156,6 +156,10 @@ TEST_CASE("the page refuses all other requests, and continues", "[raytracer][wor
         CHECK(reply.status == 405);
         CHECK(reply.headers.at("allow") == "GET, HEAD");
     }
+    std::string many_headers;
+    for (int i = 0; i < 64; ++i)
+        many_headers += "X-" + std::to_string(i) + ": 1\r\n";
+    CHECK(page.ask("/metrics", many_headers).status == 431);
     CHECK(page.ask("/healthz").status == 200);
 }
 

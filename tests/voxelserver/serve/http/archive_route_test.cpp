@@ -26,7 +26,7 @@ const Header kPage{"Origin", "https://a.example"};
 /// A file of ten bytes stands for an archive: the route does not look into it.
 struct ArchiveFixture {
     explicit ArchiveFixture(std::vector<std::string> origins = {})
-        : router(service(), "", sockets::HttpNames(), http::SharedOrigins(std::move(origins))) {
+        : router(service(), "", http::HostNames(), http::SharedOrigins(std::move(origins))) {
         write("0123456789");
     }
     [[nodiscard]] http::Service service() {

@@ -4,10 +4,13 @@
 #include "tests/catch.hpp"
 
 using namespace terravox;
+using namespace std::chrono_literals;
+using http::BearerToken;
 using http::Header;
 using http::Request;
 using http::RequestCheck;
 using http::Response;
+using http::TokenTries;
 
 namespace {
 
@@ -16,7 +19,7 @@ const Header kStrangeHost{"Host", "attacker.example:8888"};
 const Header kOtherOrigin{"Origin", "http://attacker.example"};
 
 RequestCheck check_with(const std::string& token) {
-    return {token, sockets::HttpNames("127.0.0.1", {"voxels.example.org"})};
+    return {token, http::HostNames("127.0.0.1", {"voxels.example.org"})};
 }
 
 std::optional<Response> refusal(RequestCheck& check, const Request& request) {
@@ -175,7 +178,7 @@ TEST_CASE("only routes that are not open require the token, and none answers to 
 TEST_CASE("wrong tokens without end are not judged, and those of others are",
           "[voxelserver][http][check]") {
     http::TokenTries::Time now{std::chrono::hours(1000)};
-    RequestCheck check("s3cret", sockets::HttpNames(), {}, [&] { return now; });
+    RequestCheck check("s3cret", http::HostNames(), {}, [&] { return now; });
     const auto ask = [&](std::string_view client, const Header& authorization) {
         Request request{"GET", "/v2/world", {authorization}};
         request.client = client;
@@ -203,7 +206,7 @@ TEST_CASE("wrong tokens without end are not judged, and those of others are",
 
 TEST_CASE("wrong tokens count on open paths, too, and requests without one do not",
           "[voxelserver][http][check]") {
-    RequestCheck check("s3cret", sockets::HttpNames(), {},
+    RequestCheck check("s3cret", http::HostNames(), {},
                        [] { return http::TokenTries::Time(std::chrono::hours(1000)); });
     const Request health{"GET", "/healthz", {{"Authorization", "Bearer s3crex"}}};
     for (int i = 0; i < 1000; ++i) {
@@ -211,4 +214,101 @@ TEST_CASE("wrong tokens count on open paths, too, and requests without one do no
         CHECK(refusal(check, {"GET", "/v2/world", {}})->status == 401);
     }
     CHECK(refusal(check, {"GET", "/v2/world", {kToken}})->status == 429);
+}
+
+namespace {
+
+Request with_authorization(std::string_view value) {
+    return {"GET", "/v2/world", {{"Authorization", value}}};
+}
+
+}  // namespace
+
+TEST_CASE("a token is right as a whole, after its scheme in any case",
+          "[voxelserver][http][token]") {
+    const BearerToken token("s3cret");
+    for (const char* right : {"Bearer s3cret", "bearer s3cret", "BEARER s3cret"})
+        CHECK(token.is_in(with_authorization(right)));
+    for (const char* wrong : {"Bearer s3cre", "Bearer s3crets", "Bearer s3crets3cret",
+                              "Bearer S3cret", "Bearer  s3cret", "Bearer s3cret, Bearer s3cret",
+                              "Bearer ", "Bearer", "Basic s3cret", "s3cret", ""}) {
+        INFO(wrong);
+        CHECK_FALSE(token.is_in(with_authorization(wrong)));
+    }
+    CHECK_FALSE(token.is_in({"GET", "/v2/world", {}}));
+}
+
+TEST_CASE("where none is required, no request has the right token", "[voxelserver][http][token]") {
+    const BearerToken none;
+    CHECK_FALSE(none.is_required());
+    CHECK(BearerToken("s3cret").is_required());
+    for (const char* value : {"Bearer s3cret", "Bearer ", ""})
+        CHECK_FALSE(none.is_in(with_authorization(value)));
+}
+
+namespace {
+
+const TokenTries::Time kStart{1000h};
+
+/// @return how many wrong tokens in a row count, at one time
+int count_tries(TokenTries& tries, const std::string& address, TokenTries::Time now) {
+    int out = 0;
+    while (out < 1000 && tries.count(address, false, now))
+        ++out;
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("an address may try some wrong tokens at once, then one every second",
+          "[voxelserver][http][token]") {
+    TokenTries tries;
+    CHECK(count_tries(tries, "192.0.2.7", kStart) == TokenTries::kMax);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 999ms) == 0);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 1s) == 1);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 1s) == 0);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 4s) == 3);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 1h) == TokenTries::kMax);
+}
+
+TEST_CASE("addresses are limited by themselves, those of an IPv6 network together",
+          "[voxelserver][http][token]") {
+    struct Case {
+        const char* other;
+        bool is_the_same;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"192.0.2.8", false},
+        {"2001:db8:1::1", false},
+        {"2001:db8::2", true},
+        {"2001:db8::ffff:0:0:1", true},
+        {"2001:db8:0:1::1", false},
+    }));
+    DYNAMIC_SECTION(c.other) {
+        TokenTries tries;
+        CHECK(count_tries(tries, "2001:db8::1", kStart) == TokenTries::kMax);
+        CHECK(tries.count(c.other, true, kStart) != c.is_the_same);
+    }
+}
+
+TEST_CASE("an address that has shown the right token is not limited for some time",
+          "[voxelserver][http][token]") {
+    TokenTries tries;
+    CHECK(tries.count("192.0.2.7", true, kStart));
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 9min + 50s) == 1000);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 10min) == 10);
+    CHECK(count_tries(tries, "192.0.2.7", kStart + 11min) == TokenTries::kMax);
+}
+
+TEST_CASE("addresses without end fill no memory, and the latest are remembered",
+          "[voxelserver][http][token]") {
+    TokenTries tries;
+    const auto address = [](std::size_t i) {
+        return "10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256);
+    };
+    for (std::size_t i = 0; i < TokenTries::kMaxKept + 10; ++i)
+        CHECK(count_tries(tries, address(i), kStart + std::chrono::milliseconds(i / 10)) ==
+              TokenTries::kMax);
+    CHECK_FALSE(tries.count(address(TokenTries::kMaxKept + 9), false, kStart + 500ms));
+    CHECK(count_tries(tries, address(0), kStart + 500ms) == TokenTries::kMax);
 }

@@ -7,11 +7,13 @@
 #include "common/voxel/box.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
+#include "voxelserver/serve/http/routes.hpp"
 
 using namespace terravox;
 using http::Header;
 using http::Request;
 using http::Response;
+using http::Route;
 
 namespace {
 
@@ -71,14 +73,12 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
     CHECK(f.get("/v2/boxes/0/ 1/0/0").status == 400);
 }
 
-TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
+TEST_CASE("HEAD is answered like GET", "[voxelserver][http][router]") {
     const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0",
                                       "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
     RouterFixture f;
     const Response head = f.send("HEAD", path);
     const Response get = f.get(path);
-    CHECK(head.head_only);
-    CHECK_FALSE(get.head_only);
     CHECK(head.status == get.status);
     CHECK(head.bytes().size() == get.bytes().size());
     CHECK(head.header("ETag") == get.header("ETag"));
@@ -182,11 +182,6 @@ TEST_CASE("a request with an invalid head is refused before its body is read",
     const auto refused = refusal({type, length});
     REQUIRE(refused);
     CHECK(refused->status == 401);
-    CHECK(refused->close);
-    CHECK_FALSE(refused->head_only);
-    const auto head = router.refusal(Request{"HEAD", "/v2/world", {{"Content-Length", "5"}}});
-    REQUIRE(head);
-    CHECK(head->head_only);
 }
 
 TEST_CASE("the reason of a failure is for clients with the token", "[voxelserver][http][router]") {
@@ -307,4 +302,77 @@ TEST_CASE("what is kept is listed by level", "[voxelserver][http][router]") {
     CHECK(to_json(f.get("/v2/cached/1"))["memory"].empty());
     CHECK(f.get("/v2/cached/3").status == 404);
     CHECK(f.get("/v2/cached/x").status == 400);
+}
+
+TEST_CASE("each path of the table is matched by its own route", "[voxelserver][http][routes]") {
+    for (const http::RouteFacts& route : http::routes()) {
+        INFO(route.path);
+        const http::RouteMatch match = http::match_route(route.path);
+        const bool is_path = route.path.front() == '/';
+        CHECK(match.facts.route == (is_path ? route.route : Route::kUnknown));
+        CHECK((match.parts.count > 0) == is_path);
+    }
+}
+
+TEST_CASE("a path has the route whose parts it has, and views of these parts",
+          "[voxelserver][http][routes]") {
+    const http::RouteMatch match = http::match_route("/v2/boxes/0/-1/2/x");
+    CHECK(match.facts.route == Route::kBox);
+    REQUIRE(match.parts.count == 6);
+    CHECK(match.parts.part[2] == "0");
+    CHECK(match.parts.part[3] == "-1");
+    CHECK(match.parts.part[5] == "x");
+    CHECK(http::match_route("/map/1/2/3.png").facts.route == Route::kMapTile);
+}
+
+TEST_CASE("a path without a route is unknown", "[voxelserver][http][routes]") {
+    const std::string path = GENERATE(
+        "", "*", "v2/world", "/v2/world/", "//v2/world", "/v2//world", "/V2/world", "/v2",
+        "/v1/world", "/v2/../v2/world", "/%2e%2e/world", "/v2/boxes/0/0/0", "/v2/boxes/0/0/0/0/",
+        "/v2/columns/0/0", "/map/1/2/3.jpg", "/1/2/3/4/5/6/7", "/index.html");
+    INFO(path);
+    CHECK(http::match_route(path).facts.route == Route::kUnknown);
+}
+
+TEST_CASE("each route of the table has a handler", "[voxelserver][http][router]") {
+    RouterFixture f;
+    for (const http::RouteFacts& route : http::routes()) {
+        INFO(route.path);
+        Request request{"GET", route.path, {}};
+        if (route.methods == http::Methods::kPost) {
+            request.method = "POST";
+            request.headers = {{"Content-Length", "1"}};
+            request.body = "x";
+        }
+        const Response reply = f.router.handle(request);
+        CHECK(reply.bytes().find("nothing there") == std::string_view::npos);
+        CHECK((reply.bytes().find("nothing at") == std::string_view::npos) ==
+              (route.path.front() == '/'));
+    }
+}
+
+TEST_CASE("no handler runs for a request that names another edition",
+          "[voxelserver][http][router]") {
+    RouterFixture f;
+    http::Service service{f.world, f.times, f.boxes};
+    service.edition = "00112233445566778899aabbccddeeff";
+    http::Router router(service);
+    const auto status = [&](const std::string& edition) {
+        const Request request{"GET", "/v2/boxes/0/0/0/0", {{"terravox-edition", edition}}};
+        return router.handle(request).status;
+    };
+    CHECK(status("ffeeddccbbaa99887766554433221100") == 412);
+    CHECK(status("x") == 412);
+    CHECK(f.world.requests == 0);
+    CHECK(status(service.edition) == 200);
+    CHECK(f.world.requests == 1);
+    const Response world = router.handle({"GET", "/v2/world", {}});
+    CHECK(world.header(http::kEditionHeader) == service.edition);
+}
+
+TEST_CASE("a world without an edition refuses each request that names one",
+          "[voxelserver][http][router]") {
+    RouterFixture f;
+    CHECK(f.get("/healthz").status == 200);
+    CHECK(f.get("/healthz", {{"Terravox-Edition", "x"}}).status == 412);
 }

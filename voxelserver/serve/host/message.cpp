@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/message.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -229,24 +229,31 @@ bool etag_matches_strongly(std::string_view if_match, std::string_view etag) noe
     return is_in_tags(if_match, etag, false);
 }
 
+namespace {
+
+std::string_view trimmed(std::string_view text) noexcept {
+    text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+    return text.substr(0, text.find_last_not_of(" \t") + 1);
+}
+
+}  // namespace
+
+std::string_view take_element(std::string_view& list) noexcept {
+    const std::size_t end = std::min(list.find(','), list.size());
+    const std::string_view out = trimmed(list.substr(0, end));
+    list.remove_prefix(std::min(end + 1, list.size()));
+    return out;
+}
+
 Coding choose_coding(std::string_view accept_encoding) noexcept {
     bool zstd = false;
     bool identity = true;
     bool named_identity = false;
     while (!accept_encoding.empty()) {
-        const std::size_t end = std::min(accept_encoding.find(','), accept_encoding.size());
-        std::string_view one = accept_encoding.substr(0, end);
-        accept_encoding.remove_prefix(std::min(end + 1, accept_encoding.size()));
-        const auto trim = [](std::string_view text) {
-            while (!text.empty() && is_blank(text.front()))
-                text.remove_prefix(1);
-            while (!text.empty() && is_blank(text.back()))
-                text.remove_suffix(1);
-            return text;
-        };
+        const std::string_view one = take_element(accept_encoding);
         const std::size_t semicolon = std::min(one.find(';'), one.size());
-        const std::string_view name = trim(one.substr(0, semicolon));
-        const std::string_view weight = trim(one.substr(std::min(semicolon + 1, one.size())));
+        const std::string_view name = trimmed(one.substr(0, semicolon));
+        const std::string_view weight = trimmed(one.substr(std::min(semicolon + 1, one.size())));
         // q=0, q=0.0 ...: not acceptable.
         const bool wanted =
             !(weight.size() >= 3 && util::lower_case(weight[0]) == 'q' && weight[1] == '=' &&

@@ -1,4 +1,4 @@
-#include "voxelserver/serve/sockets/slow_clients.hpp"
+#include "voxelserver/serve/host/slow_clients.hpp"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -8,33 +8,27 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <condition_variable>
 #include <cstring>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string_view>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
-namespace terravox::sockets {
+namespace terravox::http {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using sockets::Endpoint;
 
-constexpr std::chrono::milliseconds kPause{100};  // between two scans
+constexpr std::chrono::milliseconds kPause{100};  // between two looks
 constexpr std::chrono::seconds kLogInterval{60};  // minimum interval between messages
-// Between the moment at which a thread has read the end of a request and the moment at which it
-// registers it, a connection seems to wait for its client: it is considered waiting only if it does
-// so in two consecutive scans.
-constexpr int kMinScans = 2;
 
-/// A connection of a client to this server.
+/// A connection of a client to this host.
 struct Connection {
     int fd = -1;
     std::string name;     ///< address and port of the client
@@ -64,7 +58,7 @@ struct CloseFolder {
     void operator()(DIR* folder) const noexcept { ::closedir(folder); }
 };
 
-std::vector<Connection> connections_to(int port) {
+std::vector<Connection> list_connections(int port) {
     const std::unique_ptr<DIR, CloseFolder> folder(::opendir("/proc/self/fd"));
     if (!folder)
         throw util::Error(std::string("list the descriptors of this process in /proc/self/fd: ") +
@@ -88,7 +82,7 @@ std::vector<Connection> connections_to(int port) {
 /// Meanwhile the descriptor may belong to another connection, or a file: only the intended
 /// connection is shut down, or none.
 bool shut_down(const Connection& connection, int port) noexcept {
-    const Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
+    const sockets::Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
     if (!same)
         return false;
     const auto client = find_client(same.fd(), port);
@@ -97,40 +91,21 @@ bool shut_down(const Connection& connection, int port) noexcept {
 
 // In the format of Endpoint::text(): without the zone of a link-local address, which CivetWeb adds.
 std::string to_name(const std::string& given, int port) {
-    const std::string address = given.substr(0, given.find('%'));
-    const bool brackets = address.find(':') != std::string::npos;
-    return (brackets ? "[" + address + "]:" : address + ":") + std::to_string(port);
+    return sockets::Address{given.substr(0, given.find('%')), static_cast<std::uint16_t>(port)}
+        .text();
 }
 
 }  // namespace
 
-struct SlowClients::Known {
-    struct Facts {
-        /// Time of the last reply, or when it was first seen.
-        Clock::time_point since = Clock::now();
-        /// Number of requests; 0 or 1, except for a moment when a port is reused.
-        int answering = 0;
-        int waiting_scans = 0;   ///< number of consecutive scans in which it waited for its client
-        std::uint64_t seen = 0;  ///< number of the last scan that found it
-    };
-    std::mutex mutex;
-    std::condition_variable changed;
-    bool stopping = false;
-    std::unordered_map<std::string, Facts> connections;
-    // Used only by the watching thread.
-    std::uint64_t scans = 0;
-    Clock::time_point log_again_at = Clock::time_point::min();
-};
-
-SlowClients::SlowClients(const Limits& limits)
-    : m_limits(limits), m_known(std::make_unique<Known>()) {}
+SlowClients::SlowClients(int max_connections, std::chrono::milliseconds timeout)
+    : m_max_connections(max_connections), m_timeout(timeout) {}
 
 SlowClients::~SlowClients() {
     {
-        const std::lock_guard lock(m_known->mutex);
-        m_known->stopping = true;
+        const std::lock_guard lock(m_mutex);
+        m_stopping = true;
     }
-    m_known->changed.notify_all();
+    m_changed.notify_all();
     if (m_thread.joinable())
         m_thread.join();
 }
@@ -142,37 +117,28 @@ void SlowClients::watch(int port) {
 
 SlowClients::Answering::Answering(SlowClients& clients, const std::string& address, int port)
     : m_clients(clients), m_name(to_name(address, port)) {
-    m_clients.begin(m_name);
+    const std::lock_guard lock(m_clients.m_mutex);
+    ++m_clients.m_connections[m_name].answering;
 }
+
 SlowClients::Answering::~Answering() {
-    m_clients.end(m_name);
-}
-
-void SlowClients::begin(const std::string& name) {
-    const std::lock_guard lock(m_known->mutex);
-    ++m_known->connections[name].answering;
-}
-
-void SlowClients::end(const std::string& name) noexcept {
-    const std::lock_guard lock(m_known->mutex);
-    const auto found = m_known->connections.find(name);
-    if (found == m_known->connections.end())
-        return;
-    --found->second.answering;
-    found->second.waiting_scans = 0;
-    found->second.since = Clock::now();
+    const std::lock_guard lock(m_clients.m_mutex);
+    Facts& facts = m_clients.m_connections.find(m_name)->second;  // kept while it is answered
+    --facts.answering;
+    facts.waited = false;
+    facts.since = Clock::now();
 }
 
 void SlowClients::run() noexcept {
     bool failed = false;
     for (;;) {
         {
-            std::unique_lock lock(m_known->mutex);
-            if (m_known->changed.wait_for(lock, kPause, [&] { return m_known->stopping; }))
+            std::unique_lock lock(m_mutex);
+            if (m_changed.wait_for(lock, kPause, [&] { return m_stopping; }))
                 return;
         }
         try {
-            scan();
+            close_waiting();
             failed = false;
         } catch (const std::exception& e) {
             if (!failed)
@@ -184,36 +150,37 @@ void SlowClients::run() noexcept {
     }
 }
 
-void SlowClients::scan() {
-    const std::vector<Connection> open = connections_to(m_port);
-    std::map<std::string, std::vector<std::pair<Clock::time_point, const Connection*>>>
-        waiting;  // by address
+void SlowClients::close_waiting() {
+    const std::vector<Connection> open = list_connections(m_port);
+    // By address, with the times since which they wait.
+    std::map<std::string, std::vector<std::pair<Clock::time_point, const Connection*>>> waiting;
     {
-        const std::lock_guard lock(m_known->mutex);
-        ++m_known->scans;
+        const std::lock_guard lock(m_mutex);
         const auto now = Clock::now();
         for (const Connection& one : open) {
-            Known::Facts& facts = m_known->connections[one.name];
-            facts.seen = m_known->scans;
-            facts.waiting_scans = facts.answering > 0 || one.unread ? 0 : facts.waiting_scans + 1;
-            if (facts.waiting_scans >= kMinScans && now - facts.since >= m_limits.timeout)
+            Facts& facts = m_connections[one.name];
+            facts.seen = true;
+            // Between reading the end of a request and marking it as being answered, a connection
+            // seems to wait: it counts only when it did so at the look before as well.
+            const bool waits = facts.answering == 0 && !one.unread;
+            if (std::exchange(facts.waited, waits) && waits && now - facts.since >= m_timeout)
                 waiting[one.address].emplace_back(facts.since, &one);
         }
-        std::erase_if(m_known->connections, [&](const auto& one) {
-            return one.second.answering == 0 && one.second.seen != m_known->scans;
+        std::erase_if(m_connections, [](const auto& one) {
+            return !one.second.seen && one.second.answering == 0;
         });
+        for (auto& [name, facts] : m_connections)
+            facts.seen = false;
     }
     for (auto& [address, connections] : waiting)
         std::sort(connections.rbegin(), connections.rend());  // the longest-waiting last
     for (std::size_t left = open.size();
-         left > static_cast<std::size_t>(m_limits.connections) && !waiting.empty(); --left) {
+         left > static_cast<std::size_t>(m_max_connections) && !waiting.empty(); --left) {
         const auto worst = std::max_element(
             waiting.begin(), waiting.end(),
             [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-        if (shut_down(*worst->second.back().second, m_port)) {
-            ++m_closed;
+        if (shut_down(*worst->second.back().second, m_port))
             log_closed(worst->first);
-        }
         worst->second.pop_back();
         if (worst->second.empty())
             waiting.erase(worst);
@@ -221,14 +188,15 @@ void SlowClients::scan() {
 }
 
 void SlowClients::log_closed(const std::string& address) {
+    const std::uint64_t before = m_closed++;
     const auto now = Clock::now();
-    if (now < m_known->log_again_at)
+    if (now < m_log_again_at)
         return;
-    m_known->log_again_at = now + kLogInterval;
+    m_log_again_at = now + kLogInterval;
     util::log_warn(
         "more than {} connections are open: those whose clients do not finish their requests are "
         "closed, such as one of {}; {} before",
-        m_limits.connections, address, m_closed - 1);
+        m_max_connections, address, before);
 }
 
-}  // namespace terravox::sockets
+}  // namespace terravox::http

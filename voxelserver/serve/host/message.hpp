@@ -19,9 +19,10 @@ struct Header {
 struct Request {
     std::string_view method, path;  ///< path: as sent, not decoded, without the query
     std::vector<Header> headers;
-    std::string_view query = {};   ///< as sent, not decoded, without the question mark
-    std::string_view body = {};    ///< complete, for routes that accept one
-    std::string_view client = {};  ///< numeric address; "": of this process
+    std::string_view query = {};    ///< as sent, not decoded, without the question mark
+    std::string_view body = {};     ///< complete, for routes that accept one
+    std::string_view client = {};   ///< numeric address; "": of this process
+    std::string_view version = {};  ///< of HTTP, "1.0" or "1.1"; "": of this process
 
     /// Values of all headers of that name (case-insensitive), in the order sent, joined by ", ";
     /// empty when there is none.
@@ -40,7 +41,7 @@ struct FilePart {
     std::uint64_t bytes = 0;
 };
 
-/// A reply. Content-Length, Date and Connection are added by the server that sends it.
+/// A reply. Content-Length, Date and Connection are added by the host that sends it.
 struct Response {
     int status = 200;
     std::string head;  ///< header lines, each with its line end; written by add()
@@ -50,8 +51,6 @@ struct Response {
     std::optional<FilePart> file;  ///< instead of `body`: read while it is sent
     /// Instead of `body`: called once to send a body whose length is not known in advance.
     std::function<void(const Write&)> stream;
-    /// For the reply to HEAD: the length of the body is sent, the body is not.
-    bool head_only = false;
     bool close = false;  ///< the connection must be closed after the reply
 
     /// Control characters are removed: they could end the header.
@@ -101,6 +100,11 @@ struct ByteRange {
 /// beyond the end
 [[nodiscard]] std::optional<ByteRange> parse_range(std::string_view range,
                                                    std::uint64_t size) noexcept;
+
+/// Takes the first element off the value of a header that is a list: what is before the first
+/// comma, without blanks around it.
+/// @param list not empty
+[[nodiscard]] std::string_view take_element(std::string_view& list) noexcept;
 
 /// Content coding of a body. Ref: RFC 9110, 12.5.3.
 enum class Coding { kIdentity, kZstd, kNone };  ///< kNone: the client accepts neither

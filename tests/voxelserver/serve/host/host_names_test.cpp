@@ -1,4 +1,4 @@
-#include "voxelserver/serve/sockets/http_host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 
 #include <unistd.h>
 
@@ -11,8 +11,8 @@ using namespace terravox;
 
 TEST_CASE(
     "a server answers to localhost, numeric addresses and the names it was given, with any port",
-    "[common][net][http]") {
-    const sockets::HttpNames names("127.0.0.1", {"Voxels.Example.org"});
+    "[voxelserver][http][host]") {
+    const http::HostNames names("127.0.0.1", {"Voxels.Example.org"});
     for (const char* host : {"localhost", "localhost:8888", "LocalHost:1", "localhost:",
                              "127.0.0.1", "127.0.0.1:8888", "[::1]", "[::1]:8888", "192.0.2.7:80",
                              "[2001:db8::1]:80", "voxels.example.org", "VOXELS.example.org:443"}) {
@@ -47,39 +47,44 @@ TEST_CASE(
 }
 
 TEST_CASE("the machine's own name counts where other machines may connect, and not on loopback",
-          "[common][net][http]") {
+          "[voxelserver][http][host]") {
     std::array<char, 256> own{};
     REQUIRE(gethostname(own.data(), own.size() - 1) == 0);
     for (const char* bind : {"0.0.0.0", "192.0.2.7", "::", ""}) {
         INFO(bind);
-        CHECK(sockets::HttpNames(bind).allow(own.data()));
-        CHECK_FALSE(sockets::HttpNames(bind).allow("attacker.example"));
+        CHECK(http::HostNames(bind).allow(own.data()));
+        CHECK_FALSE(http::HostNames(bind).allow("attacker.example"));
     }
     if (std::string(own.data()) != "localhost")
         for (const char* bind : {"127.0.0.1", "127.8.8.8", "::1"})
-            CHECK_FALSE(sockets::HttpNames(bind).allow(own.data()));
+            CHECK_FALSE(http::HostNames(bind).allow(own.data()));
 }
 
-TEST_CASE("what is no host name is refused when it is given", "[common][net][http]") {
+TEST_CASE("what is no host name is refused when it is given", "[voxelserver][http][host]") {
     const std::string name =
         GENERATE("", "a b", "http://x", "x:80", "x/", "*", ".x", "[::1]", "x\n");
     INFO(name);
-    CHECK_THROWS_AS(sockets::HttpNames("127.0.0.1", {name}), util::UsageError);
-    CHECK_THROWS_AS(sockets::HttpNames("127.0.0.1", {std::string(254, 'x')}), util::UsageError);
+    CHECK_THROWS_AS(http::HostNames("127.0.0.1", {name}), util::UsageError);
+    CHECK_THROWS_AS(http::HostNames("127.0.0.1", {std::string(254, 'x')}), util::UsageError);
 }
 
-TEST_CASE("loopback is 127.0.0.0/8 and ::1", "[common][net][http]") {
+TEST_CASE("loopback is 127.0.0.0/8 and ::1", "[voxelserver][http][host]") {
     for (const char* address : {"127.0.0.1", "127.255.0.9", "::1"})
-        CHECK(sockets::is_loopback(address));
+        CHECK(http::is_loopback(address));
     for (const char* address :
          {"", "0.0.0.0", "::", "128.0.0.1", "localhost", "127.0.0.1x", "127.0.0.1.example"})
-        CHECK_FALSE(sockets::is_loopback(address));
+        CHECK_FALSE(http::is_loopback(address));
 }
 
-TEST_CASE("pages of other origins are known by what their browsers say", "[common][net][http]") {
+TEST_CASE("pages of other origins are known by what their browsers say",
+          "[voxelserver][http][host]") {
+    struct Page {
+        std::string_view host, origin, site, mode, destination;
+        std::string_view method = "GET";
+    };
     struct Case {
         const char* name;
-        sockets::RequestingPage page;
+        Page page;
         bool foreign;
     };
     const auto c = GENERATE(values<Case>({
@@ -118,6 +123,15 @@ TEST_CASE("pages of other origins are known by what their browsers say", "[commo
         {"a word not known", {"localhost:8888", "", "sideways", "cors", "empty"}, true},
     }));
     DYNAMIC_SECTION(c.name) {
-        CHECK(sockets::from_another_origin(c.page) == c.foreign);
+        http::Request request{c.page.method, "/", {}};
+        for (const http::Header& header :
+             std::vector<http::Header>{{"Host", c.page.host},
+                                       {"Origin", c.page.origin},
+                                       {"Sec-Fetch-Site", c.page.site},
+                                       {"Sec-Fetch-Mode", c.page.mode},
+                                       {"Sec-Fetch-Dest", c.page.destination}})
+            if (!header.value.empty())
+                request.headers.push_back(header);
+        CHECK(http::from_another_origin(request) == c.foreign);
     }
 }

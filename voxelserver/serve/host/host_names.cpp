@@ -1,4 +1,4 @@
-#include "voxelserver/serve/sockets/http_host.hpp"
+#include "voxelserver/serve/host/host_names.hpp"
 
 #include <arpa/inet.h>
 
@@ -9,7 +9,7 @@
 #include "common/util/process.hpp"
 #include "common/util/text.hpp"
 
-namespace terravox::sockets {
+namespace terravox::http {
 namespace {
 
 constexpr std::size_t kMaxNameBytes = 253;  // limit for a domain name
@@ -50,7 +50,7 @@ bool is_loopback(const std::string& address) noexcept {
     return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
 }
 
-HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& names)
+HostNames::HostNames(const std::string& bind, const std::vector<std::string>& names)
     : m_names{"localhost"} {
     for (const std::string& name : names) {
         if (!is_name(name))
@@ -65,7 +65,7 @@ HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& na
                        [](char c) { return util::lower_case(c); });
 }
 
-bool HttpNames::allow(std::string_view host) const noexcept {
+bool HostNames::allow(std::string_view host) const noexcept {
     if (!host.empty() && host.front() == '[') {
         const std::size_t end = host.find(']');
         if (end == std::string_view::npos || !is_address(AF_INET6, host.substr(1, end - 1)))
@@ -82,19 +82,22 @@ bool HttpNames::allow(std::string_view host) const noexcept {
                        [&](const std::string& own) { return util::equal_but_for_case(own, name); });
 }
 
-bool from_another_origin(const RequestingPage& page) noexcept {
-    if (!page.origin.empty()) {
+bool from_another_origin(const Request& request) {
+    if (const std::string origin = request.header("Origin"); !origin.empty()) {
         constexpr std::string_view kMark = "://";
-        const std::size_t mark = page.origin.find(kMark);
-        if (mark == std::string_view::npos ||
-            !util::equal_but_for_case(page.origin.substr(mark + kMark.size()), page.host))
+        const std::size_t mark = origin.find(kMark);
+        if (mark == std::string::npos ||
+            !same_word(std::string_view(origin).substr(mark + kMark.size()),
+                       request.header("Host")))
             return true;
     }
-    if (page.site.empty() || page.site == "none" || page.site == "same-origin")
+    const std::string site = request.header("Sec-Fetch-Site");
+    if (site.empty() || site == "none" || site == "same-origin")
         return false;
-    const bool is_link = page.mode == "navigate" && page.destination == "document" &&
-                         (page.method == "GET" || page.method == "HEAD");
+    const bool is_link = request.header("Sec-Fetch-Mode") == "navigate" &&
+                         request.header("Sec-Fetch-Dest") == "document" &&
+                         (request.method == "GET" || request.method == "HEAD");
     return !is_link;
 }
 
-}  // namespace terravox::sockets
+}  // namespace terravox::http

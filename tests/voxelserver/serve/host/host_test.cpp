@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/server.hpp"
+#include "voxelserver/serve/host/host.hpp"
 
 #include <algorithm>
 #include <future>
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tests/catch.hpp"
+#include "tests/voxelserver/serve/host/http_client.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
-#include "tests/voxelserver/serve/http/http_client.hpp"
 #include "voxelserver/serve/http/router.hpp"
 
 using namespace terravox;
@@ -19,21 +19,20 @@ using test::HttpReply;
 namespace {
 
 // A client of a test may be held up for long between two of its requests: no connection times out.
-http::ServerOptions local() {
-    http::ServerOptions o;
+http::HostOptions local() {
+    http::HostOptions o;
     o.port = 0;
     o.request_timeout = o.keep_alive_timeout = std::chrono::minutes(5);
     return o;
 }
 
 struct ServerFixture {
-    explicit ServerFixture(const http::ServerOptions& options = local())
-        : server(router, options) {}
+    explicit ServerFixture(const http::HostOptions& options = local()) : server(router, options) {}
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.makers = 4, .queue = 64, .ahead = false}};
     http::Router router{http::Service{world, times, boxes}};
-    http::Server server;
+    http::Host server;
 };
 
 std::string header(const HttpReply& r, const std::string& name) {
@@ -103,6 +102,7 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
     CHECK(client.get("/v2/boxes/0/0/1/0").status == 204);
     const HttpReply head = client.get("/v2/boxes/0/0/0/0", "", "HEAD");
     CHECK(header(head, "content-length") == std::to_string(box.body.size()));
+    CHECK(client.get("/nothing", "", "HEAD").status == 404);
     CHECK(client.get("/nothing").status == 404);
 
     client.send(
@@ -113,6 +113,10 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
 
     CHECK(header(client.get("/healthz", "Connection: close\r\n"), "connection") == "close");
     CHECK(client.read_to_end().empty());
+    HttpClient with_body(f.server.port());
+    with_body.send("HEAD /v2/world HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n");
+    CHECK(with_body.read_reply(true)->status == 413);
+    CHECK(with_body.read_to_end().empty());
     HttpClient old(f.server.port());
     old.send("GET /healthz HTTP/1.0\r\n\r\n");
     CHECK(header(*old.read_reply(), "connection") == "close");
@@ -190,11 +194,11 @@ TEST_CASE("500 random requests and path tricks neither stop the server nor make 
 }
 
 TEST_CASE("a stranger's body is not waited for", "[voxelserver][http][server]") {
-    http::ServerOptions options = local();
+    http::HostOptions options = local();
     options.request_timeout = std::chrono::hours(1);
     ServerFixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
-    http::Server server(router, options);
+    http::Host server(router, options);
     HttpClient client(server.port());
     client.send(
         "POST /v2/boxes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -220,7 +224,7 @@ TEST_CASE("every reply says that no other origin may use it", "[voxelserver][htt
 
 TEST_CASE("clients that do not finish their requests give their threads to others",
           "[voxelserver][http][server]") {
-    http::ServerOptions options = local();
+    http::HostOptions options = local();
     options.request_threads = 4;
     options.request_timeout = std::chrono::hours(1);
     options.keep_alive_timeout = std::chrono::hours(1);
@@ -259,7 +263,7 @@ TEST_CASE("clients that do not finish their requests give their threads to other
 
 TEST_CASE("more connections than threads are all served, and give way to each other",
           "[voxelserver][http][server]") {
-    http::ServerOptions options = local();
+    http::HostOptions options = local();
     options.request_threads = 2;
     // With clients of this test, however busy the machine is.
     options.timeout = std::chrono::hours(1);
@@ -299,14 +303,14 @@ TEST_CASE("stopping finishes the running request and refuses new ones",
 TEST_CASE("a port in use or an address that is none is an error that names it",
           "[voxelserver][http][server]") {
     ServerFixture f;
-    http::ServerOptions taken = local();
+    http::HostOptions taken = local();
     taken.port = f.server.port();
     CHECK_THROWS_WITH(
         http::check_can_listen(taken),
         test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
-    CHECK_THROWS_AS(http::Server(f.router, taken), util::Error);
+    CHECK_THROWS_AS(http::Host(f.router, taken), util::Error);
     for (const char* bind : {"localhost", "127.0.0.1,8080", "", "1.2.3", "127.0.0.1s"}) {
-        http::ServerOptions bad = local();
+        http::HostOptions bad = local();
         bad.bind = bind;
         INFO(bind);
         CHECK_THROWS_AS(http::check_can_listen(bad), util::UsageError);

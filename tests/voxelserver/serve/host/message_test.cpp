@@ -1,4 +1,4 @@
-#include "voxelserver/serve/http/message.hpp"
+#include "voxelserver/serve/host/message.hpp"
 
 #include <nlohmann/json.hpp>
 
