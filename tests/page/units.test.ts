@@ -14,7 +14,7 @@ import {
   formatSeconds,
 } from '../../voxelserver/serve/page/src/number-format.js';
 import { Poller } from '../../voxelserver/serve/page/src/http/poller.js';
-import { Rates } from '../../voxelserver/serve/page/src/rates.js';
+import { Rates } from '../../voxelserver/serve/page/src/rate-chart.js';
 import {
   cameraHeight,
   cameraPlace,

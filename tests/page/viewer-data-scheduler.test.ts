@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
 import { DataError } from '../../voxelserver/serve/page/src/http/errors.js';
 import { Scheduler } from '../../voxelserver/serve/page/src/viewer/data/scheduler.js';
 import type { BoxSource, Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { bytesOfColumn } from '../../voxelserver/serve/page/src/viewer/data/column-bytes.js';
+import { bytesOfColumn } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
 import type { FromWorker } from '../../voxelserver/serve/page/src/viewer/data/protocol.js';
 import { Session } from '../../voxelserver/serve/page/src/viewer/data/session.js';
 import { serverHost } from './support/batch-host.js';

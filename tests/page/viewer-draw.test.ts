@@ -7,7 +7,7 @@ import {
   type CutColumn,
 } from '../../voxelserver/serve/page/src/viewer/draw/column-table.js';
 import type { Appearance } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
-import { fromHalf } from '../../voxelserver/serve/page/src/viewer/draw/half.js';
+import { fromHalf } from '../../voxelserver/serve/page/src/bytes.js';
 import {
   contourStepM,
   heightColour,
@@ -22,11 +22,9 @@ import {
   kDefaultLook,
   type Look,
 } from '../../voxelserver/serve/page/src/viewer/draw/look.js';
-import { Pace } from '../../voxelserver/serve/page/src/viewer/draw/pace.js';
-import {
-  Residency,
-  type ColumnKey,
-} from '../../voxelserver/serve/page/src/viewer/draw/residency.js';
+import { Pace } from '../../voxelserver/serve/page/src/viewer/passes.js';
+import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
+import { Residency } from '../../voxelserver/serve/page/src/viewer/draw/residency.js';
 import { RowPool } from '../../voxelserver/serve/page/src/viewer/draw/row-pool.js';
 import { wavePhases } from '../../voxelserver/serve/page/src/viewer/draw/waves.js';
 import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';

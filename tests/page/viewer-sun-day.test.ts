@@ -1,9 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
+import { type Vec3, towards } from '../../voxelserver/serve/page/src/vec3.js';
 import type { MapPlace } from '../../voxelserver/serve/page/src/replies.js';
 import { sunPosition } from '../../voxelserver/serve/page/src/viewer/draw/sun-position.js';
-import { towards } from '../../voxelserver/serve/page/src/vec3.js';
 import { isUp, sunDay } from '../../voxelserver/serve/page/src/viewer/ui/sun-day.js';
 import { isNear } from './support/near.js';
 

@@ -47,11 +47,11 @@ export async function openPage(
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
   context.setDefaultTimeout(kHangs_ms);
   const page = await context.newPage();
-  // Shorter waits stay as they are: those separate clicks from double clicks, or animate.
   await page.addInitScript((times) => {
     const wait = window.setTimeout.bind(window);
-    const second_ms = 1000;
-    const quick = (run: () => void, ms = 0): number => wait(run, ms >= second_ms ? ms / times : ms);
+    // Shorter waits separate clicks from double clicks, or animate; longer ones end requests.
+    const isPoll = (ms: number): boolean => ms >= 1000 && ms <= 10_000;
+    const quick = (run: () => void, ms = 0): number => wait(run, isPoll(ms) ? ms / times : ms);
     window.setTimeout = quick as typeof window.setTimeout;
   }, speed);
   const watched: WatchedPage = { page, errors: [], foreign: [], paths: [] };

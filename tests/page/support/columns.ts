@@ -1,4 +1,4 @@
-import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
 import type { Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 
 /** Columns for tests, by a number or two. */

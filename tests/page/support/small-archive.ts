@@ -1,5 +1,5 @@
 import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/column-key.js';
+import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
 import type { DataError } from '../../../voxelserver/serve/page/src/http/errors.js';
 import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './columns.js';

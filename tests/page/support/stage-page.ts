@@ -20,7 +20,8 @@ export type StageJob = {
 };
 
 declare global {
-  // merges
+  // Only an interface merges with the one that is there.
+  // eslint-disable-next-line @typescript-eslint/consistent-type-definitions
   interface Window {
     startStage: (job: StageJob) => void;
     stage: {

@@ -1,3 +1,4 @@
+import type { Vec2 } from './vec3.js';
 import { buttonRow, byId, element, setText, toOptions } from './dom.js';
 import {
   countCells,
@@ -39,7 +40,7 @@ export type FormPlace = {
   /** Hours that the clocks of its analyses are ahead of UTC; undefined: nobody knows. */
   readonly clockOffsetH: number | undefined;
   /** The place that was picked last. */
-  readonly picked: readonly [number, number] | undefined;
+  readonly picked: Vec2 | undefined;
 };
 
 // Sweden writes days as ISO 8601 does.

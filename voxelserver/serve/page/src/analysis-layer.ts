@@ -37,10 +37,9 @@ export class AnalysisLayer {
 
   show(shown: ShownBand): void {
     this.#shown = shown;
-    const [west, south, east, north] = shown.info.extent.map(
-      (side) => side * this.#unitsPerRasterUnit,
-    ) as [number, number, number, number];
-    this.#extent = [west, south, east, north];
+    const [west, south, east, north] = shown.info.extent;
+    const u = this.#unitsPerRasterUnit;
+    this.#extent = [west * u, south * u, east * u, north * u];
     const { width, height } = shown.level;
     const canvas = element('canvas', { width: String(width), height: String(height) });
     const context = getContext2d(canvas);

@@ -1,3 +1,4 @@
+import type { Vec2 } from './vec3.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { toMessage } from './http/api.js';
 import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
@@ -34,7 +35,7 @@ export class AnalysisResult {
   #info: RasterInfo | undefined;
   #toText = String as (value: number) => string;
   /** The place whose value is shown. */
-  #pointed: readonly [number, number] | undefined;
+  #pointed: Vec2 | undefined;
   #turn = 0;
 
   constructor(jobs: Jobs, layer: AnalysisLayer, onDelete: () => void) {

@@ -1,5 +1,6 @@
 import Feature from 'ol/Feature.js';
 import MultiPolygon from 'ol/geom/MultiPolygon.js';
+import { fromExtent } from 'ol/geom/Polygon.js';
 import VectorLayer from 'ol/layer/Vector.js';
 import VectorSource from 'ol/source/Vector.js';
 import Fill from 'ol/style/Fill.js';
@@ -47,20 +48,10 @@ export class CachedLayer {
 
   #shape(level: number, boxes: CachedBoxes['memory']): MultiPolygon {
     const footprints = new Map(boxes.map(([bx, , bz]) => [`${bx} ${bz}`, [bx, bz] as const]));
-    return new MultiPolygon(
-      [...footprints.values()].map(([bx, bz]) => {
-        const [west, south, east, north] = this.#projection.boxExtent(level, bx, bz);
-        return [
-          [
-            [west, south],
-            [east, south],
-            [east, north],
-            [west, north],
-            [west, south],
-          ],
-        ];
-      }),
+    const extents = [...footprints.values()].map((key) =>
+      this.#projection.boxExtent(level, ...key),
     );
+    return new MultiPolygon(extents.map((extent) => fromExtent(extent)));
   }
 }
 

@@ -1,3 +1,4 @@
+import type { Vec3 } from './vec3.js';
 import type { Api } from './http/api.js';
 import { isFields, toNumber, toText } from './json.js';
 
@@ -33,7 +34,7 @@ export type Wish = {
   /** Hours that the clocks of the result are ahead of UTC; undefined: nobody knows. */
   readonly clockOffsetH: number | undefined;
   /** Easting, northing, and metres above the surface. */
-  readonly observer: readonly [number, number, number] | undefined;
+  readonly observer: Vec3 | undefined;
 };
 
 /** Height of a person's eyes above the ground. */

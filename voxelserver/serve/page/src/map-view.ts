@@ -1,6 +1,7 @@
+import type { Vec2 } from './vec3.js';
 import ScaleLine from 'ol/control/ScaleLine.js';
 import Zoom from 'ol/control/Zoom.js';
-import { createEmpty, extend, getHeight, getWidth, isEmpty } from 'ol/extent.js';
+import { buffer, createEmpty, extend, getHeight, getWidth, isEmpty } from 'ol/extent.js';
 import Feature from 'ol/Feature.js';
 import Point from 'ol/geom/Point.js';
 import { defaults as defaultInteractions } from 'ol/interaction/defaults.js';
@@ -19,7 +20,7 @@ export type MapEvents = {
   /** A click, or Enter on the map: then the middle. */
   readonly onPick: (easting: number, northing: number) => void;
   /** The pointer is over a place, or (undefined) left the map. */
-  readonly onPointer: (place: readonly [number, number] | undefined) => void;
+  readonly onPointer: (place: Vec2 | undefined) => void;
   /** The view came to rest. */
   readonly onMoved: () => void;
 };
@@ -51,7 +52,7 @@ export class MapView {
       resolution: side / 512,
       minResolution: unitsPerVoxel / 16,
       maxResolution: Math.max(side / 64, unitsPerVoxel),
-      extent: grown(this.#worldExtent, side / 2),
+      extent: buffer(this.#worldExtent, side / 2),
       constrainOnlyCenter: true,
       enableRotation: false,
     });
@@ -120,10 +121,3 @@ export class MapView {
     });
   }
 }
-
-const grown = ([west, south, east, north]: readonly number[], by: number): number[] => [
-  west! - by,
-  south! - by,
-  east! + by,
-  north! + by,
-];

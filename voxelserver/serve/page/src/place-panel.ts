@@ -1,3 +1,4 @@
+import type { Vec2 } from './vec3.js';
 import { toMessage, type Api } from './http/api.js';
 import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
 import { buttonRow, byId, copyButton, element, setFacts, setText } from './dom.js';
@@ -28,7 +29,7 @@ export class PlacePanel {
   readonly #latLonButton: HTMLButtonElement;
   readonly #geo = element('a', {}, 'Open in a map program');
   readonly #view = element('a', {}, 'View in 3D');
-  #place: readonly [number, number] = [0, 0];
+  #place: Vec2 = [0, 0];
   #height: number | undefined;
   #resolution = 1;
   #shown = 0;
@@ -97,7 +98,7 @@ export class PlacePanel {
   }
 
   #propose(
-    camera: readonly [number, number],
+    camera: Vec2,
     top: Top | undefined,
     ground: Top | undefined,
     square: Square | undefined,

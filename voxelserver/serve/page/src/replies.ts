@@ -1,6 +1,14 @@
-import { isFields, JsonReader, toList, toNumber, toNumbers, toText } from './json.js';
-import type { Fields, Numbers } from './json.js';
-import type { Vec3 } from './vec3.js';
+import {
+  isFields,
+  JsonReader,
+  toList,
+  toNumber,
+  toNumbers,
+  toText,
+  type Fields,
+  type Numbers,
+} from './json.js';
+import type { Block, Vec3 } from './vec3.js';
 
 /**
  * Replies of the server, checked and typed. Readers accept any JSON and throw an Error that names
@@ -25,7 +33,7 @@ export type World = {
    * What to show first, as min and max: of worlds without end less than all, and of surveys without
    * what flies far above.
    */
-  readonly framed: { readonly min: Vec3; readonly max: Vec3 };
+  readonly framed: Block;
   readonly voxelM: number;
   readonly levels: number;
   readonly crs: string;
@@ -112,7 +120,7 @@ function readPlace(centre: Fields): MapPlace {
 }
 
 /** @return the block itself where nothing of it lies at these heights */
-function atHeights(block: World['framed'], heights: Fields | undefined): World['framed'] {
+function atHeights(block: Block, heights: Fields | undefined): Block {
   if (heights === undefined) return block;
   const [west, bottom, north] = block.min;
   const [east, top, south] = block.max;

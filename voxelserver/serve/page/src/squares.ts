@@ -1,3 +1,4 @@
+import type { Vec2, Vec3 } from './vec3.js';
 import { isFields, isNumber, toList, toText } from './json.js';
 
 /** LiDAR squares and kept boxes, as the server lists them. */
@@ -6,7 +7,7 @@ export type SquareState = 'wanted' | 'fetched' | 'prepared' | 'failed';
 export const kSquareStates: readonly SquareState[] = ['wanted', 'fetched', 'prepared', 'failed'];
 
 /** Easting and northing in units of the CRS. */
-export type Position = readonly [number, number];
+export type Position = Vec2;
 export type Square = {
   readonly name: string;
   readonly state: SquareState;
@@ -26,18 +27,17 @@ export type Square = {
 export type CachedBoxes = {
   readonly level: number;
   readonly changes: number;
-  readonly memory: readonly (readonly [number, number, number])[];
-  readonly disk: readonly (readonly [number, number, number])[];
+  readonly memory: readonly Vec3[];
+  readonly disk: readonly Vec3[];
   readonly truncated: boolean;
 };
 
 const numberOrNot = (value: unknown): number | undefined => (isNumber(value) ? value : undefined);
 
-function readRing(value: unknown): Position[] {
-  return toList(value).flatMap((corner) => {
-    const [e, n] = toList(corner);
-    return isNumber(e) && isNumber(n) ? [[e, n] as const] : [];
-  });
+/** Leaves out what is no list of so many numbers. */
+function readTuples<T extends readonly number[]>(value: unknown, length: T['length']): T[] {
+  const tuples = toList(value).map((item) => toList(item).slice(0, length).filter(isNumber));
+  return tuples.filter((tuple) => tuple.length === length) as unknown as T[];
 }
 
 /** Leaves out what is no polygon: one bad square must not hide the others. */
@@ -50,7 +50,7 @@ export function readSquares(json: unknown): Square[] {
       return [];
     }
     const rings = toList(feature['geometry']['coordinates'])
-      .map(readRing)
+      .map((ring) => readTuples<Position>(ring, 2))
       .filter((ring) => ring.length >= 3);
     if (feature['geometry']['type'] !== 'Polygon' || rings.length === 0) return [];
     const p = feature['properties'];
@@ -72,20 +72,13 @@ export function readSquares(json: unknown): Square[] {
   });
 }
 
-function readKeys(value: unknown): (readonly [number, number, number])[] {
-  return toList(value).flatMap((key) => {
-    const [x, y, z] = toList(key);
-    return isNumber(x) && isNumber(y) && isNumber(z) ? [[x, y, z] as const] : [];
-  });
-}
-
 export function readCachedBoxes(json: unknown): CachedBoxes {
   if (!isFields(json) || !isNumber(json['level'])) throw new Error('read the kept boxes: no level');
   return {
     level: json['level'],
     changes: numberOrNot(json['changes']) ?? 0,
-    memory: readKeys(json['memory']),
-    disk: readKeys(json['disk']),
+    memory: readTuples<Vec3>(json['memory'], 3),
+    disk: readTuples<Vec3>(json['disk'], 3),
     truncated: json['truncated'] === true,
   };
 }

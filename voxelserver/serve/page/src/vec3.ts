@@ -1,5 +1,7 @@
 /** Vectors of three numbers, most of them places and directions: x east, y up, z south. */
 export type Vec3 = readonly [number, number, number];
+/** A size, a place of a picture, or the ends of a range. */
+export type Vec2 = readonly [number, number];
 
 export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const minus = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -24,6 +26,9 @@ export function towards(azimuthDeg: number, altitudeDeg = 0): Vec3 {
   const flat = Math.cos(altitude);
   return [Math.sin(azimuth) * flat, Math.sin(altitude), -Math.cos(azimuth) * flat];
 }
+
+/** Half-open: min <= place < max. */
+export type Block = { readonly min: Vec3; readonly max: Vec3 };
 
 /** @return `v`, or the end of the range that it lies beyond */
 export const clamp = (v: number, low: number, high: number): number =>

@@ -1,3 +1,4 @@
+import type { Vec2, Vec3 } from './vec3.js';
 import { cameraHeight, cameraPlace, type Spot } from './render-command.js';
 import { lookingAt, type Viewpoint } from './viewer/ui/navigation.js';
 import type { WorldProjection } from './world-projection.js';
@@ -34,7 +35,7 @@ export function viewOfPlace(
  * @param across CRS units
  */
 export function viewOfMap(
-  [easting, northing]: readonly [number, number],
+  [easting, northing]: Vec2,
   across: number,
   projection: WorldProjection,
 ): string {
@@ -57,10 +58,7 @@ const middleM = ({ world: { framed, voxelM } }: WorldProjection): number =>
 const topM = ({ world: { framed, voxelM } }: WorldProjection): number => framed.max[1] * voxelM;
 
 // Not a whole voxel, unlike WorldProjection.toVoxel().
-function toVoxel(
-  { easting, northing, heightM }: Spot,
-  { world }: WorldProjection,
-): readonly [number, number, number] {
+function toVoxel({ easting, northing, heightM }: Spot, { world }: WorldProjection): Vec3 {
   return [easting / world.unitsPerVoxel, heightM / world.voxelM, -northing / world.unitsPerVoxel];
 }
 

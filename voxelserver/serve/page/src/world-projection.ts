@@ -1,3 +1,4 @@
+import type { Vec2 } from './vec3.js';
 import proj4 from 'proj4';
 import type { World } from './replies.js';
 
@@ -125,10 +126,7 @@ export function horizontalWkt(wkt: string): string {
  * and the one nearest to the server's own latitude and longitude of the centre is used, or the WKT
  * when the server has none.
  */
-function chooseGeographic(
-  world: World,
-  centre: readonly [number, number],
-): proj4.Converter | undefined {
+function chooseGeographic(world: World, centre: Vec2): proj4.Converter | undefined {
   let best: { readonly converter: proj4.Converter; readonly errorDeg: number } | undefined;
   for (const definition of [horizontalWkt(world.crsWkt), world.crsProj4]) {
     if (definition === '') continue;

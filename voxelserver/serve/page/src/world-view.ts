@@ -1,3 +1,4 @@
+import type { Vec2 } from './vec3.js';
 import { getIntersection, isEmpty } from 'ol/extent.js';
 import { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisPanel } from './analysis-panel.js';
@@ -32,7 +33,7 @@ export class WorldView {
   readonly #table: SquaresTable;
   readonly #place: PlacePanel;
   readonly #analyses: AnalysisPanel;
-  #picked: readonly [number, number] | undefined;
+  #picked: Vec2 | undefined;
   #level = 0;
   #showsBoxes = false;
   #boxes: CachedBoxes | undefined;
@@ -214,7 +215,7 @@ export class WorldView {
   }
 
   // Without a pointer (keyboard, touch) it is the middle of the map that counts.
-  #showPosition(place: readonly [number, number] | undefined): void {
+  #showPosition(place: Vec2 | undefined): void {
     const [e, n] = place ?? this.#map.centre;
     this.#analyses.pointAt(e, n);
     const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);

@@ -10,7 +10,7 @@ export type TokenStore = Pick<Storage, 'getItem' | 'setItem' | 'removeItem'>;
 /** Of the tab's storage: what the user typed on one page of the server is known to the others. */
 export const kTokenKey = 'terravox-token';
 const kNever = new AbortController().signal;
-const kFactsTimeoutMs = 10_000;
+const kFactsTimeoutMs = 15_000;
 
 export class Api {
   /** With a slash at the end: the server's root, also behind a proxy that adds a path. */

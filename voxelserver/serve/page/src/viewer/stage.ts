@@ -2,11 +2,11 @@
  * A place on a canvas: asks the worker for the boxes that the camera needs, keeps them in the
  * pools, traces and shows the picture. Knows nothing of controls.
  */
+import type { Vec2 } from '../vec3.js';
 import type { Facts, Failure, FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
 import type { Camera } from './draw/camera.js';
 import { makeColumnTable } from './draw/column-table.js';
-import { Pace } from './draw/pace.js';
 import { checkLook } from './draw/look.js';
 import {
   kDefaultLook,
@@ -18,7 +18,7 @@ import {
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { kNowhere, sunPosition, type SunPosition } from './draw/sun-position.js';
 import type { BoxData } from './draw/texture-pools.js';
-import { Passes } from './passes.js';
+import { Pace, Passes } from './passes.js';
 import { Supply } from './supply.js';
 import { cameraAtPixel, makePick, type Pick } from './pick.js';
 
@@ -44,7 +44,7 @@ export type StageStats = {
   /** [0, 1]. */
   readonly poolFill: number;
   readonly samples: number;
-  readonly size: readonly [number, number];
+  readonly size: Vec2;
   /** Of the last whole pass. */
   readonly passMs: number;
   readonly frames: number;
@@ -224,7 +224,7 @@ export class Stage {
     this.#passes.mark(nowMs);
   }
 
-  get #size(): readonly [number, number] {
+  get #size(): Vec2 {
     return [this.#canvas.width, this.#canvas.height];
   }
 
@@ -262,7 +262,7 @@ export class Stage {
    * What each pixel of the canvas shows, with leaves without holes and the sun as a point: nothing
    * is left to chance. Undefined before there is a picture.
    */
-  firstHits(): (FirstHits & { readonly size: readonly [number, number] }) | undefined {
+  firstHits(): (FirstHits & { readonly size: Vec2 }) | undefined {
     const size = this.#size;
     if (this.#renderer === undefined || this.#camera === undefined || !this.#canRead()) {
       return undefined;

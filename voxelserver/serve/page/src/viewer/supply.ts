@@ -1,12 +1,12 @@
+import type { Vec2, Vec3 } from '../vec3.js';
 import type { ColumnKey } from './data/protocol.js';
-import { nameOfColumn } from './data/column-key.js';
+import { nameOfColumn } from './data/columns.js';
 import { pixelRad, type Camera } from './draw/camera.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Residency, type Plan } from './draw/residency.js';
 import { TexturePools, type ColumnData } from './draw/texture-pools.js';
 import { ViewCut } from './view-cut.js';
 import type { World } from '../replies.js';
-import type { Vec3 } from '../vec3.js';
 
 // Pixels that a voxel may cover: coarse first, so that the whole picture stands early.
 const kDetails = [8, 4, 2, 1] as const;
@@ -25,7 +25,7 @@ export type NeededView = {
   readonly camera: Camera;
   readonly observer: Vec3 | undefined;
   /** Pixels. */
-  readonly size: readonly [number, number];
+  readonly size: Vec2;
 };
 
 export type NewPlan = {

@@ -1,10 +1,10 @@
+import { clamp, type Vec3 } from '../vec3.js';
 import { setUpSearch } from '../search-form.js';
 import { makeHttp, type Reply } from '../http/http.js';
-import { byId, copyOnClick, setText } from '../dom.js';
+import { byId, copyOnClick, setText, toOptions } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts, Place } from './data/protocol.js';
 import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
-import type { Vec3 } from '../vec3.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
@@ -34,12 +34,12 @@ import { text, type TextKey } from './ui/texts.js';
 import { setUpTime, showTime } from './ui/time-inputs.js';
 import type { ToolContext } from './ui/tool.js';
 import { Toolbox } from './ui/toolbox.js';
-import { setUpViews } from './ui/views.js';
 
 /** The viewer of a site (docs/formats/site.md): opens place.json, and lets people fly around. */
 
 declare global {
-  // merges
+  // Only an interface merges with the one that is there.
+  // eslint-disable-next-line @typescript-eslint/consistent-type-definitions
   interface Window {
     /** For scripts: see docs/guide/viewer.md. */
     terravox: {
@@ -72,7 +72,7 @@ class Viewer {
   readonly #canvas = byId('picture', HTMLCanvasElement);
   readonly #status = new StatusLine(byId('status', HTMLParagraphElement), say);
   readonly #place: PlaceFile;
-  readonly #stage: Stage;
+  readonly stage: Stage;
   readonly #controls: Controls;
   readonly #overlay: Overlay;
   readonly #appearance: Appearance;
@@ -108,11 +108,11 @@ class Viewer {
     if (isSameView(this.view, first)) this.#showing = { named, view: this.view };
     this.timeMs = state.timeMs;
     const worker = new Worker(new URL('viewer/worker.js', document.baseURI), { type: 'module' });
-    this.#stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
+    this.stage = new Stage(this.#canvas, worker, addressed(place), appearance, poolBytes(), {
       onOpened: (facts) => this.#opened(facts),
       onFailure: (failure) => this.#status.showTrouble(failure),
       onEnded: (failure) => this.#status.end(failure),
-      onFrame: () => this.#status.showProgress(this.#stage.waiting),
+      onFrame: () => this.#status.showProgress(this.stage.waiting),
     });
     this.#overlay = new Overlay(this.#canvas);
     const host = {
@@ -123,33 +123,17 @@ class Viewer {
     this.#controls = new Controls(this.#canvas, this.view, host, options.hasControls);
   }
 
-  get ready(): Promise<void> {
-    return this.#stage.ready;
-  }
-
-  stats(): StageStats {
-    return this.#stage.stats();
-  }
-
-  firstHits(): ReturnType<Stage['firstHits']> {
-    return this.#stage.firstHits();
-  }
-
-  cast(rays: Parameters<Stage['cast']>[0]): ReturnType<Stage['cast']> {
-    return this.#stage.cast(rays);
-  }
-
   look(look: Partial<Look>): void {
-    this.#stage.setLook({ ...kDefaultLook, ...look });
+    this.stage.setLook({ ...kDefaultLook, ...look });
   }
 
   setView(wanted: Viewpoint): void {
-    const inside = (v: number): number => Math.min(Math.max(v, -kFarthest), kFarthest);
+    const inside = (v: number): number => clamp(v, -kFarthest, kFarthest);
     const [x, y, z] = wanted.position;
     const view = { ...wanted, position: [inside(x), inside(y), inside(z)] as const };
     this.view = view;
     this.#controls.view = view;
-    this.#stage.setCamera(toCamera(view));
+    this.stage.setCamera(toCamera(view));
     this.#stillSinceMs = performance.now();
     this.#changed();
   }
@@ -170,10 +154,10 @@ class Viewer {
   }
 
   setTime(wantedMs: number): void {
-    const timeMs = Math.min(Math.max(wantedMs, 0), kLatestMs);
+    const timeMs = clamp(wantedMs, 0, kLatestMs);
     this.timeMs = timeMs;
-    this.#stage.setTime(timeMs);
-    showTime(timeMs, this.#stage.sun, say, options.language);
+    this.stage.setTime(timeMs);
+    showTime(timeMs, this.stage.sun, say, options.language);
     this.#toolbox?.timeChanged();
     this.#changed();
   }
@@ -198,9 +182,9 @@ class Viewer {
     if (this.#isLookDue) {
       this.#isLookDue = false;
       const look = chosenLook();
-      this.#stage.setLook(this.#toolbox?.look(look) ?? look);
+      this.stage.setLook(this.#toolbox?.look(look) ?? look);
     }
-    this.#stage.frame(nowMs);
+    this.stage.frame(nowMs);
     if (this.#isOverlayDue) {
       this.#isOverlayDue = false;
       this.#overlay.draw(toCamera(this.view), this.#shapes());
@@ -222,7 +206,7 @@ class Viewer {
 
   // Tools cast their rays again when all that the view needs has come.
   #settle(nowMs: number): void {
-    if (this.#stage.waiting > 0) this.#stillSinceMs = nowMs;
+    if (this.stage.waiting > 0) this.#stillSinceMs = nowMs;
     if (this.#stillSinceMs === undefined || nowMs - this.#stillSinceMs < kSettledMs) return;
     this.#stillSinceMs = undefined;
     this.#toolbox?.settled();
@@ -264,7 +248,7 @@ class Viewer {
       numbers: numberText(options.language, world.voxelM),
       world,
       appearance: this.#appearance,
-      cast: (rays) => this.#stage.cast(rays),
+      cast: (rays) => this.stage.cast(rays),
       camera: () => toCamera(this.view),
       aspect: () => this.#canvas.width / this.#canvas.height,
       middle: () => this.#pickMiddle(),
@@ -296,12 +280,12 @@ class Viewer {
   #pickAt(x: number, y: number): Pick | undefined {
     const box = this.#canvas.getBoundingClientRect();
     const ratio = this.#canvas.width / Math.max(1, box.width);
-    return this.#stage.pick(Math.floor((x - box.left) * ratio), Math.floor((y - box.top) * ratio));
+    return this.stage.pick(Math.floor((x - box.left) * ratio), Math.floor((y - box.top) * ratio));
   }
 
   #pickMiddle(): Pick | undefined {
     const { width, height } = this.#canvas;
-    return this.#stage.pick(Math.floor(width / 2), Math.floor(height / 2));
+    return this.stage.pick(Math.floor(width / 2), Math.floor(height / 2));
   }
 
   #click(pick: Pick | undefined): void {
@@ -325,7 +309,10 @@ class Viewer {
   }
 
   #setUpInputs(): void {
-    setUpViews(this.#place.views, (named) => this.#show(named));
+    const { views } = this.#place;
+    const choice = byId('views', HTMLSelectElement);
+    choice.replaceChildren(...toOptions(views.map(({ name }, i) => [String(i), name])));
+    choice.addEventListener('change', () => this.#show(views[Number(choice.value)]!));
     setUpTime((timeMs) => this.setTime(timeMs));
     setUpLook(() => this.#lookChanged());
     byId('save', HTMLButtonElement).addEventListener('click', () =>
@@ -388,10 +375,10 @@ async function start(): Promise<Viewer> {
 
 const started = start();
 window.terravox = {
-  ready: started.then((viewer) => viewer.ready),
-  stats: () => viewer().stats(),
-  firstHits: () => viewer().firstHits(),
-  cast: (rays) => viewer().cast(rays),
+  ready: started.then((viewer) => viewer.stage.ready),
+  stats: () => viewer().stage.stats(),
+  firstHits: () => viewer().stage.firstHits(),
+  cast: (rays) => viewer().stage.cast(rays),
   setLook: (look) => viewer().look(look),
 };
 // Whoever waits for it sees the reason; others see the message below.

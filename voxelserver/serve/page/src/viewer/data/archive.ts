@@ -8,7 +8,7 @@ import {
 } from './archive-format.js';
 import type { BoxKey } from './box-arrays.js';
 import { ByteCache } from './byte-cache.js';
-import { listKeys, type ColumnKey } from './column-key.js';
+import { listKeys, type ColumnKey } from './columns.js';
 import { DataError, within } from '../../http/errors.js';
 import {
   boxRange,

@@ -1,4 +1,5 @@
 import { isFields, type Fields } from '../../json.js';
+import type { Block } from '../../vec3.js';
 import { readWorld, type World } from '../../replies.js';
 import { kBoxSize, kMaxLevel } from './box-arrays.js';
 import { DataError, oneLine } from '../../http/errors.js';
@@ -12,12 +13,6 @@ export type Facts = {
   readonly world: World;
   /** Number of damaged places in the data that an archive was made from; 0 for servers. */
   readonly damage: number;
-};
-
-/** Boxes of a level that cover the bounds: min <= coordinate < max, as [bx, by, bz]. */
-export type BoxRange = {
-  readonly min: readonly [number, number, number];
-  readonly max: readonly [number, number, number];
 };
 
 /** Of the text of facts, bytes. */
@@ -141,8 +136,8 @@ export function isEmpty(world: World): boolean {
   return world.min.some((low, axis) => low >= world.max[axis]!);
 }
 
-/** @param world not isEmpty() */
-export function boxRange(world: World, level: number): BoxRange {
+/** Boxes of a level that cover the bounds, as [bx, by, bz]. @param world not isEmpty() */
+export function boxRange(world: World, level: number): Block {
   const size = kBoxSize.map((edge) => edge * 2 ** level);
   const low = (axis: 0 | 1 | 2): number => Math.floor(world.min[axis] / size[axis]!);
   const high = (axis: 0 | 1 | 2): number => Math.floor((world.max[axis] - 1) / size[axis]!) + 1;

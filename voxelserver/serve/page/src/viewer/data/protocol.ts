@@ -1,4 +1,4 @@
-import type { ColumnKey } from './column-key.js';
+import type { ColumnKey } from './columns.js';
 import type { Failure } from '../../http/errors.js';
 import type { Facts } from './facts.js';
 import type { FilePart } from './range-file.js';
@@ -11,7 +11,7 @@ import type { Column } from './source.js';
  */
 
 export type { BoxArrays } from './box-arrays.js';
-export type { ColumnKey } from './column-key.js';
+export type { ColumnKey } from './columns.js';
 export type { DataErrorKind, Failure } from '../../http/errors.js';
 export type { Facts } from './facts.js';
 export type { FilePart } from './range-file.js';

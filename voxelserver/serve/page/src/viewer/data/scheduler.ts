@@ -1,4 +1,4 @@
-import { nameOfColumn, type ColumnKey } from './column-key.js';
+import { nameOfColumn, type ColumnKey } from './columns.js';
 import { asDataError, type DataError } from '../../http/errors.js';
 import type { BoxSource, Column, ColumnResult } from './source.js';
 

@@ -1,8 +1,7 @@
 import { nameOfBox, type BoxKey } from './box-arrays.js';
 import { BatchStream, type BatchRecord } from './batch-stream.js';
 import { readBoxFrame } from './box-frame.js';
-import { ColumnBuilder } from './column-builder.js';
-import { listKeys, type ColumnKey } from './column-key.js';
+import { ColumnBuilder, listKeys, type ColumnKey } from './columns.js';
 import { wait } from '../../http/environment.js';
 import { asDataError, DataError, oneLine, within, type DataErrorKind } from '../../http/errors.js';
 import {

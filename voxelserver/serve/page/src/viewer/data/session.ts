@@ -1,7 +1,6 @@
 import { Archive } from './archive.js';
 import { ArchiveSource } from './archive-source.js';
-import { bytesOfColumn } from './column-bytes.js';
-import { nameOfColumn, type ColumnKey } from './column-key.js';
+import { bytesOfColumn, nameOfColumn, type ColumnKey } from './columns.js';
 import type { Environment } from '../../http/environment.js';
 import { asDataError, DataError, toFailure, oneLine } from '../../http/errors.js';
 import { kServerTimeoutMs, makeHttp, type Http } from '../../http/http.js';

@@ -1,5 +1,5 @@
 import type { BoxArrays } from './box-arrays.js';
-import type { ColumnKey } from './column-key.js';
+import type { ColumnKey } from './columns.js';
 import type { DataError } from '../../http/errors.js';
 import type { Facts } from './facts.js';
 

@@ -2,8 +2,7 @@
 import type { Appearance } from './appearance.js';
 import { contourStepM, kLayerColours, layerTable, type Layer } from './layers.js';
 import type { Look } from './look.js';
-import type { Program } from './program.js';
-import { makeTexture } from './texture.js';
+import { type Program, makeTexture } from './program.js';
 
 const kLayers: Readonly<Record<Layer, number>> = {
   none: 0,

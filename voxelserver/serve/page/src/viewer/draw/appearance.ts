@@ -112,12 +112,8 @@ export function readAppearance(bytes: Uint8Array): Appearance {
     // A copy: the offset in memory need not be even.
     return new Uint16Array(bytes.slice(start + offset, start + offset + count * 2).buffer);
   };
-  const [ratio, own, panes, skyNodes] = ['ratio', 'own', 'panes', 'sky'].map(halves) as [
-    Uint16Array,
-    Uint16Array,
-    Uint16Array,
-    Uint16Array,
-  ];
+  const [ratio, own] = [halves('ratio'), halves('own')];
+  const [panes, skyNodes] = [halves('panes'), halves('sky')];
   if (panes.length !== kPaneHalves) fail('windows have another size');
   const pools = { ratio: ratio.length / 4, own: own.length / 4 };
   const materials = read

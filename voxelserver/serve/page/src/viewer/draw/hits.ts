@@ -1,7 +1,6 @@
 /** The pass that finds what rays meet first, and reads it back. */
-import type { Vec3 } from '../../vec3.js';
-import { Program } from './program.js';
-import { makeTexture } from './texture.js';
+import type { Vec2, Vec3 } from '../../vec3.js';
+import { Program, makeTexture } from './program.js';
 
 /** What rays have met, four numbers each: of a picture row by row from the upper left corner. */
 export type FirstHits = {
@@ -40,7 +39,7 @@ export class HitsPass {
   }
 
   /** Traces the rays of a picture. @param setScene sets all uniforms but those of this pass */
-  trace(size: readonly [number, number], setScene: (p: Program) => void): FirstHits {
+  trace(size: Vec2, setScene: (p: Program) => void): FirstHits {
     const hits = this.#draw(size, false, setScene);
     const stride = size[0] * 4;
     return { voxels: upsideDown(hits.voxels, stride), details: upsideDown(hits.details, stride) };
@@ -53,11 +52,7 @@ export class HitsPass {
     return this.#draw([kRaysRow, rows], true, setScene);
   }
 
-  #draw(
-    [width, height]: readonly [number, number],
-    isCast: boolean,
-    setScene: (p: Program) => void,
-  ): FirstHits {
+  #draw([width, height]: Vec2, isCast: boolean, setScene: (p: Program) => void): FirstHits {
     const gl = this.#gl;
     const textures = [makeTexture(gl), makeTexture(gl)];
     const frame = gl.createFramebuffer();

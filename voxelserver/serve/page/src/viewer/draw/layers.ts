@@ -2,11 +2,12 @@
  * What colours a picture instead of true colours, and the legend to it. One table of colours serves
  * both the shader and the page, so that a legend cannot differ from its picture.
  */
+import { type Vec2, type Vec3, clamp } from '../../vec3.js';
 import type { Appearance } from './appearance.js';
 
 export type Layer = 'none' | 'height' | 'material' | 'class' | 'level';
 
-type Bytes = readonly [number, number, number];
+type Bytes = Vec3;
 
 /** The colour is sRGB. */
 export type LegendEntry = { readonly name: string; readonly colour: Bytes };
@@ -91,7 +92,7 @@ const kRampChroma = 0.135;
 
 /** @param share of the range of heights, [0, 1] @return sRGB */
 export function heightColour(share: number): Bytes {
-  const t = Math.min(Math.max(share, 0), 1);
+  const t = clamp(share, 0, 1);
   const [lightness, hueDeg] = [between(kRampLightness, t), between(kRampHueDeg, t)];
   const hue = (hueDeg * Math.PI) / 180;
   // Less chroma where the screen has no such colour.
@@ -179,7 +180,7 @@ function layerColour(layer: Layer, i: number, appearance: Appearance, levels: nu
 function materialColour({ materials }: Appearance, i: number): Bytes {
   const material = materials[i];
   if (material === undefined) return kOtherClass;
-  const own = material.colour.map((c) => Math.round(toSrgb(Math.min(Math.max(c, 0), 1)) * 255));
+  const own = material.colour.map((c) => Math.round(toSrgb(clamp(c, 0, 1)) * 255));
   return kMaterials.get(material.name) ?? (own as unknown as Bytes);
 }
 
@@ -188,7 +189,7 @@ function levelColour(level: number, levels: number): Bytes {
   return heightColour(1 - level / Math.max(1, levels - 1));
 }
 
-function between(ends: readonly [number, number], t: number): number {
+function between(ends: Vec2, t: number): number {
   return ends[0] + (ends[1] - ends[0]) * t;
 }
 

@@ -3,17 +3,16 @@
  * (raytracer/core/walk/level_cut.hpp), by the same numbers, so that both show the same voxels.
  */
 
-/** Half-open, whole level-0 voxels: x east, y up, z south. */
-export type Bounds = {
-  readonly min: readonly [number, number, number];
-  readonly max: readonly [number, number, number];
-};
+import type { Vec2, Block, Vec3 } from '../../vec3.js';
+
+/** Whole level-0 voxels. */
+export type Bounds = Block;
 
 export type CutView = {
   /** Level-0 voxels. */
-  readonly eye: readonly [number, number, number];
+  readonly eye: Vec3;
   /** A second eye, around which as much detail is needed: the observer of a line of sight. */
-  readonly observer?: readonly [number, number, number] | undefined;
+  readonly observer?: Vec3 | undefined;
   /** Angle covered by the pixel in the middle of the picture. */
   readonly pixelRad: number;
   /** Pixels that a voxel may cover; 0: the finest level everywhere. */
@@ -27,7 +26,7 @@ export class LevelCut {
   readonly entry: Bounds;
   readonly coarsest: number;
   /** Of each eye: x, z, and the vertical distance to the world's range of heights. */
-  readonly #eyes: readonly (readonly [number, number, number])[];
+  readonly #eyes: readonly Vec3[];
   readonly #near2: readonly number[]; // square of the distance from which on a level is fine enough
 
   /** @param coarsest the coarsest level that the world has, 0 to 20 */
@@ -70,7 +69,7 @@ export class LevelCut {
   }
 
   /** The columns of the coarsest level that lie in the bounds: [first, past the last] of bx, bz. */
-  roots(): { readonly x: readonly [number, number]; readonly z: readonly [number, number] } {
+  roots(): { readonly x: Vec2; readonly z: Vec2 } {
     const side = 2 ** (kSideBits + this.coarsest);
     const range = (a: 0 | 2): [number, number] => [
       Math.floor(this.entry.min[a] / side),
@@ -89,7 +88,4 @@ export class LevelCut {
 }
 
 const mapAxes = (f: (axis: 0 | 1 | 2) => number): [number, number, number] => [f(0), f(1), f(2)];
-
-function outside(v: number, low: number, high: number): number {
-  return Math.max(low - v, v - high, 0);
-}
+const outside = (v: number, low: number, high: number): number => Math.max(low - v, v - high, 0);

@@ -1,5 +1,5 @@
 /** What a person chooses about a picture, apart from its camera and its light. */
-import type { Vec3 } from '../../vec3.js';
+import type { Vec2, Vec3 } from '../../vec3.js';
 import type { Layer } from './layers.js';
 
 export type Look = {
@@ -17,7 +17,7 @@ export type Look = {
   /** What colours the picture instead of true colours. */
   readonly layer: Layer;
   /** Of the layer of heights: y of its lowest and highest colour, level-0 voxels. */
-  readonly heightRange: readonly [number, number];
+  readonly heightRange: Vec2;
   /** Cuts away what lies beyond a plane. */
   readonly section: Section | undefined;
   /** What cannot be seen from here is darkened; level-0 voxels. */

@@ -2,12 +2,13 @@
  * Draws what is in the pools: samples of the picture are traced and accumulated, then developed for
  * the screen. Knows no world and no requests: a table of columns, a camera and a light are given.
  */
+import type { Vec2 } from '../../vec3.js';
 import { Analysis, isAnalysis } from './analysis.js';
 import type { Appearance } from './appearance.js';
 import { pixelRad, type Camera } from './camera.js';
 import type { ColumnTable } from './column-table.js';
 import developSource from './develop.glsl';
-import { fromHalf } from './half.js';
+import { fromHalf } from '../../bytes.js';
 import hashSource from './hash.glsl';
 import { HitsPass, kMaxRays, type CastRay, type FirstHits } from './hits.js';
 import layerSource from './layer.glsl';
@@ -15,11 +16,10 @@ import type { Bounds } from './level-cut.js';
 import lightSource from './light.glsl';
 import type { Look } from './look.js';
 import materialSource from './material.glsl';
-import { Program } from './program.js';
+import { Program, makeTexture } from './program.js';
 import sectionSource from './section.glsl';
 import type { SkyLight } from './sky-light.js';
 import skySource from './sky.glsl';
-import { makeTexture } from './texture.js';
 import type { TexturePools } from './texture-pools.js';
 import traceSource from './trace.glsl';
 import walkSource from './walk.glsl';
@@ -68,7 +68,7 @@ export class Renderer {
   #traceAnalysis: Program | undefined;
   #hits: HitsPass | undefined;
   #targets: readonly [Target, Target] | undefined;
-  #size: readonly [number, number] = [0, 0];
+  #size: Vec2 = [0, 0];
   #samples = 0;
   #table: { readonly mask: number; readonly entry: Bounds; readonly coarsest: number } | undefined;
   #light: SkyLight | undefined;
@@ -136,7 +136,7 @@ export class Renderer {
   }
 
   /** @param size of the picture, pixels */
-  resize(size: readonly [number, number]): void {
+  resize(size: Vec2): void {
     if (size[0] === this.#size[0] && size[1] === this.#size[1]) return;
     this.#dropTargets();
     this.#size = size;
@@ -148,7 +148,7 @@ export class Renderer {
    * Traces one sample of each pixel, or of those of a band; a pass ends with the band at the top.
    * @param jitter place of the sample inside the pixel, [0, 1)
    */
-  trace(camera: Camera, look: Look, jitter: readonly [number, number], band?: Band): void {
+  trace(camera: Camera, look: Look, jitter: Vec2, band?: Band): void {
     const gl = this.#gl;
     if (this.#targets === undefined) return;
     const [from, to] = this.#targets;
@@ -192,7 +192,7 @@ export class Renderer {
   }
 
   /** Traces the first hits of a picture and reads them back. */
-  firstHits(camera: Camera, look: Look, size: readonly [number, number]): FirstHits {
+  firstHits(camera: Camera, look: Look, size: Vec2): FirstHits {
     return this.#hitsPass().trace(size, (p) => this.#setScene(p, camera, look, [0.5, 0.5], size));
   }
 
@@ -213,13 +213,7 @@ export class Renderer {
     return (this.#traceAnalysis ??= new Program(this.#gl, kTraceSource, ['ANALYSIS']));
   }
 
-  #setScene(
-    p: Program,
-    camera: Camera,
-    look: Look,
-    jitter: readonly [number, number],
-    size: readonly [number, number],
-  ): void {
+  #setScene(p: Program, camera: Camera, look: Look, jitter: Vec2, size: Vec2): void {
     const gl = this.#gl;
     const light = this.#light;
     const table = this.#table;
@@ -290,7 +284,7 @@ export class Renderer {
     p.int('uNightTime', light.toSun[1] < kNightAltitudeSine ? 1 : 0);
   }
 
-  #target(size: readonly [number, number]): Target {
+  #target(size: Vec2): Target {
     const gl = this.#gl;
     const texture = makeTexture(gl);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, size[0], size[1]);

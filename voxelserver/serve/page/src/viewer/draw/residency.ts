@@ -4,10 +4,9 @@
  * that something coarser stands where finer boxes are missing; with all wanted columns there, what
  * is shown is exactly the cut. Pure logic: pools are behind `ColumnStore`.
  */
+import { nameOfColumn, type ColumnKey } from '../data/columns.js';
 import type { BoxSlot, CutColumn } from './column-table.js';
 import type { LevelCut } from './level-cut.js';
-
-export type ColumnKey = { readonly level: number; readonly bx: number; readonly bz: number };
 
 /** A column in the pools. */
 export type StoredColumn = { readonly byBegin: number; readonly slots: readonly BoxSlot[] };
@@ -42,11 +41,11 @@ export class Residency {
   }
 
   has(key: ColumnKey): boolean {
-    return this.#entries.has(toName(key));
+    return this.#entries.has(nameOfColumn(key));
   }
 
   add(key: ColumnKey, column: StoredColumn): void {
-    const name = toName(key);
+    const name = nameOfColumn(key);
     const old = this.#entries.get(name);
     if (old !== undefined) this.#store.drop(old.column);
     this.#entries.set(name, { key, column, usedAt: this.#planNumber });
@@ -89,7 +88,7 @@ export class Residency {
 
   // What stands for a column and all below it; undefined: nothing that is there covers it.
   #visit(cut: LevelCut, key: ColumnKey, wanted: ColumnKey[]): CutColumn[] | undefined {
-    const entry = this.#entries.get(toName(key));
+    const entry = this.#entries.get(nameOfColumn(key));
     if (entry === undefined) wanted.push(key);
     else entry.usedAt = this.#planNumber;
     if (!cut.isFarEnough(key.level, key.bx, key.bz)) {
@@ -123,5 +122,3 @@ const kBehind = 1e30; // squared voxels: more than any distance in a world
 function urgency(cut: LevelCut, key: ColumnKey, isInView: boolean): number {
   return cut.distance2(key.level, key.bx, key.bz) + (isInView ? 0 : kBehind);
 }
-
-const toName = (key: ColumnKey): string => `${key.level}/${key.bx}/${key.bz}`;

@@ -4,10 +4,10 @@
  * are
  * linear, directions of unit length with y up.
  */
+import { type Vec2, add, clamp, cross, dot, scaled, towards } from '../../vec3.js';
 import type { Appearance, Rgb } from './appearance.js';
-import { fromHalf } from './half.js';
+import { fromHalf } from '../../bytes.js';
 import type { SunPosition } from './sun-position.js';
-import { add, clamp, cross, dot, scaled, towards } from '../../vec3.js';
 
 export type SkyLight = {
   readonly toSun: Rgb;
@@ -124,7 +124,7 @@ class SkyTable {
   readonly #nodes: Float32Array;
   readonly #look: Appearance;
   readonly #toSun: Rgb;
-  readonly #sunFlat: readonly [number, number];
+  readonly #sunFlat: Vec2;
 
   constructor(nodes: Float32Array, look: Appearance, toSun: Rgb) {
     this.#nodes = nodes;
@@ -216,7 +216,7 @@ function interpolated(places: readonly number[], value: (i: number) => Rgb, at: 
 }
 
 // The interval of ascending places that holds `at`, and where in it, [0, 1].
-function placeIn(places: readonly number[], at: number): readonly [number, number] {
+function placeIn(places: readonly number[], at: number): Vec2 {
   let i = 0;
   while (i < places.length - 2 && places[i + 1]! <= at) ++i;
   const [low, high] = [places[i]!, places[i + 1]!];

@@ -1,3 +1,5 @@
+import type { Vec2 } from '../../vec3.js';
+
 /**
  * Phases of water's waves at a place, in double precision: coordinates of a country have no digits
  * left for waves in the single precision of shaders. As raytracer/core/material/material_table.cpp.
@@ -10,7 +12,7 @@ export type WavePhases = {
   /** Of the trains of waves, turns in [0, 1). */
   readonly waves: readonly number[];
   /** Of the patches of calm and of ruffled water. */
-  readonly ruffled: readonly [number, number];
+  readonly ruffled: Vec2;
 };
 
 /** @param xM, zM metres east and south */

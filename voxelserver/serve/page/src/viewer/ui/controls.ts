@@ -2,7 +2,7 @@
  * Mouse, keys, wheel, touch on the canvas, as movements of a viewpoint. Keys are read
  * by their place on the keyboard, so that WASD lies under the left hand everywhere.
  */
-import { along, clamp, distance, dot, minus, scaled, type Vec3 } from '../../vec3.js';
+import { type Vec2, along, clamp, distance, dot, minus, scaled, type Vec3 } from '../../vec3.js';
 import { fingersMoved, findMiddle, type Fingers } from './fingers.js';
 import { computeForward, moved, orbited, turned, zoomed, type Viewpoint } from './navigation.js';
 
@@ -36,7 +36,7 @@ const kMoves: Readonly<Record<string, Vec3>> = {
   PageUp: [0, 1, 0],
   PageDown: [0, -1, 0],
 };
-const kTurns: Readonly<Record<string, readonly [number, number]>> = {
+const kTurns: Readonly<Record<string, Vec2>> = {
   ArrowLeft: [-1, 0],
   ArrowRight: [1, 0],
   ArrowUp: [0, 1],

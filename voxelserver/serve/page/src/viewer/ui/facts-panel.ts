@@ -1,4 +1,5 @@
 /** What is known of the point that somebody has clicked. */
+import type { Vec2 } from '../../vec3.js';
 import { formatLatLon } from '../../coordinates.js';
 import { byId, setFacts } from '../../dom.js';
 import type { WorldProjection } from '../../world-projection.js';
@@ -60,6 +61,6 @@ export function showFacts(
 }
 
 /** Easting and northing of a point, in units of the CRS. */
-export function toPosition({ point }: Pick, { world }: WorldProjection): readonly [number, number] {
+export function toPosition({ point }: Pick, { world }: WorldProjection): Vec2 {
   return [point[0] * world.unitsPerVoxel, -point[2] * world.unitsPerVoxel];
 }

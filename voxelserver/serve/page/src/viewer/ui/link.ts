@@ -4,7 +4,7 @@
  * of range too: a link from elsewhere can ask for nothing but a view. Tools and switches have words
  * of their own, which are there only where they differ from what the page begins with.
  */
-import type { Vec3 } from '../../vec3.js';
+import type { Vec2, Vec3 } from '../../vec3.js';
 import type { Viewpoint } from './navigation.js';
 
 export type ViewState = {
@@ -85,10 +85,7 @@ export function fromLink(link: string, otherwise: ViewState): ViewState {
 }
 
 /** @return undefined unless there are as many numbers as ranges, each inside its own */
-export function numbers(
-  text: string | null,
-  ranges: readonly (readonly [number, number])[],
-): number[] | undefined {
+export function numbers(text: string | null, ranges: readonly Vec2[]): number[] | undefined {
   if (text === null) return undefined;
   const values = text.split(',').map((word) => (word === '' ? NaN : Number(word)));
   if (values.length !== ranges.length) return undefined;

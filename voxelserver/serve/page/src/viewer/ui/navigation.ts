@@ -2,9 +2,20 @@
  * Where the camera is and how people move it: flying by keys, turning by dragging, orbiting around
  * a point, wheel, touch. Pure state and arithmetic; events come from controls.ts.
  */
+import {
+  type Vec2,
+  along,
+  clamp,
+  cross,
+  dot,
+  minus,
+  normalized,
+  scaled,
+  towards,
+  type Block,
+  type Vec3,
+} from '../../vec3.js';
 import { type Camera } from '../draw/camera.js';
-import { along, clamp, cross, dot, minus, normalized, scaled, towards } from '../../vec3.js';
-import type { Vec3 } from '../../vec3.js';
 import type { FoundPlace } from '../../coordinates.js';
 import type { WorldProjection } from '../../world-projection.js';
 
@@ -18,9 +29,6 @@ export type Viewpoint = {
   /** Vertical field of view, degrees, [5, 120]. */
   readonly fovDeg: number;
 };
-
-/** A block of level-0 voxels. */
-export type Frame = { readonly min: Vec3; readonly max: Vec3 };
 
 /** A part of a picture, in half widths and half heights from its middle, right and up: [-1, 1]. */
 export type Room = {
@@ -115,14 +123,14 @@ export function orbited(
  * The same direction and field of view, from where a block just fits into a part of the picture.
  * @param aspect width of the picture by its height
  */
-export function fitted(view: Viewpoint, frame: Frame, aspect: number, room: Room): Viewpoint {
+export function fitted(view: Viewpoint, frame: Block, aspect: number, room: Room): Viewpoint {
   const [right, up, forward] = computeAxes(view);
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i): Vec3 => {
     const side = (a: 0 | 1 | 2): number => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a];
     return [side(0), side(1), side(2)];
   });
   const half = Math.tan((view.fovDeg * kRad) / 2);
-  const inset = (low: number, high: number): readonly [number, number] => [
+  const inset = (low: number, high: number): Vec2 => [
     low + kFrameMargin * (high - low),
     high - kFrameMargin * (high - low),
   ];

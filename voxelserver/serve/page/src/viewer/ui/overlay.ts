@@ -2,9 +2,9 @@
  * Points, lines and labels over the picture. Each has a dark rim and a light core, or a light text
  * on a dark ground, so that it can be seen on any picture.
  */
+import { type Vec2, clamp, type Vec3 } from '../../vec3.js';
 import { element, getContext2d } from '../../dom.js';
 import type { Camera } from '../draw/camera.js';
-import type { Vec3 } from '../../vec3.js';
 import { clipped, projectSegment, projectPoint, spotOfDirection, type Spot } from './projection.js';
 
 export type Tone = 'usual' | 'good' | 'bad' | 'sun';
@@ -28,7 +28,7 @@ export type Shape =
 /** Of a picture; `scale`: its pixels in a CSS pixel. */
 export type Sheet = {
   readonly context: CanvasRenderingContext2D;
-  readonly size: readonly [number, number];
+  readonly size: Vec2;
   readonly scale: number;
 };
 
@@ -122,7 +122,7 @@ export function paint(sheet: Sheet, camera: Camera, shapes: readonly Shape[]): v
 
 function projectSegments(
   camera: Camera,
-  size: readonly [number, number],
+  size: Vec2,
   points: readonly Vec3[],
 ): (readonly [Spot, Spot])[] {
   return points
@@ -133,7 +133,7 @@ function projectSegments(
 
 function projectSkySegments(
   camera: Camera,
-  size: readonly [number, number],
+  size: Vec2,
   directions: readonly Vec3[],
 ): (readonly [Spot, Spot])[] {
   const spots = directions.map((direction) => spotOfDirection(camera, size, direction));
@@ -203,7 +203,7 @@ function drawLabels(sheet: Sheet, labels: readonly { at: Spot; text: string }[])
   for (const { at, text } of labels) {
     const width = context.measureText(text).width + 2 * kPadPx * scale;
     const height = kLabelPx * scale;
-    const x = Math.min(Math.max(at[0] - width / 2, 0), size[0] - width);
+    const x = clamp(at[0] - width / 2, 0, size[0] - width);
     const y = Math.max(at[1] - height - 9 * scale, 0);
     const box: Box = [x, y, x + width, y + height];
     if (taken.some((other) => isOverlap(other, box))) continue;
@@ -230,6 +230,6 @@ function isOverlap(a: Box, b: Box): boolean {
   return a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 }
 
-function isInside([x, y]: Spot, [width, height]: readonly [number, number]): boolean {
+function isInside([x, y]: Spot, [width, height]: Vec2): boolean {
   return x >= 0 && y >= 0 && x <= width && y <= height;
 }

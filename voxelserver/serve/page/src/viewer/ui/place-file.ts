@@ -3,9 +3,8 @@
  * the eyes of a stranger: only known fields, of the types and sizes that they may have.
  */
 import { JsonReader, type Fields } from '../../json.js';
-import type { Vec3 } from '../../vec3.js';
+import type { Block, Vec3 } from '../../vec3.js';
 import type { FilePart } from '../data/protocol.js';
-import type { Frame } from './navigation.js';
 
 export type NamedView = {
   readonly name: string;
@@ -14,7 +13,7 @@ export type NamedView = {
   readonly target: Vec3;
   readonly fovDeg: number;
   /** Level-0 voxels that the picture shows whole, in this direction, whatever its shape is. */
-  readonly frame: Frame | undefined;
+  readonly frame: Block | undefined;
 };
 
 export type PlaceFile = {
@@ -95,7 +94,7 @@ function readView(value: unknown): NamedView {
   };
 }
 
-function readFrame(frame: Fields): Frame {
+function readFrame(frame: Fields): Block {
   const [min, max] = [readPoint(frame, 'min'), readPoint(frame, 'max')];
   if (min.some((v, a) => v >= max[a]!)) fail('a frame is empty');
   return { min, max };

@@ -2,6 +2,7 @@
  * The chart of a height profile. It is a slider along the line, for pointers and for arrow keys,
  * and says in words what it shows at each place.
  */
+import { type Vec2, clamp } from '../../vec3.js';
 import { element, setText, svgElement } from '../../dom.js';
 import type { NumberText } from './number-text.js';
 import { chooseTicks, type ProfileSample } from './profile-line.js';
@@ -51,7 +52,7 @@ export function makeProfileChart(say: Say, numbers: NumberText, onMove: () => vo
   let frame: Frame | undefined;
 
   function moveTo(index: number): void {
-    at = Math.min(Math.max(index, 0), Math.max(0, samples.length - 1));
+    at = clamp(index, 0, Math.max(0, samples.length - 1));
     draw();
     onMove();
   }
@@ -146,7 +147,7 @@ function makeFrame(
   return { width, height, lengthM, fromM: low - room, toM: high + room };
 }
 
-function toPixel(frame: Frame, distanceM: number, heightM: number): readonly [number, number] {
+function toPixel(frame: Frame, distanceM: number, heightM: number): Vec2 {
   const { width, height, lengthM, fromM, toM } = frame;
   const x = kMargin.left + (distanceM / lengthM) * (width - kMargin.left - kMargin.right);
   const share = (heightM - fromM) / (toM - fromM);
@@ -196,7 +197,7 @@ function countDecimals(ticks: readonly number[]): number {
 
 // A curve for each run of places where something is known.
 function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
-  const runs: (readonly [number, number])[][] = [[]];
+  const runs: Vec2[][] = [[]];
   for (const { distanceM, heightM } of samples) {
     if (heightM === undefined) runs.push([]);
     else runs.at(-1)!.push(toPixel(frame, distanceM, heightM));

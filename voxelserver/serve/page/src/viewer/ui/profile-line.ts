@@ -1,5 +1,5 @@
 /** Heights along a line of points: where rays go down, and what their hits amount to. */
-import type { Vec3 } from '../../vec3.js';
+import type { Block, Vec3 } from '../../vec3.js';
 import type { CastRay, Pick } from '../stage.js';
 import { flatDistance } from './measures.js';
 
@@ -22,8 +22,6 @@ export type ProfileFacts = {
   readonly descentM: number;
   readonly coarsestVoxelM: number;
 };
-
-type Bounds = { readonly min: Vec3; readonly max: Vec3 };
 
 const kMaxSamples = 512;
 const kMinSamples = 2;
@@ -51,7 +49,7 @@ export function placesAlong(
 }
 
 /** Straight down from above the world. */
-export function raysDown(places: readonly { x: number; z: number }[], world: Bounds): CastRay[] {
+export function raysDown(places: readonly { x: number; z: number }[], world: Block): CastRay[] {
   const [low, high] = [world.min[1] - 1, world.max[1] + 1];
   return places.map(({ x, z }) => ({
     origin: [x, high, z],
@@ -63,7 +61,7 @@ export function raysDown(places: readonly { x: number; z: number }[], world: Bou
 export function makeSamples(
   places: readonly { x: number; z: number; t: number }[],
   hits: readonly (Pick | undefined)[],
-  world: Bounds & { readonly voxelM: number },
+  world: Block & { readonly voxelM: number },
 ): readonly ProfileSample[] {
   return places.map(({ x, z, t }, i) => {
     const hit = hits[i];

@@ -1,31 +1,23 @@
 /** Where points of the world lie in the picture: the inverse of the rays of a camera. */
+import { type Vec2, along, dot, minus, type Vec3 } from '../../vec3.js';
 import type { Camera } from '../draw/camera.js';
-import { along, dot, minus, type Vec3 } from '../../vec3.js';
 
 /** Pixels from the upper left corner. */
-export type Spot = readonly [number, number];
+export type Spot = Vec2;
 
 const kNear = 0.05; // level-0 voxels in front of the eye, where segments are cut
 
 /** Right, up and forward of the eye, in half heights of the picture and level-0 voxels. */
-type Seen = readonly [number, number, number];
+type Seen = Vec3;
 
 /** @return undefined for points behind the camera */
-export function projectPoint(
-  camera: Camera,
-  size: readonly [number, number],
-  point: Vec3,
-): Spot | undefined {
+export function projectPoint(camera: Camera, size: Vec2, point: Vec3): Spot | undefined {
   const seen = seenFrom(camera, minus(point, camera.position));
   return seen[2] < kNear ? undefined : onPicture(seen, size);
 }
 
 /** Of a direction, that is of a point at an infinite distance. */
-export function spotOfDirection(
-  camera: Camera,
-  size: readonly [number, number],
-  direction: Vec3,
-): Spot | undefined {
+export function spotOfDirection(camera: Camera, size: Vec2, direction: Vec3): Spot | undefined {
   const seen = seenFrom(camera, direction);
   return seen[2] < 1e-3 * Math.hypot(...direction) ? undefined : onPicture(seen, size);
 }
@@ -36,7 +28,7 @@ export function spotOfDirection(
  */
 export function projectSegment(
   camera: Camera,
-  size: readonly [number, number],
+  size: Vec2,
   from: Vec3,
   to: Vec3,
 ): readonly [Spot, Spot] | undefined {
@@ -51,11 +43,7 @@ export function projectSegment(
  * The part of a segment inside a rectangle from [0, 0].
  * Ref: Liang & Barsky, "A New Concept and Method for Line Clipping", ACM TOG 1984.
  */
-export function clipped(
-  from: Spot,
-  to: Spot,
-  size: readonly [number, number],
-): readonly [Spot, Spot] | undefined {
+export function clipped(from: Spot, to: Spot, size: Vec2): readonly [Spot, Spot] | undefined {
   const d = [to[0] - from[0], to[1] - from[1]] as const;
   let [begin, end] = [0, 1];
   for (const axis of [0, 1] as const) {
@@ -87,7 +75,7 @@ function seenFrom({ right, up, forward }: Camera, offset: Vec3): Seen {
   ];
 }
 
-function onPicture(seen: Seen, [width, height]: readonly [number, number]): Spot {
+function onPicture(seen: Seen, [width, height]: Vec2): Spot {
   const half = height / 2;
   return [width / 2 + (seen[0] / seen[2]) * half, half - (seen[1] / seen[2]) * half];
 }

@@ -17,7 +17,7 @@ const kDecimals = 2;
 
 export type WatchedViewer = {
   readonly view: Viewpoint;
-  readonly stats: () => { readonly waiting: number; readonly frames: number };
+  readonly stage: { stats(): { readonly waiting: number; readonly frames: number } };
 };
 
 /** @param server its address */
@@ -27,7 +27,7 @@ export function watchServer(http: Http, server: string, say: Say, viewer: Watche
   byId('status', HTMLParagraphElement).after(line);
   byId('panel', HTMLDivElement).prepend(element('p', {}, mapLink(api, say, viewer)));
   const watch = async (): Promise<void> => {
-    const { waiting, frames } = viewer.stats();
+    const { waiting, frames } = viewer.stage.stats();
     try {
       const isIdle = waiting === 0 && frames > 0;
       setText(line, isIdle ? '' : describeProgress(readStats(await api.getJson('v2/stats')), say));

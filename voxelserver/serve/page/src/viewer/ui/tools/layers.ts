@@ -1,6 +1,6 @@
 /** What colours show: the true picture, or heights, materials, classes, levels; with a legend. */
+import { type Vec2, along, normalized, type Vec3 } from '../../../vec3.js';
 import { button, buttonRow, element, setText, svgElement } from '../../../dom.js';
-import { along, normalized, type Vec3 } from '../../../vec3.js';
 import { heightColour, makeLegend, type Layer, type LegendEntry } from '../../draw/layers.js';
 import type { CastRay } from '../../stage.js';
 import { numbers as readNumbers, numbersWord } from '../link.js';
@@ -15,7 +15,7 @@ const kLayers: readonly Layer[] = ['none', 'height', 'material', 'class', 'level
 
 export function makeLayers(context: ToolContext): Tool {
   const { say, numbers, world, appearance } = context;
-  const whole: readonly [number, number] = [
+  const whole: Vec2 = [
     Math.floor(world.framed.min[1] * world.voxelM),
     Math.ceil(world.framed.max[1] * world.voxelM),
   ];
@@ -34,7 +34,7 @@ export function makeLayers(context: ToolContext): Tool {
   const fit = buttonRow(button(say('layer.fit'), fitToView));
   const rangeRows = element('div', {}, from.row, to.row, fit);
 
-  function set(next: Layer, range: readonly [number, number]): void {
+  function set(next: Layer, range: Vec2): void {
     layer = next;
     rangeM = range;
     chosen.input.value = layer;
@@ -130,7 +130,7 @@ export function makeLayers(context: ToolContext): Tool {
   };
 }
 
-function isRange([from, to]: readonly [number, number]): boolean {
+function isRange([from, to]: Vec2): boolean {
   return from < to && Math.abs(from) <= kFarthestM && Math.abs(to) <= kFarthestM;
 }
 
