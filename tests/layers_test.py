@@ -227,12 +227,31 @@ def wrong_namespaces(code, more):
     return wrong
 
 
+def wings_that_are_not_alone(code, wings):
+    """One line for each include of another wing of the same top folder by a wing that is alone.
+
+    @param wings {wing: its row}
+    """
+
+    def find_wing(file):
+        return max((wing for wing in wings if file.startswith(wing + "/")), key=len, default="")
+
+    return [
+        f"{file}: includes {name} of the wing {find_wing(name)}; {wing} is alone in {LAYERS}"
+        for file, names in code.files.items()
+        for wing in [find_wing(file)]
+        if wings.get(wing, {}).get("alone")
+        for name in names
+        if name.split("/")[0] == wing.split("/")[0] and find_wing(name) not in ("", wing)
+    ]
+
+
 def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
     namespaces = layers.pop("namespaces", {})
     alone = layers.pop("alone", {})
-    layers.pop("wings", None)
+    wings = layers.pop("wings", {})
     libraries = Libraries(root)
     return [
         *wrong_includes(code, layers),
@@ -240,6 +259,7 @@ def problems(root):
         *cycles_of_files(code),
         *network_in_common(code),
         *not_alone(code, alone),
+        *wings_that_are_not_alone(code, wings),
         *wrong_namespaces(code, namespaces),
         *wrong_links(code, libraries),
         *unsorted_sources(libraries),
@@ -425,6 +445,7 @@ class TheCheckItself(unittest.TestCase):
         elsewhere = "namespace terravox::c {\nint x;\n}\n"
         libraries = {list_a: "terravox_library(a)\n"}
         wing = '[wings]\n"common/a" = {{ at_most = {}, holds = "base" }}\n'
+        alone = '"common/c" = { at_most = 1, holds = "c", alone = true }\n'
         plan = (
             "<!-- plan (tests/layers_test.py --plan) -->\n| common/a | 0 | 1 | base |  |\n"
             "<!-- /plan -->\n"
@@ -498,6 +519,16 @@ class TheCheckItself(unittest.TestCase):
                 own + f'[alone]\n"x.h" = "{a}"\n',
             ),
             (f"{a} does not include <x.h>", {a: ""}, own + f'[alone]\n"x.h" = "{a}"\n'),
+            (
+                f"{c}: includes {a} of the wing common/a; common/c is alone",
+                {a: "", c: of_a},
+                own + '"common/c" = ["common/a"]\n' + wing.format(1) + alone,
+            ),
+            (
+                "",
+                {a: "", b: of_a},
+                good + wing.format(1) + alone.replace("common/c", "voxelserver/b"),
+            ),
             ("", {a: "\n"}, own + wing.format(1)),
             ("common/a: 2 lines, and its budget", {a: "\n\n"}, own + wing.format(1)),
             ("has no plan", {a: "", DOCUMENT.as_posix(): ""}, own + wing.format(1)),

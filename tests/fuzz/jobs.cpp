@@ -4,8 +4,11 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "common/voxel/analysis.hpp"
 #include "tests/eventually.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/voxelserver/serve/http/fake_world.hpp"
@@ -63,7 +66,7 @@ std::optional<jobs::JobRequest> read(const std::string& body, const voxel::World
         expect(std::string_view(e.what()).size() < kLongestReply, "a message is short");
         return out;
     }
-    const auto& kinds = jobs::job_kinds();
+    const std::vector<std::string> kinds = voxel::list_analyses();
     expect(std::find(kinds.begin(), kinds.end(), out->kind) != kinds.end(), "a job has a kind");
     expect(out->cells > 0 && out->cells <= limits.max_cells, "a job has as many cells as it may");
     expect(out->words.size() <= kMaxWords, "a job has few words");

@@ -49,10 +49,11 @@ struct Job {
     blocks::BlockManager blocks;
     shade::View view;
     explicit Job(const scene::Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20,
-                 std::unique_ptr<ArrayWorld> w = landscape())
+                 std::unique_ptr<ArrayWorld> w = landscape(),
+                 shade::MakeMeasuring measure = nullptr)
         : world(std::move(w)),
           blocks(*world, memory_bytes),
-          view(shade::make_view(scene, blocks)) {}
+          view(shade::make_view(scene, blocks, measure)) {}
 };
 
 inline output::Film render_scene(Job& job, int threads) {

@@ -73,10 +73,6 @@ CellStep cell_step_at(const walk::TracedRay& ray, core::AnalysisSurface surface)
     return CellStep::kNothing;
 }
 
-bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept {
-    return ray.end != walk::WalkEnd::kHit && !view.horizon.hides(ray.ray.origin, ray.ray.direction);
-}
-
 walk::TracedRay below(const walk::TracedRay& ray) noexcept {
     const walk::Hit& hit = ray.hit;
     walk::TracedRay out;
@@ -121,64 +117,15 @@ walk::TracedRay& add_fan(const FanStart& start, walk::RayKind kind, walk::FanMas
 }
 
 walk::FanMask free_rays(const walk::TracedRay& fan, walk::FanEnds ends,
-                        const shade::RayEvaluator& evaluator, const shade::View& view) {
+                        const shade::RayEvaluator& evaluator, const Sunlight& sunlight) {
     auto free = static_cast<walk::FanMask>(fan.fan_mask & ~ends.blocked);
-    if (view.horizon.empty())
+    if (sunlight.horizon.empty())
         return free;
     const walk::FanDirections directions = evaluator.directions(fan.stream);
     for (std::size_t i = 0; i < directions.count; ++i)
-        if (walk::has(free, i) && view.horizon.hides(fan.ray.origin, directions.to[i]))
+        if (walk::has(free, i) && sunlight.horizon.hides(fan.ray.origin, directions.to[i]))
             free = static_cast<walk::FanMask>(free & ~(1U << i));
     return free;
-}
-
-namespace {
-
-using core::TerrainBand;
-
-float to_byte(float linear) noexcept {
-    return std::floor(voxel::linear_to_srgb(linear) * 255 + 0.5F);
-}
-
-}  // namespace
-
-void TerrainEvaluator::note_surface(const walk::Hit& hit, core::Bands& bands) const noexcept {
-    at(bands, TerrainBand::kSurface) = static_cast<float>(find_top(hit) * m_view.voxel_m);
-    at(bands, TerrainBand::kClass) = hit.attr.source_class;
-    at(bands, TerrainBand::kMaterial) = static_cast<float>(hit.attr.material);
-    if (hit.attr.has_colour()) {
-        at(bands, TerrainBand::kRed) = hit.attr.colour.r;
-        at(bands, TerrainBand::kGreen) = hit.attr.colour.g;
-        at(bands, TerrainBand::kBlue) = hit.attr.colour.b;
-        return;
-    }
-    const voxel::Colour colour = m_view.materials->appearance(hit.attr.material).colour;
-    at(bands, TerrainBand::kRed) = to_byte(colour.r);
-    at(bands, TerrainBand::kGreen) = to_byte(colour.g);
-    at(bands, TerrainBand::kBlue) = to_byte(colour.b);
-}
-
-void TerrainEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
-                             std::vector<walk::TracedRay>& next) const {
-    const bool is_first = ray.depth == 0;
-    if (is_first)
-        sum.bands = no_values(TerrainBand::kHole, false);
-    if (ray.end != walk::WalkEnd::kHit)
-        return;
-    if (ray.hit.hole) {
-        sum.bands = no_values(TerrainBand::kHole, true);
-        return;
-    }
-    if (is_first)
-        note_surface(ray.hit, sum.bands);
-    switch (descent_at(ray)) {
-        case Descent::kGround:
-            at(sum.bands, TerrainBand::kGround) =
-                static_cast<float>(find_top(ray.hit) * m_view.voxel_m);
-            break;
-        case Descent::kCovered: break;
-        case Descent::kContinues: next.push_back(below(ray)); break;
-    }
 }
 
 }  // namespace terravox::analyse

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/base/scene_words.hpp"
 #include "raytracer/core/shade/shading.hpp"
@@ -15,26 +16,23 @@
 namespace terravox::analyse {
 
 /// The value of a band of a cell.
-/// @param band core::TerrainBand, core::SkyBand
+/// @param band of the evaluator's enumeration
 template <class Band>
 [[nodiscard]] float& at(core::Bands& bands, Band band) noexcept {
     static_assert(std::is_enum_v<Band>);
     return bands[static_cast<std::size_t>(band)];
 }
 
-/// Bands without any value.
-/// @param hole number of the band that counts holes
+/// Bands without any value. The first one of all kinds counts holes.
 /// @param is_hole whether a box that is not available is the reason
-[[nodiscard]] inline core::Bands no_values(std::size_t hole, bool is_hole) noexcept {
+[[nodiscard]] inline core::Bands no_values(bool is_hole) noexcept {
     core::Bands out;
     out.fill(core::kNoData);
-    out[hole] = is_hole ? 1.0F : 0.0F;
+    out[0] = is_hole ? 1.0F : 0.0F;
     return out;
 }
-template <class Band>
-[[nodiscard]] core::Bands no_values(Band hole, bool is_hole) noexcept {
-    static_assert(std::is_enum_v<Band>);
-    return no_values(static_cast<std::size_t>(hole), is_hole);
+[[nodiscard]] inline bool has_hole(const core::Bands& bands) noexcept {
+    return bands[0] > 0;
 }
 
 // A cell is measured by one ray straight down through its middle. Where the ground is wanted, the
@@ -94,20 +92,42 @@ enum class CellStep : std::uint8_t {
 
 /// Whether a ray to the sun or the sky, at its end, has met nothing: no voxel, and no terrain
 /// outside of the data.
-[[nodiscard]] bool is_free(const walk::TracedRay& ray, const shade::View& view) noexcept;
+[[nodiscard]] inline bool is_free(const walk::TracedRay& ray, const Sunlight& sunlight) noexcept {
+    return ray.end != walk::WalkEnd::kHit &&
+           !sunlight.horizon.hides(ray.ray.origin, ray.ray.direction);
+}
 
 /// The ray that goes on below the voxel that a vertical ray has met.
 [[nodiscard]] walk::TracedRay below(const walk::TracedRay& ray) noexcept;
 
+/// So many cells that look at sun or sky are begun together. More of them are not faster, and each
+/// may have up to some forty rays in a wave: to its neighbours, or those of a fan that walk alone.
+inline constexpr std::size_t kMostWaveCells = 512;
+
 /// Measures cells, each from one vertical ray through its middle.
 class CellEvaluator : public shade::RayEvaluator {
 public:
+    [[nodiscard]] std::size_t wave_pixels(std::size_t rays) const noexcept override {
+        return std::min(rays, kMostWaveCells);
+    }
     [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
                                           std::uint32_t sample) const noexcept override {
         return cell_ray(ray, sample);
     }
     [[nodiscard]] bool needs_surroundings(const walk::TracedRay& /*ray*/) const noexcept final {
         return false;
+    }
+
+protected:
+    /// Takes a vertical ray of a cell at its end: the cell has no values, and a ray may go on.
+    /// @return whether the cell is measured where the ray has ended
+    [[nodiscard]] static bool lands(const walk::TracedRay& ray, const shade::View& view,
+                                    shade::SampleSum& sum, std::vector<walk::TracedRay>& next) {
+        sum.bands = no_values(is_hole(ray));
+        const CellStep step = cell_step_at(ray, view.scene.analysis.surface);
+        if (step == CellStep::kDescend)
+            next.push_back(below(ray));
+        return step == CellStep::kMeasure;
     }
 };
 
@@ -148,19 +168,6 @@ walk::TracedRay& add_fan(const FanStart& start, walk::RayKind kind, walk::FanMas
 /// @param evaluator whose fan it is
 [[nodiscard]] walk::FanMask free_rays(const walk::TracedRay& fan, walk::FanEnds ends,
                                       const shade::RayEvaluator& evaluator,
-                                      const shade::View& view);
-
-/// Measures core::TerrainBand: one ray down through the middle of each cell, and on to the ground.
-class TerrainEvaluator final : public CellEvaluator {
-public:
-    explicit TerrainEvaluator(const shade::View& view) noexcept : m_view(view) {}
-
-    void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
-               std::vector<walk::TracedRay>& next) const override;
-
-private:
-    void note_surface(const walk::Hit& hit, core::Bands& bands) const noexcept;
-    const shade::View& m_view;
-};
+                                      const Sunlight& sunlight);
 
 }  // namespace terravox::analyse

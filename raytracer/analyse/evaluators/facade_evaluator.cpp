@@ -163,8 +163,6 @@ core::Vec3 WallOutline::normal(core::WallSide side) const noexcept {
 
 namespace {
 
-using core::FacadeBand;
-
 // What a ray is for, in its stream. Those of places of the outline follow.
 constexpr std::uint32_t kRoof = 0;  ///< of the cell
 constexpr std::uint32_t kFoot = 1;  ///< of the wall, in the neighbouring cell
@@ -201,7 +199,6 @@ struct Wall {
     }
 };
 static_assert(sizeof(Wall) == sizeof(core::Bands));
-static_assert(static_cast<std::size_t>(FacadeBand::kHole) == 0);
 
 /// Whether a ray has met vegetation or a wire, which may touch a building or hang over it.
 bool is_loose(const walk::TracedRay& ray) noexcept {
@@ -222,178 +219,224 @@ walk::TracedRay through(const walk::TracedRay& ray) noexcept {
     return out;
 }
 
+/// Of the wall between a cell of a building and a lower neighbour; core::kNoData: none.
+enum class FacadeBand : std::uint8_t {
+    kHole,
+    kTotal,  ///< of all that follows, kWh/m2 of the wall
+    kBeam,
+    kDiffuse,
+    kReflected,
+    kSunHours,  ///< for which the sun shines on the wall
+    kSkyView,   ///< share of the light of an even sky, [0, 0.5]
+    kAzimuth,   ///< where the wall looks to, degrees clockwise from the map's north
+    kBottom,    ///< of the storey, metres
+    kHeight,    ///< of the storey's wall, metres
+    kArea,      ///< of the wall, m2: less than the face of the voxels where the wall is oblique
+};
+
+constexpr RasterBand kFacadeBands[] = {
+    {"kwh_m2", "kWh/m2"},    {"beam", "kWh/m2"}, {"diffuse", "kWh/m2"},
+    {"reflected", "kWh/m2"}, kSunHoursBand,      {"sky_view"},
+    {"azimuth", "degree"},   {"bottom", "m"},    {"height", "m"},
+    {"area", "m2"},          kHoleBand,
+};
+
+/// Measures FacadeBand: the light on one storey of the wall between a cell of a building and
+/// its lower neighbour on the side that the scene names.
+///
+/// Vertical rays find the top of the building and, in the neighbouring cell, the foot of the wall,
+/// both below crowns. A level ray from the middle of the neighbouring cell tells whether there is a
+/// wall at the storey's height. Rays around the cell find the outline of the building there, whose
+/// normal is that of the wall: walls of voxels are stairs. From the start of the level ray the
+/// light is gathered (PlaneLight). A cell's values depend on no other cell's.
+class FacadeEvaluator final : public CellEvaluator {
+public:
+    FacadeEvaluator(const shade::View& view, const Sunlight& sunlight) noexcept
+        : m_view(view),
+          m_side(view.scene.analysis.side),
+          m_outwards(to_direction(m_side)),
+          m_spacing(cell_spacing(view)),
+          m_storey(view.scene.analysis.storey_m / view.voxel_m),
+          m_light(view, sunlight, PlaneLight::Behind::kFree) {}
+
+    void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
+               std::vector<walk::TracedRay>& next) const override {
+        const bool is_first = ray.kind == walk::RayKind::kPrimary && ray.stream == kRoof;
+        if (!is_first && has_hole(sum.bands))
+            return;
+        if (is_hole(ray)) {
+            sum.bands = no_values(true);
+        } else if (ray.kind != walk::RayKind::kPrimary) {
+            finish_if(m_light.take_through_crowns(ray, sum, next), ray.ray.origin.y, sum);
+        } else if (ray.stream == kRoof) {
+            shade_cell(ray, sum, next);
+        } else if (ray.stream == kFoot) {
+            shade_foot(ray, sum, next);
+        } else if (ray.stream == kWall) {
+            shade_wall(ray, sum, next);
+        } else {
+            shade_around(ray, sum, next);
+        }
+    }
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const override {
+        return m_light.directions(stream);
+    }
+    void shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const override {
+        if (ends.holes != 0)
+            sum.bands = no_values(true);
+        else
+            finish_if(m_light.take_fan(fan, ends, *this, sum, next), fan.ray.origin.y, sum);
+    }
+
+private:
+    void shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
+                    std::vector<walk::TracedRay>& next) const {
+        sum.bands = no_values(false);
+        if (ray.end != walk::WalkEnd::kHit)
+            return;
+        if (is_loose(ray)) {
+            next.push_back(below(ray));
+            return;
+        }
+        if (!core::is_of_building(ray.hit.attr.material))
+            return;
+        Wall wall;
+        wall.top = static_cast<float>(find_top(ray.hit));
+        wall.level = ray.hit.level;
+        wall.keep_in(sum.bands);
+        next.push_back(ray_beside(m_view, ray, m_outwards.x * m_spacing, m_outwards.z * m_spacing));
+        next.back().stream = kFoot;
+    }
+    void shade_foot(const walk::TracedRay& ray, shade::SampleSum& sum,
+                    std::vector<walk::TracedRay>& next) const {
+        if (ray.end == walk::WalkEnd::kHit && is_loose(ray)) {
+            next.push_back(below(ray));
+            return;
+        }
+        auto wall = Wall::of(sum.bands);
+        sum.bands = no_values(false);
+        // Beyond the data there is nothing that a wall could look at.
+        if (ray.end != walk::WalkEnd::kHit)
+            return;
+        const double foot = find_top(ray.hit);
+        const auto top = static_cast<double>(wall.top);
+        const int level = static_cast<int>(wall.level);
+        const double edge = det::exp2_int(level);
+        if (top <= foot || is_same_surface(m_spacing, top - foot, edge))
+            return;
+        const double bottom = foot + m_view.scene.analysis.storey * m_storey;
+        const double height = std::min(m_storey, top - bottom);
+        if (height <= 0)
+            return;
+        wall.bottom = static_cast<float>(bottom);
+        wall.height = static_cast<float>(height);
+        wall.keep_in(sum.bands);
+        walk::TracedRay& out = next.emplace_back();
+        out.ray = {{ray.ray.origin.x, bottom + height / 2, ray.ray.origin.z}, m_outwards * -1.0};
+        out.state = core::RayState(out.ray);
+        out.state.start_in(voxel_at(out.ray.origin, level), level);
+        out.sample = ray.sample;
+        out.stream = kWall;
+    }
+    void shade_wall(const walk::TracedRay& ray, shade::SampleSum& sum,
+                    std::vector<walk::TracedRay>& next) const {
+        auto wall = Wall::of(sum.bands);
+        const double edge = det::exp2_int(static_cast<int>(wall.level));
+        const double farthest = m_spacing + std::max(kMaxEaves_m / m_view.voxel_m, edge);
+        const bool is_near = ray.end == walk::WalkEnd::kHit && ray.hit.t < farthest;
+        if (is_near && is_loose(ray)) {
+            next.push_back(through(ray));
+            return;
+        }
+        // Open below the roof, or no wall of a building.
+        if (!is_near || !core::is_of_building(ray.hit.attr.material)) {
+            sum.bands = no_values(false);
+            return;
+        }
+        wall.forward = static_cast<float>(std::max(ray.hit.t - edge / 2, 0.0));
+        wall.keep(WallOutline());
+        const std::size_t before = next.size();
+        for (std::uint32_t place = 0; place < WallOutline::kCells; ++place) {
+            if (place == WallOutline::kOfCell || !WallOutline::is_near(place))
+                continue;
+            const core::Vec3 step =
+                m_outwards * -1.0 + core::Vec3{static_cast<double>(WallOutline::find_east(place)),
+                                               0,
+                                               static_cast<double>(WallOutline::find_south(place))};
+            next.push_back(ray_beside(m_view, ray, step.x * m_spacing, step.z * m_spacing));
+            next.back().stream = kAround + place;
+        }
+        wall.waiting = static_cast<float>(next.size() - before);
+        wall.keep_in(sum.bands);
+    }
+    void shade_around(const walk::TracedRay& ray, shade::SampleSum& sum,
+                      std::vector<walk::TracedRay>& next) const {
+        const bool is_hit = ray.end == walk::WalkEnd::kHit;
+        if (is_hit && is_loose(ray)) {
+            next.push_back(below(ray));
+            return;
+        }
+        auto wall = Wall::of(sum.bands);
+        const double middle =
+            static_cast<double>(wall.bottom) + static_cast<double>(wall.height) / 2;
+        const std::uint32_t place = ray.stream - kAround;
+        if (is_hit && find_top(ray.hit) > middle) {
+            WallOutline outline = wall.seen();
+            outline.add(place);
+            wall.keep(outline);
+        }
+        wall.waiting -= 1;
+        wall.keep_in(sum.bands);
+        if (wall.waiting > 0)
+            return;
+        const core::Vec3 normal = wall.seen().normal(m_side);
+        const int level = static_cast<int>(wall.level);
+        const double edge = det::exp2_int(level);
+        const core::Vec3 cell{ray.ray.origin.x - WallOutline::find_east(place) * m_spacing, middle,
+                              ray.ray.origin.z - WallOutline::find_south(place) * m_spacing};
+        // Stairs reach over the line that is as far from this face by up to half of a voxel.
+        const double along = core::dot(normal, m_outwards);
+        const double lift = edge / 2 * std::sqrt(std::max(1 - along * along, 0.0));
+        const core::Vec3 from =
+            cell + m_outwards * (m_spacing - static_cast<double>(wall.forward)) + normal * lift;
+        const FanStart start = start_at(from, level, ray.sample);
+        finish_if(m_light.begin(normal, wall.height, start, sum, next), middle, sum);
+    }
+    /// Makes a wall's values of its light.
+    /// @param middle height of the middle of the storey's wall, level-0 voxels
+    void finish_if(bool is_complete, double middle, shade::SampleSum& sum) const noexcept {
+        if (!is_complete)
+            return;
+        const PlaneLight::Result light = m_light.result(sum.bands);
+        const double height_m = static_cast<double>(light.kept) * m_view.voxel_m;
+        const double along = core::dot(light.normal, m_outwards);
+        core::Bands out{};
+        at(out, FacadeBand::kTotal) = static_cast<float>(light.total());
+        at(out, FacadeBand::kBeam) = static_cast<float>(light.beam);
+        at(out, FacadeBand::kDiffuse) = static_cast<float>(light.diffuse);
+        at(out, FacadeBand::kReflected) = static_cast<float>(light.reflected);
+        at(out, FacadeBand::kSunHours) = light.sun_hours;
+        at(out, FacadeBand::kSkyView) = static_cast<float>(light.sky_view);
+        at(out, FacadeBand::kAzimuth) = static_cast<float>(azimuth_deg(light.normal));
+        at(out, FacadeBand::kBottom) = static_cast<float>(middle * m_view.voxel_m - height_m / 2);
+        at(out, FacadeBand::kHeight) = static_cast<float>(height_m);
+        at(out, FacadeBand::kArea) =
+            static_cast<float>(m_spacing * m_view.voxel_m * height_m * along);
+        sum.bands = out;
+    }
+
+    const shade::View& m_view;
+    const core::WallSide m_side;
+    const core::Vec3 m_outwards;  ///< to_direction(m_side)
+    const double m_spacing;       ///< of cells, level-0 voxels
+    const double m_storey;        ///< height of one, level-0 voxels
+    const PlaneLight m_light;
+};
+
 }  // namespace
 
-FacadeEvaluator::FacadeEvaluator(const shade::View& view) noexcept
-    : m_view(view),
-      m_side(view.scene.analysis.side),
-      m_outwards(to_direction(m_side)),
-      m_spacing(cell_spacing(view)),
-      m_storey(view.scene.analysis.storey_m / view.voxel_m),
-      m_light(view, PlaneLight::Behind::kFree) {}
-
-void FacadeEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
-                            std::vector<walk::TracedRay>& next) const {
-    const bool is_first = ray.kind == walk::RayKind::kPrimary && ray.stream == kRoof;
-    if (!is_first && at(sum.bands, FacadeBand::kHole) > 0)
-        return;
-    if (is_hole(ray)) {
-        sum.bands = no_values(FacadeBand::kHole, true);
-    } else if (ray.kind != walk::RayKind::kPrimary) {
-        finish_if(m_light.take_through_crowns(ray, sum, next), ray.ray.origin.y, sum);
-    } else if (ray.stream == kRoof) {
-        shade_cell(ray, sum, next);
-    } else if (ray.stream == kFoot) {
-        shade_foot(ray, sum, next);
-    } else if (ray.stream == kWall) {
-        shade_wall(ray, sum, next);
-    } else {
-        shade_around(ray, sum, next);
-    }
-}
-
-void FacadeEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends,
-                                shade::SampleSum& sum, std::vector<walk::TracedRay>& next) const {
-    if (ends.holes != 0)
-        sum.bands = no_values(FacadeBand::kHole, true);
-    else
-        finish_if(m_light.take_fan(fan, ends, *this, sum, next), fan.ray.origin.y, sum);
-}
-
-void FacadeEvaluator::shade_cell(const walk::TracedRay& ray, shade::SampleSum& sum,
-                                 std::vector<walk::TracedRay>& next) const {
-    sum.bands = no_values(FacadeBand::kHole, false);
-    if (ray.end != walk::WalkEnd::kHit)
-        return;
-    if (is_loose(ray)) {
-        next.push_back(below(ray));
-        return;
-    }
-    if (!core::is_of_building(ray.hit.attr.material))
-        return;
-    Wall wall;
-    wall.top = static_cast<float>(find_top(ray.hit));
-    wall.level = ray.hit.level;
-    wall.keep_in(sum.bands);
-    next.push_back(ray_beside(m_view, ray, m_outwards.x * m_spacing, m_outwards.z * m_spacing));
-    next.back().stream = kFoot;
-}
-
-void FacadeEvaluator::shade_foot(const walk::TracedRay& ray, shade::SampleSum& sum,
-                                 std::vector<walk::TracedRay>& next) const {
-    if (ray.end == walk::WalkEnd::kHit && is_loose(ray)) {
-        next.push_back(below(ray));
-        return;
-    }
-    auto wall = Wall::of(sum.bands);
-    sum.bands = no_values(FacadeBand::kHole, false);
-    // Beyond the data there is nothing that a wall could look at.
-    if (ray.end != walk::WalkEnd::kHit)
-        return;
-    const double foot = find_top(ray.hit);
-    const auto top = static_cast<double>(wall.top);
-    const int level = static_cast<int>(wall.level);
-    const double edge = det::exp2_int(level);
-    if (top <= foot || is_same_surface(m_spacing, top - foot, edge))
-        return;
-    const double bottom = foot + m_view.scene.analysis.storey * m_storey;
-    const double height = std::min(m_storey, top - bottom);
-    if (height <= 0)
-        return;
-    wall.bottom = static_cast<float>(bottom);
-    wall.height = static_cast<float>(height);
-    wall.keep_in(sum.bands);
-    walk::TracedRay& out = next.emplace_back();
-    out.ray = {{ray.ray.origin.x, bottom + height / 2, ray.ray.origin.z}, m_outwards * -1.0};
-    out.state = core::RayState(out.ray);
-    out.state.start_in(voxel_at(out.ray.origin, level), level);
-    out.sample = ray.sample;
-    out.stream = kWall;
-}
-
-void FacadeEvaluator::shade_wall(const walk::TracedRay& ray, shade::SampleSum& sum,
-                                 std::vector<walk::TracedRay>& next) const {
-    auto wall = Wall::of(sum.bands);
-    const double edge = det::exp2_int(static_cast<int>(wall.level));
-    const double farthest = m_spacing + std::max(kMaxEaves_m / m_view.voxel_m, edge);
-    const bool is_near = ray.end == walk::WalkEnd::kHit && ray.hit.t < farthest;
-    if (is_near && is_loose(ray)) {
-        next.push_back(through(ray));
-        return;
-    }
-    // Open below the roof, or no wall of a building.
-    if (!is_near || !core::is_of_building(ray.hit.attr.material)) {
-        sum.bands = no_values(FacadeBand::kHole, false);
-        return;
-    }
-    wall.forward = static_cast<float>(std::max(ray.hit.t - edge / 2, 0.0));
-    wall.keep(WallOutline());
-    const std::size_t before = next.size();
-    for (std::uint32_t place = 0; place < WallOutline::kCells; ++place) {
-        if (place == WallOutline::kOfCell || !WallOutline::is_near(place))
-            continue;
-        const core::Vec3 step =
-            m_outwards * -1.0 + core::Vec3{static_cast<double>(WallOutline::find_east(place)), 0,
-                                           static_cast<double>(WallOutline::find_south(place))};
-        next.push_back(ray_beside(m_view, ray, step.x * m_spacing, step.z * m_spacing));
-        next.back().stream = kAround + place;
-    }
-    wall.waiting = static_cast<float>(next.size() - before);
-    wall.keep_in(sum.bands);
-}
-
-void FacadeEvaluator::shade_around(const walk::TracedRay& ray, shade::SampleSum& sum,
-                                   std::vector<walk::TracedRay>& next) const {
-    const bool is_hit = ray.end == walk::WalkEnd::kHit;
-    if (is_hit && is_loose(ray)) {
-        next.push_back(below(ray));
-        return;
-    }
-    auto wall = Wall::of(sum.bands);
-    const double middle = static_cast<double>(wall.bottom) + static_cast<double>(wall.height) / 2;
-    const std::uint32_t place = ray.stream - kAround;
-    if (is_hit && find_top(ray.hit) > middle) {
-        WallOutline outline = wall.seen();
-        outline.add(place);
-        wall.keep(outline);
-    }
-    wall.waiting -= 1;
-    wall.keep_in(sum.bands);
-    if (wall.waiting > 0)
-        return;
-    const core::Vec3 normal = wall.seen().normal(m_side);
-    const int level = static_cast<int>(wall.level);
-    const double edge = det::exp2_int(level);
-    const core::Vec3 cell{ray.ray.origin.x - WallOutline::find_east(place) * m_spacing, middle,
-                          ray.ray.origin.z - WallOutline::find_south(place) * m_spacing};
-    // Stairs reach over the line that is as far from this face by up to half of a voxel.
-    const double along = core::dot(normal, m_outwards);
-    const double lift = edge / 2 * std::sqrt(std::max(1 - along * along, 0.0));
-    const core::Vec3 from =
-        cell + m_outwards * (m_spacing - static_cast<double>(wall.forward)) + normal * lift;
-    const FanStart start = start_at(from, level, ray.sample);
-    finish_if(m_light.begin(normal, wall.height, start, sum, next), middle, sum);
-}
-
-void FacadeEvaluator::finish_if(bool is_complete, double middle,
-                                shade::SampleSum& sum) const noexcept {
-    if (!is_complete)
-        return;
-    const PlaneLight::Result light = m_light.result(sum.bands);
-    const double height_m = static_cast<double>(light.kept) * m_view.voxel_m;
-    const double along = core::dot(light.normal, m_outwards);
-    core::Bands out{};
-    at(out, FacadeBand::kTotal) = static_cast<float>(light.total());
-    at(out, FacadeBand::kBeam) = static_cast<float>(light.beam);
-    at(out, FacadeBand::kDiffuse) = static_cast<float>(light.diffuse);
-    at(out, FacadeBand::kReflected) = static_cast<float>(light.reflected);
-    at(out, FacadeBand::kSunHours) = light.sun_hours;
-    at(out, FacadeBand::kSkyView) = static_cast<float>(light.sky_view);
-    at(out, FacadeBand::kAzimuth) = static_cast<float>(azimuth_deg(light.normal));
-    at(out, FacadeBand::kBottom) = static_cast<float>(middle * m_view.voxel_m - height_m / 2);
-    at(out, FacadeBand::kHeight) = static_cast<float>(height_m);
-    at(out, FacadeBand::kArea) = static_cast<float>(m_spacing * m_view.voxel_m * height_m * along);
-    sum.bands = out;
-}
+constexpr Analysis kFacadeAnalysis{core::AnalysisKind::kFacade, kFacadeBands, make<FacadeEvaluator>,
+                                   SunUse::kEnergy, SkyUse::kFromWalls};
 
 }  // namespace terravox::analyse

@@ -7,7 +7,6 @@
 
 #include "common/util/det_math.hpp"
 #include "raytracer/analyse/evaluators/cell_evaluator.hpp"
-#include "raytracer/analyse/evaluators/evaluator.hpp"
 #include "raytracer/core/base/material_groups.hpp"
 
 namespace terravox::analyse {
@@ -154,19 +153,20 @@ void add(const solar::Energy& energy, std::size_t index, core::Vec3 to, Passage 
 
 }  // namespace
 
-PlaneLight::PlaneLight(const shade::View& view, Behind behind) noexcept
-    : m_view(view),
+PlaneLight::PlaneLight(const shade::View& view, const Sunlight& sunlight, Behind behind) noexcept
+    : m_sunlight(sunlight),
+      m_albedo(view.scene.analysis.albedo),
       m_behind(behind),
-      m_crowns_shine(lets_light_through_crowns(view.energy)),
-      m_thin_passes(thin_things(view) == walk::ThinThings::kPass) {}
+      m_crowns_shine(lets_light_through_crowns(sunlight.energy)),
+      m_thin_passes(sunlight.thin_things == walk::ThinThings::kPass) {}
 
 std::size_t PlaneLight::count() const noexcept {
-    return m_view.energy.sun.size() + m_view.energy.sky.size();
+    return m_sunlight.energy.sun.size() + m_sunlight.energy.sky.size();
 }
 
 core::Vec3 PlaneLight::direction(std::size_t index) const noexcept {
-    const std::size_t suns = m_view.energy.sun.size();
-    return index < suns ? m_view.energy.sun[index].to : m_view.energy.sky[index - suns];
+    const std::size_t suns = m_sunlight.energy.sun.size();
+    return index < suns ? m_sunlight.energy.sun[index].to : m_sunlight.energy.sky[index - suns];
 }
 
 walk::FanDirections PlaneLight::directions(std::uint32_t stream) const noexcept {
@@ -199,7 +199,7 @@ bool PlaneLight::send(const FanStart& start, std::size_t first, shade::SampleSum
             const core::Vec3 to = direction(i);
             if (core::dot(normal, to) > 0)
                 continue;
-            add(m_view.energy, i, to, Passage::kFree, gathered);
+            add(m_sunlight.energy, i, to, Passage::kFree, gathered);
             mask = static_cast<walk::FanMask>(mask & ~(1U << (i - first)));
         }
         if (mask == 0)
@@ -257,7 +257,7 @@ bool PlaneLight::take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
     gathered.waiting = 0;
     const std::size_t first = fan.stream * walk::kFanRays;
     const std::size_t end = fan_end(first, count());
-    const walk::FanMask free = free_rays(fan, ends, evaluator, m_view);
+    const walk::FanMask free = free_rays(fan, ends, evaluator, m_sunlight);
     for (std::size_t i = first; i < end; ++i) {
         if (!walk::has(fan.fan_mask, i - first))
             continue;
@@ -267,7 +267,8 @@ bool PlaneLight::take_fan(const walk::TracedRay& fan, walk::FanEnds ends,
             continue;
         }
         const bool is_free = walk::has(free, i - first);
-        add(m_view.energy, i, direction(i), is_free ? Passage::kFree : Passage::kBlocked, gathered);
+        add(m_sunlight.energy, i, direction(i), is_free ? Passage::kFree : Passage::kBlocked,
+            gathered);
     }
     gathered.keep_in(sum.bands);
     return gathered.waiting == 0 && send(find_start(fan), end, sum, next);
@@ -277,9 +278,9 @@ bool PlaneLight::take_through_crowns(const walk::TracedRay& ray, shade::SampleSu
                                      std::vector<walk::TracedRay>& next) const {
     if (goes_on_through_crowns(ray, next))
         return false;
-    const Passage passage = is_free(ray, m_view) ? Passage::kThroughCrowns : Passage::kBlocked;
+    const Passage passage = is_free(ray, m_sunlight) ? Passage::kThroughCrowns : Passage::kBlocked;
     auto gathered = Gathered::of(sum.bands);
-    add(m_view.energy, ray.stream, ray.ray.direction, passage, gathered);
+    add(m_sunlight.energy, ray.stream, ray.ray.direction, passage, gathered);
     gathered.waiting -= 1;
     gathered.keep_in(sum.bands);
     if (gathered.waiting > 0)
@@ -291,7 +292,7 @@ bool PlaneLight::take_through_crowns(const walk::TracedRay& ray, shade::SampleSu
 
 PlaneLight::Result PlaneLight::result(const core::Bands& bands) const noexcept {
     const auto gathered = Gathered::of(bands);
-    const solar::Energy& energy = m_view.energy;
+    const solar::Energy& energy = m_sunlight.energy;
     Result out;
     out.normal = to_normal(gathered);
     const double upward = out.normal.y;
@@ -304,7 +305,7 @@ PlaneLight::Result PlaneLight::result(const core::Bands& bands) const noexcept {
     const double level = static_cast<double>(gathered.level) +
                          energy.isotropic * share(gathered.free_level_sky, gathered.level_sky);
     // What is not sky is lit like a level surface here, and reflects evenly.
-    out.reflected = m_view.scene.analysis.albedo * level * (1 - out.sky_view);
+    out.reflected = m_albedo * level * (1 - out.sky_view);
     out.beam = static_cast<double>(gathered.beam);
     out.sun_hours = gathered.sun_hours;
     out.kept = gathered.kept;

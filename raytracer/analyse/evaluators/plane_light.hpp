@@ -64,7 +64,7 @@ public:
         kFree,  ///< no ray is sent: the surroundings in front are lit as in the open
     };
 
-    PlaneLight(const shade::View& view, Behind behind) noexcept;
+    PlaneLight(const shade::View& view, const Sunlight& sunlight, Behind behind) noexcept;
 
     /// The directions of fans of a stream, for the evaluator that they belong to.
     [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const noexcept;
@@ -121,7 +121,8 @@ private:
     /// Whether light that meets a material on its way through crowns goes on.
     [[nodiscard]] bool lets_through(voxel::Material material) const noexcept;
 
-    const shade::View& m_view;
+    const Sunlight& m_sunlight;
+    const double m_albedo;  ///< of the surroundings
     const Behind m_behind;
     const bool m_crowns_shine;  ///< blocked rays are sent once more, through crowns
     const bool m_thin_passes;   ///< things of core::is_thin() end no ray on its way through crowns

@@ -103,8 +103,6 @@ std::span<const SkyDirection> SkyDirections::of(std::size_t set) const noexcept 
 
 namespace {
 
-using core::SkyBand;
-
 constexpr float kZenithAngle_deg = 90;
 
 double make_range(const shade::View& view) noexcept {
@@ -120,68 +118,98 @@ std::uint64_t name_of_cell(core::Vec3 at) noexcept {
     return core::hash64(static_cast<std::uint64_t>(x), static_cast<std::uint64_t>(z));
 }
 
+enum class SkyBand : std::uint8_t {
+    kHole,
+    kCosine,    ///< sky-view factor: share of the sky's light on a level surface, [0, 1]
+    kSolid,     ///< share of the solid angle above the horizon, [0, 1]
+    kOpenness,  ///< mean over all azimuths of the free zenith angle, degrees, [0, 90]
+};
+
+constexpr RasterBand kSkyBands[] = {
+    {"svf", "", {"Sky-view factor", Ramp::kMuch, 0.0, 1.0}},
+    {"sky_view_solid", "", {"Share of the sky", Ramp::kMuch, 0.0, 1.0}},
+    {"openness", "degree", {"Openness", Ramp::kMuch, 0.0, 90.0}},
+    kHoleBand,
+};
+
+/// Measures SkyBand: from the middle of each cell's top, or of its ground, rays in all
+/// directions of the upper half of a sphere. A voxel of any material blocks them, leaves and panes
+/// as well; what lies outside of the world's bounds does not.
+class SkyEvaluator final : public CellEvaluator {
+public:
+    SkyEvaluator(const shade::View& view, const Sunlight& sunlight)
+        : m_view(view),
+          m_sunlight(sunlight),
+          m_directions(view.scene.analysis.directions),
+          m_fans(to_fan(m_directions.count() - 1) + 1),
+          m_range(make_range(view)) {}
+
+    void shade(const walk::TracedRay& ray, shade::SampleSum& sum,
+               std::vector<walk::TracedRay>& next) const override {
+        if (!lands(ray, m_view, sum, next))
+            return;
+        sum.bands = {};
+        send_to_sky(start_above(ray), SkyDirections::choose_set(name_of_cell(ray.ray.origin)), 0,
+                    next);
+    }
+    [[nodiscard]] walk::FanDirections directions(std::uint32_t stream) const override {
+        const Part part = find_part(stream);
+        walk::FanDirections out;
+        for (std::size_t i = part.first; i < part.end; ++i)
+            out.add(m_directions.of(part.set)[i].to);
+        return out;
+    }
+    void shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
+                   std::vector<walk::TracedRay>& next) const override {
+        if (ends.holes != 0) {
+            sum.bands = no_values(true);
+            return;
+        }
+        const Part part = find_part(fan.stream);
+        const auto directions = m_directions.of(part.set);
+        const walk::FanMask free = free_rays(fan, ends, *this, m_sunlight);
+        for (std::size_t i = part.first; i < part.end; ++i) {
+            if (!walk::has(free, i - part.first))
+                continue;
+            const voxel::Colour& share = directions[i].share;
+            at(sum.bands, SkyBand::kCosine) += share.r;
+            at(sum.bands, SkyBand::kSolid) += share.g;
+            at(sum.bands, SkyBand::kOpenness) += share.b * kZenithAngle_deg;
+        }
+        if (part.end < directions.size())
+            send_to_sky(find_start(fan), part.set, part.end, next);
+    }
+
+private:
+    /// A part of a set of directions.
+    struct Part {
+        std::size_t set;
+        std::size_t first;  ///< direction of the set
+        std::size_t end;
+    };
+    /// The part that fans of a stream look at.
+    [[nodiscard]] Part find_part(std::uint32_t stream) const noexcept {
+        const std::size_t first = stream % m_fans * walk::kFanRays;
+        return {stream / m_fans, first, fan_end(first, m_directions.count())};
+    }
+    void send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
+                     std::vector<walk::TracedRay>& next) const {
+        const std::size_t end = fan_end(first, m_directions.count());
+        walk::TracedRay& fan =
+            add_fan(start, walk::RayKind::kSky, walk::mask_of_first(end - first),
+                    static_cast<std::uint32_t>(set) * m_fans + to_fan(first), next);
+        fan.t_max = m_range;
+    }
+    const shade::View& m_view;
+    const Sunlight& m_sunlight;
+    const SkyDirections m_directions;
+    const std::uint32_t m_fans;  ///< of a set
+    const double m_range;        ///< level-0 voxels
+};
+
 }  // namespace
 
-SkyEvaluator::SkyEvaluator(const shade::View& view)
-    : m_view(view),
-      m_directions(view.scene.analysis.directions),
-      m_fans(to_fan(m_directions.count() - 1) + 1),
-      m_range(make_range(view)) {}
-
-void SkyEvaluator::shade(const walk::TracedRay& ray, shade::SampleSum& sum,
-                         std::vector<walk::TracedRay>& next) const {
-    sum.bands = no_values(SkyBand::kHole, is_hole(ray));
-    switch (cell_step_at(ray, m_view.scene.analysis.surface)) {
-        case CellStep::kMeasure:
-            sum.bands = {};
-            send_to_sky(start_above(ray), SkyDirections::choose_set(name_of_cell(ray.ray.origin)),
-                        0, next);
-            break;
-        case CellStep::kDescend: next.push_back(below(ray)); break;
-        case CellStep::kNothing: break;
-    }
-}
-
-SkyEvaluator::Part SkyEvaluator::find_part(std::uint32_t stream) const noexcept {
-    const std::size_t first = stream % m_fans * walk::kFanRays;
-    return {stream / m_fans, first, fan_end(first, m_directions.count())};
-}
-
-walk::FanDirections SkyEvaluator::directions(std::uint32_t stream) const {
-    const Part part = find_part(stream);
-    walk::FanDirections out;
-    for (std::size_t i = part.first; i < part.end; ++i)
-        out.add(m_directions.of(part.set)[i].to);
-    return out;
-}
-
-void SkyEvaluator::shade_fan(const walk::TracedRay& fan, walk::FanEnds ends, shade::SampleSum& sum,
-                             std::vector<walk::TracedRay>& next) const {
-    if (ends.holes != 0) {
-        sum.bands = no_values(SkyBand::kHole, true);
-        return;
-    }
-    const Part part = find_part(fan.stream);
-    const auto directions = m_directions.of(part.set);
-    const walk::FanMask free = free_rays(fan, ends, *this, m_view);
-    for (std::size_t i = part.first; i < part.end; ++i) {
-        if (!walk::has(free, i - part.first))
-            continue;
-        const voxel::Colour& share = directions[i].share;
-        at(sum.bands, SkyBand::kCosine) += share.r;
-        at(sum.bands, SkyBand::kSolid) += share.g;
-        at(sum.bands, SkyBand::kOpenness) += share.b * kZenithAngle_deg;
-    }
-    if (part.end < directions.size())
-        send_to_sky(find_start(fan), part.set, part.end, next);
-}
-
-void SkyEvaluator::send_to_sky(const FanStart& start, std::size_t set, std::size_t first,
-                               std::vector<walk::TracedRay>& next) const {
-    const std::size_t end = fan_end(first, m_directions.count());
-    walk::TracedRay& fan = add_fan(start, walk::RayKind::kSky, walk::mask_of_first(end - first),
-                                   static_cast<std::uint32_t>(set) * m_fans + to_fan(first), next);
-    fan.t_max = m_range;
-}
+constexpr Analysis kSkyAnalysis{core::AnalysisKind::kSky, kSkyBands, make<SkyEvaluator>,
+                                SunUse::kNone, SkyUse::kFromCells};
 
 }  // namespace terravox::analyse

@@ -25,7 +25,7 @@ public:
 
     void read(const CellRectangle& area) {
         for (std::size_t i = 0; i < kNames.size(); ++i)
-            m_cells.read(band_number(core::AnalysisKind::kFacade, kNames[i]), area, m_values[i]);
+            m_cells.read(kNames[i], area, m_values[i]);
     }
     [[nodiscard]] double of(std::size_t band, std::size_t cell) const noexcept {
         return static_cast<double>(m_values[band][cell]);

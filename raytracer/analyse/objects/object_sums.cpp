@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string_view>
 
 #include "common/util/det_math.hpp"
 #include "common/voxel/material.hpp"
@@ -109,14 +108,11 @@ bool EnergyRows::next() {
         return true;
     m_strip.y0 = m_row;
     m_strip.height = std::clamp(kStripCells / std::max(m_area.width, 1), 1, end - m_row);
-    const auto read = [&](std::string_view band, std::vector<float>& to) {
-        m_cells.read(band_number(core::AnalysisKind::kEnergy, band), m_strip, to);
-    };
-    read("kwh_m2", m_kwh_m2);
-    read("sun_hours", m_sun_hours);
-    read("slope", m_slope_deg);
-    read("aspect", m_aspect_deg);
-    read("material", m_material);
+    m_cells.read("kwh_m2", m_strip, m_kwh_m2);
+    m_cells.read("sun_hours", m_strip, m_sun_hours);
+    m_cells.read("slope", m_strip, m_slope_deg);
+    m_cells.read("aspect", m_strip, m_aspect_deg);
+    m_cells.read("material", m_strip, m_material);
     return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -7,27 +8,12 @@
 #include <vector>
 
 #include "common/util/atomic_file.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/core/output/picture.hpp"
 
 namespace terravox::analyse {
-
-/// A band of a raster.
-struct RasterBand {
-    std::string_view name;  ///< also the band's description in the file
-    std::string_view unit;  ///< empty: none
-    /// Index of the measured value; kDerived: computed from other bands of the raster.
-    int measured;
-};
-inline constexpr int kDerived = -1;
-
-/// The bands of an analysis, in the order of its files.
-[[nodiscard]] std::span<const RasterBand> list_bands(core::AnalysisKind kind) noexcept;
-
-/// Number of a band in the file, counted from 1.
-/// @param name one of list_bands(kind)
-[[nodiscard]] int band_number(core::AnalysisKind kind, std::string_view name);
 
 /// About so many cells of a band are read together where a raster is read row by row.
 inline constexpr int kStripCells = 1 << 20;
@@ -58,10 +44,22 @@ public:
     /// Values of a band, row by row.
     /// @param area may reach beyond the raster, where all is core::kNoData
     /// @throws Error
-    void read(int band, const CellRectangle& area, std::vector<float>& values);
+    void read(std::string_view band, const CellRectangle& area, std::vector<float>& values);
     /// @param area within the raster
-    void write(int band, const CellRectangle& area, std::vector<float>& values);
+    void write(std::string_view band, const CellRectangle& area, std::vector<float>& values);
+    /// @throws Error for a name that none of bands() has
+    [[nodiscard]] GDALRasterBandH find_band(std::string_view name) const;
+    /// In the order of the file.
+    [[nodiscard]] std::span<const RasterBand> bands() const noexcept { return m_bands; }
 
+    /// Visits all cells as rectangles whose sides are `edge` or shorter, row by row.
+    template <class Visit>
+    void each_block(int edge, const Visit& visit) const {
+        for (int y = 0; y < m_rows; y += edge)
+            for (int x = 0; x < m_columns; x += edge)
+                visit(
+                    CellRectangle{x, y, std::min(edge, m_columns - x), std::min(edge, m_rows - y)});
+    }
     /// Edge of the file's blocks.
     [[nodiscard]] int block_px() const noexcept { return m_block_px; }
     [[nodiscard]] int columns() const noexcept { return m_columns; }
@@ -71,7 +69,7 @@ public:
     [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
 
 private:
-    const core::AnalysisKind m_kind;
+    const std::span<const RasterBand> m_bands;
     const int m_columns;
     const int m_rows;
     const int m_block_px;

@@ -7,6 +7,7 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 
 namespace terravox::analyse {
 namespace {
@@ -93,10 +94,8 @@ void look_at_cells(const CellGrid& grid, const voxel::WorldInfo& world, scene::S
     set_camera(grid, world, scene);
     const auto& target = *scene.camera.target;
     scene.analysis.cell_m = grid.edge_m;
-    const core::AnalysisKind kind = scene.analysis.kind;
-    scene.analysis.place = core::needs_sun_way(kind) || core::needs_light(kind)
-                               ? place_of_sun(world, target[0], target[2])
-                               : std::nullopt;
+    const bool sees_sun = find_analysis(scene.analysis.kind).sun != SunUse::kNone;
+    scene.analysis.place = sees_sun ? place_of_sun(world, target[0], target[2]) : std::nullopt;
     scene.quality.samples = 1;
     scene.quality.noise = 0;
     scene.quality.time_s = 0;

@@ -178,12 +178,12 @@ public:
         for (int y = 0; y < block.height; ++y)
             for (int x = 0; x < block.width; ++x)
                 add_cell(x + m_margin, y + m_margin, values);
-        write("dtm", block, values.ground);
-        write("dtm_source", block, values.source);
-        write("ndsm", block, values.above);
-        write("slope", block, values.slope);
-        write("aspect", block, values.aspect);
-        write("hillshade", block, values.shade);
+        m_cells.write("dtm", block, values.ground);
+        m_cells.write("dtm_source", block, values.source);
+        m_cells.write("ndsm", block, values.above);
+        m_cells.write("slope", block, values.slope);
+        m_cells.write("aspect", block, values.aspect);
+        m_cells.write("hillshade", block, values.shade);
     }
 
 private:
@@ -213,16 +213,10 @@ private:
                                                 m_options.light_altitude_deg)
                                     : core::kNoData);
     }
-    static int to_number(std::string_view name) {
-        return band_number(core::AnalysisKind::kTerrain, name);
-    }
     void read(std::string_view band, const CellRectangle& area, CellPatch& to) {
         to.width = area.width;
         to.height = area.height;
-        m_cells.read(to_number(band), area, to.values);
-    }
-    void write(std::string_view band, const CellRectangle& area, std::vector<float>& values) {
-        m_cells.write(to_number(band), area, values);
+        m_cells.read(band, area, to.values);
     }
 
     CellFile& m_cells;
@@ -244,13 +238,11 @@ void derive_terrain(CellFile& cells, double edge_m, const ReliefOptions& options
     // Whole blocks of the file, and large: margins are read again for each.
     constexpr int kLarge_px = 512;
     const int side = cells.block_px() * std::max(kLarge_px / cells.block_px(), 1);
-    for (int y = 0; y < cells.rows(); y += side)
-        for (int x = 0; x < cells.columns(); x += side) {
-            if (stop.stop_requested())
-                throw util::Error(cells.attempt() + ": interrupted");
-            blocks.derive(
-                {x, y, std::min(side, cells.columns() - x), std::min(side, cells.rows() - y)});
-        }
+    cells.each_block(side, [&](const CellRectangle& block) {
+        if (stop.stop_requested())
+            throw util::Error(cells.attempt() + ": interrupted");
+        blocks.derive(block);
+    });
 }
 
 }  // namespace terravox::analyse

@@ -1,7 +1,6 @@
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 
 #include <gdal_utils.h>
-#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -142,28 +141,23 @@ ShadowCube::ShadowCube(const std::filesystem::path& out, std::vector<Mask> masks
 }
 
 void ShadowCube::take(std::size_t index, CellFile& cells) {
-    const int sunlit = band_number(core::AnalysisKind::kShadow, "sunlit");
-    const int hole = band_number(core::AnalysisKind::kShadow, "hole");
     std::vector<float> lit;
     std::vector<float> missing;
-    for (int y = 0; y < cells.rows(); y += kBlock_px)
-        for (int x = 0; x < cells.columns(); x += kBlock_px) {
-            const CellRectangle area{x, y, std::min(kBlock_px, cells.columns() - x),
-                                     std::min(kBlock_px, cells.rows() - y)};
-            cells.read(sunlit, area, lit);
-            cells.read(hole, area, missing);
-            std::vector<std::uint8_t> mask(lit.size());
-            std::vector<std::uint8_t> holes = index == 0 ? std::vector<std::uint8_t>(lit.size())
-                                                         : read_band(m_masks.size(), area);
-            for (std::size_t i = 0; i < lit.size(); ++i) {
-                mask[i] = lit[i] > 0 ? 1 : 0;
-                if (lit[i] == core::kNoData)
-                    mask[i] = kNoMask;
-                holes[i] = holes[i] != 0 || missing[i] > 0 ? 1 : 0;
-            }
-            write_band(index, area, mask);
-            write_band(m_masks.size(), area, holes);
+    cells.each_block(kBlock_px, [&](const CellRectangle& area) {
+        cells.read("sunlit", area, lit);
+        cells.read("hole", area, missing);
+        std::vector<std::uint8_t> mask(lit.size());
+        std::vector<std::uint8_t> holes =
+            index == 0 ? std::vector<std::uint8_t>(lit.size()) : read_band(m_masks.size(), area);
+        for (std::size_t i = 0; i < lit.size(); ++i) {
+            mask[i] = lit[i] > 0 ? 1 : 0;
+            if (lit[i] == core::kNoData)
+                mask[i] = kNoMask;
+            holes[i] = holes[i] != 0 || missing[i] > 0 ? 1 : 0;
         }
+        write_band(index, area, mask);
+        write_band(m_masks.size(), area, holes);
+    });
 }
 
 void ShadowCube::write_band(std::size_t index, const CellRectangle& area,

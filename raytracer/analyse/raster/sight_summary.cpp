@@ -1,10 +1,8 @@
 #include "raytracer/analyse/raster/sight_summary.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "common/voxel/material.hpp"
 
@@ -61,34 +59,27 @@ nlohmann::json make_rows(const SightSummary& summary, const std::map<int, SeenCe
 }  // namespace
 
 SightSummary make_summary(CellFile& cells, double edge_m) {
-    const auto band = [](std::string_view name) {
-        return band_number(core::AnalysisKind::kSight, name);
-    };
     SightSummary out;
     out.cell_m2 = edge_m * edge_m;
     std::vector<float> seen;
     std::vector<float> materials;
     std::vector<float> classes;
     std::vector<float> holes;
-    const int edge = cells.block_px();
-    for (int y = 0; y < cells.rows(); y += edge)
-        for (int x = 0; x < cells.columns(); x += edge) {
-            const CellRectangle area{x, y, std::min(edge, cells.columns() - x),
-                                     std::min(edge, cells.rows() - y)};
-            cells.read(band("seen"), area, seen);
-            cells.read(band("material"), area, materials);
-            cells.read(band("class"), area, classes);
-            cells.read(band("hole"), area, holes);
-            for (std::size_t i = 0; i < seen.size(); ++i) {
-                out.holes += holes[i] > 0 ? 1 : 0;
-                if (seen[i] == core::kNoData)
-                    continue;
-                const bool is_seen = seen[i] > 0;
-                count(out.cells, is_seen);
-                count(out.by_material[static_cast<int>(materials[i])], is_seen);
-                count(out.by_class[static_cast<int>(classes[i])], is_seen);
-            }
+    cells.each_block(cells.block_px(), [&](const CellRectangle& area) {
+        cells.read("seen", area, seen);
+        cells.read("material", area, materials);
+        cells.read("class", area, classes);
+        cells.read("hole", area, holes);
+        for (std::size_t i = 0; i < seen.size(); ++i) {
+            out.holes += holes[i] > 0 ? 1 : 0;
+            if (seen[i] == core::kNoData)
+                continue;
+            const bool is_seen = seen[i] > 0;
+            count(out.cells, is_seen);
+            count(out.by_material[static_cast<int>(materials[i])], is_seen);
+            count(out.by_class[static_cast<int>(classes[i])], is_seen);
         }
+    });
     return out;
 }
 

@@ -1,9 +1,10 @@
 #include "raytracer/analyse/report/band_style.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
+#include <string_view>
 
 #include "common/voxel/material.hpp"
 
@@ -11,30 +12,6 @@ namespace terravox::analyse {
 namespace {
 
 using map::Rgba8;
-
-constexpr BandStyle kStyles[] = {
-    {"dsm", "Height of the surface", Ramp::kHeights, {}, {}},
-    {"dtm", "Height of the ground", Ramp::kHeights, {}, {}},
-    {"ndsm", "Height above the ground", Ramp::kMuch, 0.0, {}},
-    {"slope", "Slope", Ramp::kMuch, 0.0, {}},
-    {"aspect", "Aspect", Ramp::kAround, 0.0, 360.0},
-    {"hillshade", "Hillshade", Ramp::kGrey, 0.0, 255.0},
-    {"class", "LiDAR class", Ramp::kClasses, {}, {}},
-    {"material", "Material", Ramp::kMaterials, {}, {}},
-    {"svf", "Sky-view factor", Ramp::kMuch, 0.0, 1.0},
-    {"sky_view_solid", "Share of the sky", Ramp::kMuch, 0.0, 1.0},
-    {"openness", "Openness", Ramp::kMuch, 0.0, 90.0},
-    {"sun_hours", "Hours of direct sun", Ramp::kWarm, 0.0, {}},
-    {"first_sun", "First sun, clock time", Ramp::kMuch, {}, {}},
-    {"last_sun", "Last sun, clock time", Ramp::kMuch, {}, {}},
-    {"sun_hours_per_day", "Hours of direct sun a day", Ramp::kWarm, 0.0, {}},
-    {"sunlit", "In the sun", Ramp::kWarm, 0.0, 1.0},
-    {"kwh_m2", "Energy of sun and sky", Ramp::kWarm, 0.0, {}},
-    {"beam", "Energy directly from the sun", Ramp::kWarm, 0.0, {}},
-    {"diffuse", "Energy from the sky", Ramp::kWarm, 0.0, {}},
-    {"seen", "Observers that see the place", Ramp::kMuch, 0.0, {}},
-    {"distance_m", "Distance to the nearest observer that sees it", Ramp::kMuch, 0.0, {}},
-};
 
 using Anchors = std::span<const Rgba8>;
 
@@ -120,13 +97,6 @@ std::uint8_t mixed(std::uint8_t a, std::uint8_t b, double share) noexcept {
 }
 
 }  // namespace
-
-const BandStyle* choose_style(std::string_view band) noexcept {
-    for (const BandStyle& style : kStyles)
-        if (style.band == band)
-            return &style;
-    return nullptr;
-}
 
 Rgba8 colour_at(Ramp ramp, double share) noexcept {
     const Anchors anchors = choose_anchors(ramp);

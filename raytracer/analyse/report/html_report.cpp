@@ -71,29 +71,25 @@ std::string area_text(double cells, double cell_m) {
 /// A band with what the report says of it.
 struct BandFacts {
     RasterBand band;
-    int number = 0;  ///< in the file, from 1
-    const BandStyle* style = nullptr;
     BandStatistics statistics;
     std::optional<Legend> legend;  ///< where it has a style and values
 };
 
-BandFacts collect_facts(CellFile& cells, const RasterBand& band, int number,
-                        const std::stop_token& stop) {
-    BandFacts out{
-        band, number, choose_style(band.name), measure_statistics(cells, number, stop), {}};
-    if (out.style == nullptr || out.statistics.cells == 0)
+BandFacts collect_facts(CellFile& cells, const RasterBand& band, const std::stop_token& stop) {
+    BandFacts out{band, measure_statistics(cells, band.name, stop), {}};
+    if (band.style.title.empty() || out.statistics.cells == 0)
         return out;
-    out.legend = has_categories(out.style->ramp)
-                     ? categories_for(*out.style, count_values(cells, number, stop))
-                     : scale_for(*out.style, out.statistics);
+    out.legend = has_categories(band.style.ramp)
+                     ? categories_for(band.style, count_values(cells, band.name, stop))
+                     : scale_for(band.style, out.statistics);
     return out;
 }
 
 std::string make_sheet(CellFile& cells, const BandFacts& band, const ReportFacts& facts,
                        int most_px) {
-    const MapPicture picture = draw_band(cells, facts.kind, band.number, *band.legend, most_px);
+    const MapPicture picture = draw_band(cells, band.band.name, *band.legend, most_px);
     SheetFacts sheet;
-    sheet.title = std::string(band.style->title);
+    sheet.title = std::string(band.band.style.title);
     sheet.unit = std::string(band.band.unit);
     sheet.credit = facts.attribution;
     sheet.cell_m = facts.cell_m;
@@ -158,7 +154,7 @@ std::string entries_table(const BandFacts& band, double cell_m) {
 }
 
 std::string figure(CellFile& cells, const BandFacts& band, const ReportFacts& facts) {
-    const std::string title = escaped_markup(band.style->title);
+    const std::string title = escaped_markup(band.band.style.title);
     std::string out = "<h2>" + title + "</h2>\n<figure><img alt=\"Map: " + title +
                       "\" src=\"data:image/png;base64," +
                       base64(make_sheet(cells, band, facts, kMap_px)) + "\"></figure>\n";
@@ -173,15 +169,15 @@ std::string bands_table(const std::vector<BandFacts>& bands, double cell_m) {
         "<th class=\"n\">95 %</th><th class=\"n\">Most</th></tr>\n";
     for (const BandFacts& band : bands) {
         const BandStatistics& s = band.statistics;
-        const bool is_category = band.style != nullptr && has_categories(band.style->ramp);
-        if (is_category || band.band.name == kHoleBand)
+        const bool is_category = has_categories(band.band.style.ramp);
+        if (is_category || band.band.name == kHoleBand.name)
             continue;
         out += "<tr><td>" + escaped_markup(band.band.name) + "</td><td>" +
                escaped_markup(band.band.unit) + "</td><td class=\"n\">" +
                area_text(static_cast<double>(s.cells), cell_m) + "</td>";
         const double step = round_step(std::max(s.max - s.min, 1e-6), 500);
         // Directions have no mean, and no order.
-        const bool is_around = band.style != nullptr && band.style->ramp == Ramp::kAround;
+        const bool is_around = band.band.style.ramp == Ramp::kAround;
         const auto value = [&](double v) {
             out += "<td class=\"n\">" + (s.cells == 0 || is_around ? "" : number_text(v, step)) +
                    "</td>";
@@ -234,12 +230,9 @@ std::string page(CellFile& cells, const ReportFacts& facts, const std::stop_toke
         escaped_markup(title) + "</title>\n<style>" + std::string(kStyle) + "</style>\n<h1>" +
         escaped_markup(title) + "</h1>\n";
     std::vector<BandFacts> bands;
-    int number = 0;
-    for (const RasterBand& band : list_bands(facts.kind))
-        bands.push_back(collect_facts(cells, band, ++number, stop));
-    for (const BandFacts& band : bands)
-        if (band.band.name == kHoleBand)
-            out += holes_warning(band, facts);
+    for (const RasterBand& band : cells.bands())
+        bands.push_back(collect_facts(cells, band, stop));
+    out += holes_warning(bands.back(), facts);
     out += facts_table(cells, facts);
     for (const BandFacts& band : bands)
         if (band.legend)
@@ -261,9 +254,8 @@ void write_report(CellFile& cells, const std::filesystem::path& out, const Repor
 
 void write_map(CellFile& cells, const std::filesystem::path& out, const ReportFacts& facts,
                const std::stop_token& stop) {
-    int number = 0;
-    for (const RasterBand& band : list_bands(facts.kind)) {
-        const BandFacts drawn = collect_facts(cells, band, ++number, stop);
+    for (const RasterBand& band : cells.bands()) {
+        const BandFacts drawn = collect_facts(cells, band, stop);
         if (!drawn.legend)
             continue;
         util::write_file_atomically(out, make_sheet(cells, drawn, facts, kPicture_px));

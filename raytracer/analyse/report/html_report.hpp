@@ -24,7 +24,7 @@ struct ReportFacts {
 
 /// Writes a page with a map and a chart of each band that has a style, and a table of all bands. It
 /// is one file that needs no network, and holds no script.
-/// @param cells all bands of facts.kind
+/// @param cells of an analysis of facts.kind
 /// @throws Error "interrupted" when stopped; Error when it cannot be written
 void write_report(CellFile& cells, const std::filesystem::path& out, const ReportFacts& facts,
                   const std::stop_token& stop);

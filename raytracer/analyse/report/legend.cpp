@@ -12,20 +12,17 @@ namespace {
 
 /// Calls `take` with each value of a band, in the order of the file's blocks.
 template <class Take>
-void for_each_value(CellFile& cells, int band, const std::stop_token& stop, const Take& take) {
+void for_each_value(CellFile& cells, std::string_view band, const std::stop_token& stop,
+                    const Take& take) {
     std::vector<float> values;
-    const int edge = cells.block_px();
-    for (int y = 0; y < cells.rows(); y += edge)
-        for (int x = 0; x < cells.columns(); x += edge) {
-            if (stop.stop_requested())
-                throw util::Error("interrupted");
-            cells.read(
-                band, {x, y, std::min(edge, cells.columns() - x), std::min(edge, cells.rows() - y)},
-                values);
-            for (const float value : values)
-                if (value != core::kNoData)
-                    take(static_cast<double>(value));
-        }
+    cells.each_block(cells.block_px(), [&](const CellRectangle& area) {
+        if (stop.stop_requested())
+            throw util::Error("interrupted");
+        cells.read(band, area, values);
+        for (const float value : values)
+            if (value != core::kNoData)
+                take(static_cast<double>(value));
+    });
 }
 
 }  // namespace
@@ -41,7 +38,8 @@ double BandStatistics::quantile(double share) const noexcept {
     return max;
 }
 
-BandStatistics measure_statistics(CellFile& cells, int band, const std::stop_token& stop) {
+BandStatistics measure_statistics(CellFile& cells, std::string_view band,
+                                  const std::stop_token& stop) {
     BandStatistics out;
     double sum = 0;
     for_each_value(cells, band, stop, [&](double value) {
@@ -62,7 +60,8 @@ BandStatistics measure_statistics(CellFile& cells, int band, const std::stop_tok
     return out;
 }
 
-std::map<int, std::uint64_t> count_values(CellFile& cells, int band, const std::stop_token& stop) {
+std::map<int, std::uint64_t> count_values(CellFile& cells, std::string_view band,
+                                          const std::stop_token& stop) {
     std::map<int, std::uint64_t> out;
     for_each_value(cells, band, stop,
                    [&](double value) { ++out[static_cast<int>(std::lround(value))]; });

@@ -5,6 +5,7 @@
 #include <map>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "raytracer/analyse/raster/cell_file.hpp"
@@ -28,14 +29,13 @@ struct BandStatistics {
 };
 
 /// Reads a band twice, block by block, so that it may be larger than memory.
-/// @param band its number, from 1
 /// @throws Error "interrupted" when stopped, and as CellFile
-[[nodiscard]] BandStatistics measure_statistics(CellFile& cells, int band,
+[[nodiscard]] BandStatistics measure_statistics(CellFile& cells, std::string_view band,
                                                 const std::stop_token& stop);
 
 /// How many cells have each number, of a band of categories.
 /// @throws as measure_statistics()
-[[nodiscard]] std::map<int, std::uint64_t> count_values(CellFile& cells, int band,
+[[nodiscard]] std::map<int, std::uint64_t> count_values(CellFile& cells, std::string_view band,
                                                         const std::stop_token& stop);
 
 /// A mark of a scale.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "raytracer/core/output/lettering.hpp"
 #include "voxelserver/serve/map/pixels.hpp"
@@ -31,23 +30,23 @@ Size drawn_size(const CellFile& cells, int most_px) {
     return {scaled(cells.columns()), scaled(cells.rows())};
 }
 
-std::vector<float> read_at(CellFile& cells, int band, Size size, GDALRIOResampleAlg how) {
+std::vector<float> read_at(CellFile& cells, std::string_view band, Size size,
+                           GDALRIOResampleAlg how) {
     std::vector<float> out(static_cast<std::size_t>(size.width) *
                            static_cast<std::size_t>(size.height));
     const output::GdalWatch watch("draw a band of the raster");
     GDALRasterIOExtraArg extra;
     INIT_RASTERIO_EXTRA_ARG(extra);
     extra.eResampleAlg = how;
-    watch.check(GDALRasterIOEx(GDALGetRasterBand(cells.dataset(), band), GF_Read, 0, 0,
-                               cells.columns(), cells.rows(), out.data(), size.width, size.height,
-                               GDT_Float32, 0, 0, &extra) == CE_None);
+    watch.check(GDALRasterIOEx(cells.find_band(band), GF_Read, 0, 0, cells.columns(), cells.rows(),
+                               out.data(), size.width, size.height, GDT_Float32, 0, 0,
+                               &extra) == CE_None);
     return out;
 }
 
 }  // namespace
 
-MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band, const Legend& legend,
-                     int most_px) {
+MapPicture draw_band(CellFile& cells, std::string_view band, const Legend& legend, int most_px) {
     const Size size = drawn_size(cells, most_px);
     const bool is_smaller = size.width < cells.columns();
     // The mean of 359 and 1 degrees is none.
@@ -55,8 +54,8 @@ MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band, const L
         is_smaller && !has_categories(legend.ramp) && legend.ramp != Ramp::kAround;
     const auto values =
         read_at(cells, band, size, has_means ? GRIORA_Average : GRIORA_NearestNeighbour);
-    const auto holes = read_at(cells, band_number(kind, kHoleBand), size,
-                               is_smaller ? GRIORA_Average : GRIORA_NearestNeighbour);
+    const auto holes =
+        read_at(cells, kHoleBand.name, size, is_smaller ? GRIORA_Average : GRIORA_NearestNeighbour);
     MapPicture out;
     out.width = size.width;
     out.height = size.height;

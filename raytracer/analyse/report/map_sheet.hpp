@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "raytracer/analyse/raster/cell_file.hpp"
@@ -19,11 +20,10 @@ struct MapPicture {
 /// Draws a band: cells without a value are grey, and magenta where data could not be read. A large
 /// raster is drawn smaller, by means of cells or, of categories, by single ones; a small one
 /// larger, with whole pixels for each cell.
-/// @param band its number, from 1
 /// @param most_px of the longer side, at least 1
 /// @throws Error as CellFile
-[[nodiscard]] MapPicture draw_band(CellFile& cells, core::AnalysisKind kind, int band,
-                                   const Legend& legend, int most_px);
+[[nodiscard]] MapPicture draw_band(CellFile& cells, std::string_view band, const Legend& legend,
+                                   int most_px);
 
 /// What stands around a map. UTF-8; what is too long for the sheet is cut.
 struct SheetFacts {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/util/error.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/evaluators/sight.hpp"
 #include "raytracer/analyse/horizon/horizon_maker.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
@@ -24,7 +25,7 @@ namespace {
 core::AnalysisKind find_kind(const std::string& name, const scene::Scene& scene) {
     std::string allowed;
     for (const auto& word : core::kAnalysisKinds) {
-        if (core::band_count(word.value) == 0)
+        if (analyse::find_analysis(word.value).bands.empty())
             continue;
         const bool has_period = !scene.analysis.from.empty() || !scene.analysis.to.empty();
         if (name == word.text)
@@ -68,8 +69,7 @@ std::vector<analyse::Observer> list_observers(const AnalysisOptions& options,
 }
 
 /// All bands of a finished raster, in memory.
-Raster to_raster(analyse::CellFile& cells, const analyse::CellGrid& grid, core::AnalysisKind kind,
-                 const MapFrame& frame) {
+Raster to_raster(analyse::CellFile& cells, const analyse::CellGrid& grid, const MapFrame& frame) {
     Raster out;
     out.rows = static_cast<std::size_t>(grid.rows);
     out.columns = static_cast<std::size_t>(grid.columns);
@@ -78,10 +78,9 @@ Raster to_raster(analyse::CellFile& cells, const analyse::CellGrid& grid, core::
     out.bounds.north = -static_cast<double>(grid.north) * out.cell;
     out.bounds.east = out.bounds.west + grid.columns * out.cell;
     out.bounds.south = out.bounds.north - grid.rows * out.cell;
-    int number = 0;
-    for (const analyse::RasterBand& row : analyse::list_bands(kind)) {
+    for (const analyse::RasterBand& row : cells.bands()) {
         Raster::Band band{std::string(row.name), std::string(row.unit), {}};
-        cells.read(++number, {0, 0, grid.columns, grid.rows}, band.values);
+        cells.read(row.name, {0, 0, grid.columns, grid.rows}, band.values);
         std::replace(band.values.begin(), band.values.end(), core::kNoData,
                      std::numeric_limits<float>::quiet_NaN());
         out.bands.push_back(std::move(band));
@@ -99,7 +98,8 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
             m_state->check_level(*options.level);
         scene::Scene scene = analysis_scene(options);
         const core::AnalysisKind kind = scene.analysis.kind;
-        if ((core::needs_sun_way(kind) || core::needs_light(kind)) && !world.centre)
+        const analyse::Analysis& analysis = analyse::find_analysis(kind);
+        if (analysis.sun != analyse::SunUse::kNone && !world.centre)
             throw util::UsageError("analyse " + options.kind + ": '" + world.title +
                                    "' has no place on Earth; allowed: worlds with a CRS");
         const analyse::CellGrid grid =
@@ -116,7 +116,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
                                *solar::find_place(scene, world.centre), scene);
         }
         if (!options.horizon.empty()) {
-            if (kind == core::AnalysisKind::kTerrain || kind == core::AnalysisKind::kSight)
+            if (analysis.sky == analyse::SkyUse::kNone)
                 throw util::UsageError("analyse " + options.kind +
                                        ": horizon; allowed: for sky, sun and energy");
             if (scene.analysis.range_m > 0)
@@ -125,7 +125,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
                                        "before it; allowed: one of them");
             analyse::look_at_horizon({options.horizon}, world, scene);
         }
-        const shade::View view = shade::make_view(scene, m_state->blocks);
+        const shade::View view = shade::make_view(scene, m_state->blocks, analyse::measure);
         const auto folder = util::TemporaryFolder::make("analyse " + options.kind);
         analyse::CellFile cells(folder.path() / "cells.tif", kind, grid.columns, grid.rows,
                                 scene.quality.tile.in_picture(grid.columns));
@@ -133,7 +133,7 @@ Raster World::analyse(const AnalysisOptions& options, const Control& control) co
                                                static_cast<output::TileSink&>(cells));
         if (kind == core::AnalysisKind::kTerrain)
             analyse::derive_terrain(cells, grid.edge_m, {}, control.stop);
-        Raster out = to_raster(cells, grid, kind, m_state->frame);
+        Raster out = to_raster(cells, grid, m_state->frame);
         out.holes = call.checked(holes);
         return out;
     });

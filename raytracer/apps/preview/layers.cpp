@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/output/develop.hpp"
 
 namespace terravox::preview {
@@ -95,7 +96,7 @@ float ratio(float of, float to) noexcept {
 voxel::Colour find_value(Layer layer, const tiles::PixelSample& pixel, const tiles::LayerSample& l,
                          const shade::View& view, const DepthRange& depths) noexcept {
     switch (layer) {
-        case Layer::kSunHours: return of_sun(pixel, view.sun_way.hours);
+        case Layer::kSunHours: return of_sun(pixel, analyse::day_hours(view));
         case Layer::kDepth: return of_depth(pixel.depth_m, depths);
         case Layer::kNormal: return pixel.alpha > 0 ? of_normal(l.normal) : kNothing;
         case Layer::kAlbedo:

@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
@@ -93,7 +94,7 @@ private:
 
     blocks::BlockManager& m_blocks;
     const Begin m_begin;
-    shade::ViewMaker m_views;
+    shade::ViewMaker m_views{analyse::measure};
     std::shared_ptr<const shade::View> m_view;
     std::unique_ptr<output::Film> m_film;
     /// Set while a picture is in progress; destroyed before the view.

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
+
+#include "common/voxel/analysis.hpp"
 
 namespace terravox::core {
 
@@ -117,47 +121,16 @@ constexpr std::span<const Word<Integrator>> list_words(Integrator) noexcept {
     return kIntegrators;
 }
 
-/// What a pixel is: light, or measured values of a cell of a raster (docs/adr/0029).
-enum class AnalysisKind : std::uint8_t {
-    kNone,       ///< a picture
-    kTerrain,    ///< heights, classes, materials, colours
-    kSky,        ///< how much of the sky is seen
-    kSun,        ///< hours of direct sun on a day
-    kSunPeriod,  ///< hours of direct sun in a period
-    kSunMonths,  ///< the same, and by month
-    kShadow,     ///< whether the sun shines at an instant
-    kSunView,    ///< hours of direct sun on a day, as a camera sees them: pixels, no bands
-    kEnergy,     ///< energy of the sun and of the sky
-    kFacade,     ///< the same, on the walls of one side and storey
-    kSight,      ///< what observers see
-};
-inline constexpr Word<AnalysisKind> kAnalysisKinds[] = {
-    {AnalysisKind::kNone, "none"},
-    {AnalysisKind::kTerrain, "terrain"},
-    {AnalysisKind::kSky, "sky"},
-    {AnalysisKind::kSun, "sun"},
-    {AnalysisKind::kSunPeriod, "sun-period"},
-    {AnalysisKind::kSunMonths, "sun-months"},
-    {AnalysisKind::kShadow, "shadow"},
-    {AnalysisKind::kSunView, "sun-view"},
-    {AnalysisKind::kEnergy, "energy"},
-    {AnalysisKind::kFacade, "facade"},
-    {AnalysisKind::kSight, "sight"},
-};
+// The kinds of analyses are of all programs.
+using voxel::AnalysisKind;
+inline constexpr auto kAnalysisKinds = [] {
+    std::array<Word<AnalysisKind>, std::size(voxel::kAnalyses)> out{};
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = {voxel::kAnalyses[i].kind, voxel::kAnalyses[i].name};
+    return out;
+}();
 constexpr std::span<const Word<AnalysisKind>> list_words(AnalysisKind) noexcept {
     return kAnalysisKinds;
-}
-
-/// Whether an analysis sends rays towards the sun.
-[[nodiscard]] constexpr bool needs_sun_way(AnalysisKind kind) noexcept {
-    return kind == AnalysisKind::kSun || kind == AnalysisKind::kSunPeriod ||
-           kind == AnalysisKind::kSunMonths || kind == AnalysisKind::kShadow ||
-           kind == AnalysisKind::kSunView;
-}
-
-/// Whether an analysis sums up the light of a period.
-[[nodiscard]] constexpr bool needs_light(AnalysisKind kind) noexcept {
-    return kind == AnalysisKind::kEnergy || kind == AnalysisKind::kFacade;
 }
 
 /// Where the outside of a wall is, on the map.

@@ -39,6 +39,13 @@ core::RayState behind(const walk::TracedRay& ray) noexcept {
 
 }  // namespace
 
+std::size_t Shading::wave_pixels(std::size_t rays) const noexcept {
+    const auto& quality = m_view.scene.quality;
+    const bool has_ambient_rays =
+        quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
+    return has_ambient_rays ? rays / (1 + static_cast<std::size_t>(quality.ao_rays) / 2) : rays;
+}
+
 walk::TracedRay Shading::primary(const core::Ray& ray, std::uint32_t sample) const noexcept {
     walk::TracedRay out;
     out.ray = ray;
@@ -337,6 +344,12 @@ std::unique_ptr<const Shading> make_shading(const View& view) {
     if (view.scene.quality.integrator == core::Integrator::kPath)
         return std::make_unique<PathShading>(view);
     return std::make_unique<DirectShading>(view);
+}
+
+std::unique_ptr<const RayEvaluator> make_evaluator(const View& view) {
+    if (view.measuring)
+        return view.measuring->make_evaluator(view);
+    return make_shading(view);
 }
 
 }  // namespace terravox::shade

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/shade/sampler.hpp"
 #include "raytracer/core/shade/surface.hpp"
 
@@ -33,6 +34,9 @@ public:
     RayEvaluator& operator=(const RayEvaluator&) = delete;
     virtual ~RayEvaluator() = default;
 
+    /// How many pixels are begun together, so that what they send takes no more memory than a wave
+    /// of `rays` rays.
+    [[nodiscard]] virtual std::size_t wave_pixels(std::size_t rays) const noexcept { return rays; }
     /// The primary ray for a ray of the camera. The caller sets its state.
     [[nodiscard]] virtual walk::TracedRay primary(const core::Ray& ray,
                                                   std::uint32_t sample) const noexcept = 0;
@@ -64,6 +68,7 @@ class Shading : public RayEvaluator {
 public:
     explicit Shading(const View& view) noexcept : m_view(view) {}
 
+    [[nodiscard]] std::size_t wave_pixels(std::size_t rays) const noexcept final;
     [[nodiscard]] walk::TracedRay primary(const core::Ray& ray,
                                           std::uint32_t sample) const noexcept override;
     [[nodiscard]] bool needs_lamp(const walk::TracedRay& ray) const noexcept final;
@@ -163,5 +168,9 @@ private:
 /// Makes the shading for the scene's integrator.
 /// @param view must outlive the result
 [[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view);
+
+/// What evaluates the rays of a view: its Measuring, or the shading of a picture.
+/// @param view must outlive the result
+[[nodiscard]] std::unique_ptr<const RayEvaluator> make_evaluator(const View& view);
 
 }  // namespace terravox::shade

@@ -7,7 +7,6 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/sky/sun.hpp"
 #include "raytracer/core/walk/surroundings.hpp"
@@ -68,14 +67,11 @@ void check_camera(const View& view, blocks::BlockManager& blocks) {
                            " m higher, or --camera-inside-rock yes");
 }
 
-double middle_height_m(const voxel::WorldInfo& world) noexcept {
-    return (world.bounds.min[1] + world.bounds.max[1]) / 2.0 * world.voxel_m;
-}
-
 /// @param find_sky makes the sky
 template <class FindSky>
 View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
-              std::shared_ptr<const material::MaterialTable> materials, const FindSky& find_sky) {
+              std::shared_ptr<const material::MaterialTable> materials, MakeMeasuring measure,
+              const FindSky& find_sky) {
     const int level = scene.quality.level;
     if (level >= world.levels)
         throw util::UsageError("choose the level: quality.level = " + std::to_string(level) +
@@ -108,13 +104,10 @@ View assemble(const scene::Scene& scene, const voxel::WorldInfo& world,
               sun.altitude_deg < kLampsOn_deg};
     view.lamps = view.night && shine(view.materials->appearance(voxel::Material::kLamp));
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    const auto found = solar::find_place(scene, world.centre);
-    const geo::MapPlace* const place = found ? &*found : nullptr;
-    if (core::needs_sun_way(scene.analysis.kind))
-        view.sun_way = solar::make_sun_way(scene, place);
-    if (core::needs_light(scene.analysis.kind))
-        view.energy = solar::make_energy(scene, place, middle_height_m(world));
-    view.horizon = solar::parse_far_horizon(scene.analysis.horizon, world.voxel_m);
+    if (measure == nullptr)
+        scene::check_is_picture(scene);
+    else
+        view.measuring = measure(scene, world);
     if (scene.quality.integrator == core::Integrator::kPath)
         view.max_indirect =
             static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
@@ -128,12 +121,12 @@ sky::Sky make_sky(const ViewMaker::SkyParameters& asked) {
 }  // namespace
 
 View make_view(const scene::Scene& scene, const voxel::WorldInfo& world,
-               std::shared_ptr<const material::MaterialTable> materials) {
-    return assemble(scene, world, std::move(materials), make_sky);
+               std::shared_ptr<const material::MaterialTable> materials, MakeMeasuring measure) {
+    return assemble(scene, world, std::move(materials), measure, make_sky);
 }
 
-View make_view(const scene::Scene& scene, blocks::BlockManager& blocks) {
-    return ViewMaker{}.make(scene, blocks);
+View make_view(const scene::Scene& scene, blocks::BlockManager& blocks, MakeMeasuring measure) {
+    return ViewMaker(measure).make(scene, blocks);
 }
 
 View ViewMaker::make(const scene::Scene& scene, blocks::BlockManager& blocks) {
@@ -142,13 +135,14 @@ View ViewMaker::make(const scene::Scene& scene, blocks::BlockManager& blocks) {
             material::find_materials(scene.quality.materials));
         m_named = scene.quality.materials;
     }
-    View view = assemble(scene, blocks.world_info(), m_materials, [this](SkyParameters asked) {
+    const auto find_sky = [this](SkyParameters asked) {
         if (asked.sky_settings.clouds == 0)
             asked.eye_m = {};
         if (!m_sky || m_sky->first != asked)
             m_sky.emplace(asked, make_sky(asked));
         return m_sky->second;
-    });
+    };
+    View view = assemble(scene, blocks.world_info(), m_materials, m_measure, find_sky);
     check_camera(view, blocks);
     return view;
 }

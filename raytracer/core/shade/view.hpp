@@ -1,14 +1,13 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "raytracer/analyse/solar/energy.hpp"
-#include "raytracer/analyse/solar/far_horizon.hpp"
-#include "raytracer/analyse/solar/sun_way.hpp"
-#include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/blocks/block_manager.hpp"
 #include "raytracer/core/material/material_table.hpp"
 #include "raytracer/core/scene/camera.hpp"
@@ -17,8 +16,26 @@
 #include "raytracer/core/tiles/square_grid.hpp"
 #include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/walk/level_cut.hpp"
+#include "raytracer/core/walk/walk.hpp"
 
 namespace terravox::shade {
+
+class RayEvaluator;
+struct View;
+
+/// What the pixels of a view hold instead of light (docs/adr/0029). Immutable.
+struct Measuring {
+    std::size_t bands = 0;  ///< values of each pixel; 0: they are in its colour
+    /// What thin things mean to rays to sun and sky.
+    walk::ThinThings thin_things = walk::ThinThings::kBlock;
+    /// Called by each thread that traces the view, which outlives the result.
+    std::function<std::unique_ptr<const RayEvaluator>(const View&)> make_evaluator;
+};
+
+/// Makes what a scene measures; of pictures nullptr.
+/// @throws UsageError for a scene that measures what cannot be
+using MakeMeasuring = std::shared_ptr<const Measuring> (*)(const scene::Scene& scene,
+                                                           const voxel::WorldInfo& world);
 
 /// Everything that all rays of a picture have in common. Immutable and shared by all processors.
 struct View {
@@ -34,13 +51,12 @@ struct View {
     bool lamps = false;      ///< lamps are sampled; else their light is met by chance
     double exposure_ev = 0;  ///< of 8-bit pictures, including the adaptation to the daylight
     float max_indirect = 0;  ///< greatest light of one indirect sample; 0: no limit
-    solar::Energy energy = {};       ///< of an analysis of energy
-    solar::SunWay sun_way = {};      ///< of an analysis of the sun
-    solar::FarHorizon horizon = {};  ///< of an analysis: terrain outside of the data
+    std::shared_ptr<const Measuring> measuring = {};  ///< nullptr: a picture
 
     /// Number of measured values for each pixel; 0 for pictures.
-    [[nodiscard]] std::size_t bands() const noexcept {
-        return core::band_count(scene.analysis.kind);
+    [[nodiscard]] std::size_t bands() const noexcept { return measuring ? measuring->bands : 0; }
+    [[nodiscard]] walk::ThinThings thin_things() const noexcept {
+        return measuring ? measuring->thin_things : walk::ThinThings::kBlock;
     }
     [[nodiscard]] tiles::PixelContent content() const noexcept {
         return {wants_layers(), static_cast<std::uint8_t>(bands())};
@@ -51,18 +67,23 @@ struct View {
 };
 
 /// The view of a world that a scene describes. A pure function of its arguments on every machine.
+/// @param measure nullptr: pictures only
 /// @throws UsageError for a level that the world does not have, ...; Error for an empty world
 [[nodiscard]] View make_view(const scene::Scene& scene, const voxel::WorldInfo& world,
-                             std::shared_ptr<const material::MaterialTable> materials);
+                             std::shared_ptr<const material::MaterialTable> materials,
+                             MakeMeasuring measure = nullptr);
 
 /// The same, with the materials that the scene names.
 /// @throws UsageError also for a camera inside rock
-[[nodiscard]] View make_view(const scene::Scene& scene, blocks::BlockManager& blocks);
+[[nodiscard]] View make_view(const scene::Scene& scene, blocks::BlockManager& blocks,
+                             MakeMeasuring measure = nullptr);
 
 /// Makes views of one world, one after the other. What a view has in common with the previous one
 /// is reused: materials and sky, which take some ten milliseconds.
 class ViewMaker {
 public:
+    explicit ViewMaker(MakeMeasuring measure = nullptr) noexcept : m_measure(measure) {}
+
     /// @throws as make_view
     [[nodiscard]] View make(const scene::Scene& scene, blocks::BlockManager& blocks);
 
@@ -77,6 +98,7 @@ public:
     };
 
 private:
+    MakeMeasuring m_measure;
     std::string m_named;
     std::shared_ptr<const material::MaterialTable> m_materials;  ///< of the material file
     std::optional<std::pair<SkyParameters, sky::Sky>> m_sky;

@@ -162,7 +162,7 @@ struct TileResult {
     std::vector<PixelSample> samples;
     /// Parallel to `samples`; empty where layers were not requested.
     std::vector<LayerSample> layers;
-    /// Of an analysis: core::band_count values for each sample, pixel by pixel; empty for pictures.
+    /// Of an analysis: PixelContent::bands values for each sample, pixel by pixel; else empty.
     std::vector<float> bands;
     TraceCounts counts;
     std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that were not available

@@ -119,10 +119,10 @@ void RayWave::shade(TracerTools& tools, std::span<shade::SampleSum> samples, Sta
         counts.rays[static_cast<std::size_t>(ray.kind)] +=
             !ray.is_fan() ? 1 : static_cast<std::uint64_t>(std::popcount(ray.fan_mask));
     clock.lap(tiles::TraceStage::kShading, counts);
-    if (tools.view.scene.analysis.kind == core::AnalysisKind::kNone)
-        trace_shadow_groups(tools, counts);
-    else
+    if (tools.view.measuring)
         m_fans.trace(tools, m_rays, counts);
+    else
+        trace_shadow_groups(tools, counts);
     clock.lap(tiles::TraceStage::kSun, counts);
     trace_scattered(tools);
     clock.lap(tiles::TraceStage::kScattered, counts);

@@ -9,32 +9,6 @@ namespace {
 
 constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 
-// Cells of an analysis that looks at sun or sky. More of them are not faster, and each may have up
-// to some forty rays in a wave: to its neighbours, or those of a fan that walk alone.
-constexpr std::size_t kAnalysisWaveCells = TileJob::kWaveRays / 2;
-
-// A line of sight sends its rays one after the other, and those of a wave end at different times:
-// one that begins with more of them stays large for longer.
-constexpr std::size_t kSightWaveFactor = 4;
-
-// A wave of many rays for each pixel must not take more memory than one of few.
-std::size_t part_blocks(const shade::View& view, std::size_t wave_rays) noexcept {
-    const auto& quality = view.scene.quality;
-    const core::AnalysisKind kind = view.scene.analysis.kind;
-    if (kind == core::AnalysisKind::kSight) {
-        const std::size_t observers = view.scene.analysis.observers.points.size();
-        const std::size_t cells = kSightWaveFactor * wave_rays / (1 + observers);
-        return std::max<std::size_t>(cells / kBlockPixels, 1);
-    }
-    if (kind != core::AnalysisKind::kNone && kind != core::AnalysisKind::kTerrain)
-        return std::max<std::size_t>(std::min(wave_rays, kAnalysisWaveCells) / kBlockPixels, 1);
-    const bool has_ambient_rays =
-        quality.integrator == core::Integrator::kDirect && quality.ambient_occlusion;
-    const std::size_t rays =
-        has_ambient_rays ? 1 + static_cast<std::size_t>(quality.ao_rays) / 2 : 1;
-    return std::max<std::size_t>(wave_rays / kBlockPixels / rays, 1);
-}
-
 }  // namespace
 
 void TileJob::start(const tiles::RenderTile& tile, std::size_t wave_rays) {
@@ -82,13 +56,14 @@ void TileJob::begin(TracerTools& tools) {
     const std::size_t pixels = m_pixels.cut(tools.view.camera, tools.beams);
     m_accumulator.begin_tile(pixels, tools.view.wants_layers(), tools.view.bands());
     m_clock.lap(tiles::TraceStage::kBeams, m_counts);
-    begin_part(tools.view);
+    begin_part(*tools.shading);
     begin_round(tools);
     m_begun = true;
 }
 
-void TileJob::begin_part(const shade::View& view) {
-    m_pixels.next_part(part_blocks(view, m_wave_rays));
+void TileJob::begin_part(const shade::RayEvaluator& evaluator) {
+    const std::size_t blocks = evaluator.wave_pixels(m_wave_rays) / kBlockPixels;
+    m_pixels.next_part(std::max<std::size_t>(blocks, 1));
     m_accumulator.begin_part(m_pixels.pixels().size());
 }
 
@@ -109,7 +84,7 @@ bool TileJob::end_round(TracerTools& tools) {
     if (!part_goes_on) {
         if (m_pixels.is_last_part())
             return false;
-        begin_part(tools.view);
+        begin_part(*tools.shading);
     }
     begin_round(tools);
     return true;

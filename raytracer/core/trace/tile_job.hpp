@@ -45,7 +45,7 @@ public:
 private:
     [[nodiscard]] bool trace(TracerTools& tools, const thread::StopCondition& stop);
     void begin(TracerTools& tools);
-    void begin_part(const shade::View& view);
+    void begin_part(const shade::RayEvaluator& evaluator);
     void begin_round(TracerTools& tools);
     [[nodiscard]] bool end_round(TracerTools& tools);
 

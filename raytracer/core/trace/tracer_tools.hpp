@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "raytracer/analyse/evaluators/evaluator.hpp"
+#include "raytracer/core/shade/shading.hpp"
 #include "raytracer/core/tiles/tile.hpp"
 #include "raytracer/core/walk/lamp_query.hpp"
 #include "raytracer/core/walk/lane_walk.hpp"
@@ -39,14 +39,14 @@ struct TracerTools {
     TracerTools(const shade::View& of, blocks::BlockManager& blocks, std::size_t pinned_bytes)
         : view(of),
           reader(blocks, pinned_bytes),
-          walk(reader, of.cut, analyse::thin_things(of)),
-          packets(walk::packet_walk(reader, of.cut, analyse::thin_things(of))),
-          lanes(walk::lane_walk(reader, of.cut, analyse::thin_things(of))),
+          walk(reader, of.cut, of.thin_things()),
+          packets(walk::packet_walk(reader, of.cut, of.thin_things())),
+          lanes(walk::lane_walk(reader, of.cut, of.thin_things())),
           beams(reader, of.cut),
           shafts(reader, of.cut),
           surroundings(reader, of.cut),
           lamps(reader, of.cut),
-          shading(analyse::make_evaluator(of)) {}
+          shading(shade::make_evaluator(of)) {}
 
     const shade::View& view;
     walk::BlockReader reader;

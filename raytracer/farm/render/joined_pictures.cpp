@@ -6,6 +6,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/world.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/output/denoise.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/output/picture.hpp"
@@ -66,7 +67,8 @@ void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::s
 output::PictureInfo joined_picture_info(const scene::Scene& scene, const voxel::WorldInfo& world,
                                         const RenderStatistics& statistics) {
     // No ray is traced, so the looks of materials are not needed.
-    return picture_info(shade::make_view(scene, world, nullptr), world, statistics, false);
+    return picture_info(shade::make_view(scene, world, nullptr, analyse::measure), world,
+                        statistics, false);
 }
 
 RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
@@ -77,7 +79,7 @@ RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
     const output::StreamShape shape = make_shape(key, scene);
     const voxel::WorldInfo world = voxel::world_from_json(key.world, "the checkpoint");
     // No ray is traced, so the looks of materials are not needed.
-    const shade::View view = shade::make_view(scene, world, nullptr);
+    const shade::View view = shade::make_view(scene, world, nullptr, analyse::measure);
     RenderStatistics s;
     s.threads = options.threads;
     s.damage = tiles.damage();

@@ -8,6 +8,7 @@
 
 #include "common/thread/stop.hpp"
 #include "common/util/stage_times.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/render/loaded_world.hpp"
 #include "raytracer/farm/render/render_pool.hpp"
@@ -102,7 +103,7 @@ private:
     int m_threads;
     const std::stop_token m_stop;
     std::function<void(std::uint64_t, std::uint64_t)> m_reported;
-    shade::ViewMaker m_views;
+    shade::ViewMaker m_views{analyse::measure};
     std::unique_ptr<RenderPool> m_render_pool;
     std::unique_ptr<shade::View> m_view;
     std::unique_ptr<farm::Checkpoint> m_checkpoint;

@@ -6,6 +6,7 @@
 #include "common/util/files.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/voxel/world.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
@@ -82,7 +83,8 @@ shade::View unpack(const PictureSpec& spec, const voxel::WorldInfo& world) {
     return shade::make_view(
         unpack_scene(spec.scene), world,
         std::make_shared<material::MaterialTable>(
-            material::parse_materials(spec.materials, "of the coordinator").appearances));
+            material::parse_materials(spec.materials, "of the coordinator").appearances),
+        analyse::measure);
 }
 
 std::string state_hash(const std::string& content) {

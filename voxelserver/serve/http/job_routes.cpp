@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "common/voxel/analysis.hpp"
 #include "voxelserver/serve/http/file_reply.hpp"
 #include "voxelserver/serve/jobs/job_queue.hpp"
 
@@ -75,7 +76,7 @@ nlohmann::json jobs_json(jobs::JobQueue* queue) {
         return {};
     const jobs::JobCounts counts = queue->counts();
     const jobs::JobLimits& limits = queue->limits();
-    return {{"kinds", jobs::job_kinds()},
+    return {{"kinds", voxel::list_analyses()},
             {"max_cells", limits.max_cells},
             {"max_minutes", limits.max_minutes},
             {"waiting", counts.waiting},

@@ -29,7 +29,7 @@ struct JobLimits {
 
 /// A checked request for an analysis.
 struct JobRequest {
-    std::string kind;  ///< terrain, sky, sun, energy, sight
+    std::string kind;  ///< one of voxel::list_analyses()
     std::int64_t cells = 0;
     /// Words of `terravox analyse KIND`, each an option with its value.
     std::vector<std::string> words;
@@ -41,9 +41,6 @@ struct JobRequest {
 /// @throws UsageError naming what is wrong, and what is allowed
 [[nodiscard]] JobRequest read_job_request(std::string_view body, const voxel::WorldInfo& world,
                                           const JobLimits& limits);
-
-/// Names of the kinds.
-[[nodiscard]] const std::vector<std::string>& job_kinds();
 
 /// What a queue works with.
 struct QueueOptions {

@@ -10,6 +10,7 @@
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
 #include "common/util/text.hpp"
+#include "common/voxel/analysis.hpp"
 
 namespace terravox::jobs {
 namespace {
@@ -51,10 +52,6 @@ bool is_zone(std::string_view text) {
            });
 }
 
-bool is_among(std::string_view kind, std::initializer_list<std::string_view> kinds) {
-    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-}
-
 /// Reads the members of a request, and notes which.
 class RequestReader {
 public:
@@ -68,20 +65,20 @@ public:
     JobRequest read() {
         read_kind();
         read_cells();
-        if (m_out.kind != "terrain")
+        if (m_terms->reads("analysis.surface"))
             word("surface", {"top", "ground"});
-        if (is_among(m_out.kind, {"sky", "sun", "energy"}))
+        if (m_terms->reads("analysis.thin_blocks"))
             if (const auto given = truth("thin_blocks"))
                 add("thin-blocks", *given ? "yes" : "no");
-        if (is_among(m_out.kind, {"sky", "energy"}))
+        if (m_terms->reads("analysis.directions"))
             number("directions", "directions", 16, 1024, true);
-        if (is_among(m_out.kind, {"sky", "sight"}))
+        if (m_terms->reads("analysis.range_m"))
             number("range_m", "range-m", 0, 1e6);
-        if (is_among(m_out.kind, {"sun", "energy"}))
+        if (m_terms->reads("sun.date"))
             read_time();
-        if (m_out.kind == "energy")
+        if (m_terms->reads("analysis.linke"))
             number("linke", "linke", 1, 10);
-        if (m_out.kind == "sight")
+        if (m_terms->reads("analysis.target_m"))
             read_sight();
         for (const auto& [name, value] : m_in.items())
             if (!m_known.contains(name))
@@ -152,12 +149,14 @@ private:
 
     void read_kind() {
         const json* kind = member("kind");
-        const auto& kinds = job_kinds();
-        if (kind == nullptr || !kind->is_string() ||
-            std::find(kinds.begin(), kinds.end(), kind->get<std::string>()) == kinds.end())
+        if (kind != nullptr && kind->is_string())
+            m_out.kind = kind->get<std::string>();
+        m_terms = std::find_if(
+            std::begin(voxel::kAnalyses), std::end(voxel::kAnalyses),
+            [&](const auto& terms) { return !terms.help.empty() && terms.name == m_out.kind; });
+        if (m_terms == std::end(voxel::kAnalyses))
             refuse(kind == nullptr ? "no 'kind'" : "'kind' is " + shown(*kind),
-                   "terrain, sky, sun, energy, sight");
-        m_out.kind = kind->get<std::string>();
+                   util::comma_list(voxel::list_analyses()));
     }
 
     void read_cells() {
@@ -231,6 +230,7 @@ private:
     const voxel::WorldInfo& m_world;
     const JobLimits& m_limits;
     std::set<std::string> m_known;
+    const voxel::AnalysisTerms* m_terms = nullptr;  ///< of the kind
     JobRequest m_out;
 };
 
@@ -239,11 +239,6 @@ private:
 JobRequest read_job_request(std::string_view body, const voxel::WorldInfo& world,
                             const JobLimits& limits) {
     return RequestReader(body, world, limits).read();
-}
-
-const std::vector<std::string>& job_kinds() {
-    static const std::vector<std::string> kKinds = {"terrain", "sky", "sun", "energy", "sight"};
-    return kKinds;
 }
 
 }  // namespace terravox::jobs

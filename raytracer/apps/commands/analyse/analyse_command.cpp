@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include <array>
+#include <list>
 #include <memory>
 
+#include "common/voxel/analysis.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/apps/commands/analyse/analyse_run.hpp"
 #include "raytracer/apps/commands/analyse/raster_outputs.hpp"
 #include "raytracer/apps/commands/analyse/sun_arguments.hpp"
@@ -12,9 +14,8 @@
 namespace terravox::commands {
 namespace {
 
-CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind kind,
-                   const std::string& description) {
-    CLI::App* command = group.add_subcommand(std::string(core::to_word(kind)), description);
+CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, const voxel::AnalysisTerms& terms) {
+    CLI::App* command = group.add_subcommand(std::string(terms.name), std::string(terms.help));
     command->add_option("inputs", args.world.inputs, world_inputs_help())->required();
     command->add_option("-o,--output", args.output, "raster to write: a Cloud Optimized GeoTIFF")
         ->required();
@@ -31,7 +32,8 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, core::AnalysisKind k
                         "I/N: only part I of N of the tiles, kept for terravox merge; no raster");
     add_report_options(*command, args.reports);
     add_verbosity_flags(*command, args.verbosity);
-    std::vector<std::string> sections = own_fields(kind);
+    std::vector<std::string> sections(terms.fields.begin(), terms.fields.end());
+    std::erase(sections, "");
     sections.insert(sections.end(), {"world", "generated", "processing", "quality.tile"});
     add_opening_arguments(*command, args.world, sections);
     add_render_pool_arguments(*command, args.render_pool);
@@ -65,34 +67,26 @@ std::function<util::ExitCode()> add_analyse_command(CLI::App& app) {
     group->require_subcommand(1);
     struct Kind {
         core::AnalysisKind kind;
-        const char* description;
         AnalyseArguments args{};
         CLI::App* command = nullptr;
     };
     using core::AnalysisKind;
-    const auto kinds = std::make_shared<std::array<Kind, 5>>(std::array<Kind, 5>{{
-        {AnalysisKind::kTerrain,
-         "Heights of surface and ground, slope, aspect, hillshade, class, material, colour"},
-        {AnalysisKind::kSky, "How much of the sky is seen: sky-view factor, openness"},
-        {AnalysisKind::kSun,
-         "Hours of direct sun on a day or in a period, or where it shines at an instant"},
-        {AnalysisKind::kEnergy,
-         "Energy of sun and sky on a day or in a period, on roofs and ground as they lie"},
-        {AnalysisKind::kSight, "What observers see, and from where they are seen: viewsheds"},
-    }});
-    for (Kind& kind : *kinds) {
-        kind.command = add_kind(*group, kind.args, kind.kind, kind.description);
-        if (kind.kind == AnalysisKind::kSun)
+    const auto kinds = std::make_shared<std::list<Kind>>();
+    for (const voxel::AnalysisTerms& terms : voxel::kAnalyses) {
+        if (terms.help.empty())
+            continue;
+        Kind& kind = kinds->emplace_back(Kind{terms.kind});
+        kind.command = add_kind(*group, kind.args, terms);
+        if (terms.kind == AnalysisKind::kSun)
             add_sun_options(*kind.command, kind.args.sun);
-        if (kind.kind == AnalysisKind::kSun || kind.kind == AnalysisKind::kEnergy ||
-            kind.kind == AnalysisKind::kSky)
+        if (analyse::find_analysis(terms.kind).sky != analyse::SkyUse::kNone)
             add_horizon_options(*kind.command, kind.args.horizon);
-        if (kind.kind == AnalysisKind::kEnergy) {
+        if (terms.kind == AnalysisKind::kEnergy) {
             add_weather_option(*kind.command, kind.args.weather);
             add_object_options(*kind.command, kind.args.objects);
             add_facade_options(*kind.command, kind.args.facades);
         }
-        if (kind.kind == AnalysisKind::kSight)
+        if (terms.kind == AnalysisKind::kSight)
             add_sight_options(*kind.command, kind.args);
     }
     return [kinds] {

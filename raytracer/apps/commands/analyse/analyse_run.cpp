@@ -16,6 +16,7 @@
 #include "common/thread/stop.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
@@ -182,8 +183,7 @@ private:
 
     void open_world() {
         m_loaded = std::make_shared<render::LoadedWorld>(m_args.world.options(m_scene), m_scene);
-        const bool needs_sun = core::needs_sun_way(m_kind) || m_kind == core::AnalysisKind::kEnergy;
-        if (needs_sun && !world().centre)
+        if (analyse::find_analysis(m_kind).sun != analyse::SunUse::kNone && !world().centre)
             throw util::UsageError("analyse " + std::string(core::to_word(m_kind)) + ": '" +
                                    world().title +
                                    "' has no place on Earth; allowed: worlds with a CRS");
@@ -240,13 +240,9 @@ private:
         const util::StageTimes::Scope timed(m_loaded->times, "write the raster");
         output::PictureInfo info =
             render::picture_info(renderer.view(), world(), statistics, false);
-        const Reported what{world(),
-                            m_scene,
-                            m_grid,
-                            own_fields(m_scene.analysis.kind),
-                            m_args.world.additions,
-                            m_args.weather,
-                            statistics.counts.holes.size()};
+        const Reported what{world(),        m_scene,
+                            m_grid,         m_args.world.additions,
+                            m_args.weather, statistics.counts.holes.size()};
         return write_outputs(cells, {m_args.output, m_args.reports, m_objects}, what,
                              std::move(info),
                              thread::thread_count(m_scene.processing.threads.value_or(0)), stop);

@@ -1,56 +1,15 @@
 #include "raytracer/apps/commands/analyse/raster_outputs.hpp"
 
-#include <algorithm>
 #include <CLI/CLI.hpp>
 
 #include "common/util/error.hpp"
+#include "common/voxel/analysis.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/report/html_report.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 
 namespace terravox::commands {
-
-std::vector<std::string> own_fields(core::AnalysisKind kind) {
-    switch (kind) {
-        case core::AnalysisKind::kTerrain:
-            return {"analysis.relief", "analysis.window", "analysis.fill_m",
-                    "analysis.relief_light"};
-        case core::AnalysisKind::kSky:
-            return {"analysis.surface", "analysis.thin_blocks", "analysis.directions",
-                    "analysis.range_m"};
-        case core::AnalysisKind::kShadow:
-            return {"analysis.surface", "analysis.thin_blocks", "sun.date", "sun.time_h",
-                    "sun.zone",         "sun.utc_offset_h"};
-        case core::AnalysisKind::kSun:
-        case core::AnalysisKind::kSunPeriod:
-        case core::AnalysisKind::kSunMonths:
-            return {
-                "analysis.surface", "analysis.thin_blocks", "analysis.step_min", "analysis.from",
-                "analysis.to",      "analysis.bin_deg",     "sun.date",          "sun.zone",
-                "sun.utc_offset_h"};
-        case core::AnalysisKind::kEnergy:
-            return {"analysis.surface",
-                    "analysis.thin_blocks",
-                    "analysis.directions",
-                    "analysis.step_min",
-                    "analysis.from",
-                    "analysis.to",
-                    "analysis.bin_deg",
-                    "analysis.linke",
-                    "analysis.diffuse",
-                    "analysis.albedo",
-                    "analysis.crown_light",
-                    "analysis.storey_m",
-                    "sun.date",
-                    "sun.zone",
-                    "sun.utc_offset_h"};
-        case core::AnalysisKind::kSight:
-            return {"analysis.surface", "analysis.range_m", "analysis.target_m",
-                    "analysis.curvature", "analysis.refraction"};
-        default: return {};
-    }
-}
 
 namespace {
 
@@ -64,10 +23,9 @@ analyse::ReportFacts collect_facts(const Reported& what) {
     facts.cell_m = what.grid.edge_m;
     facts.missing_boxes = what.missing_boxes;
     const bool has_period = !what.scene.analysis.from.empty();
+    const voxel::AnalysisTerms& terms = voxel::find_terms(facts.kind);
     for (const auto& [path, text] : scene::field_texts(what.scene)) {
-        const bool is_own =
-            std::find(what.fields.begin(), what.fields.end(), path) != what.fields.end();
-        if (is_own && text && !(has_period && path == "sun.date"))
+        if (terms.reads(path) && text && !(has_period && path == "sun.date"))
             facts.settings.emplace_back(path.substr(path.find('.') + 1), *text);
     }
     const auto& analysis = what.scene.analysis;

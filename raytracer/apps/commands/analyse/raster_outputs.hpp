@@ -13,13 +13,6 @@
 #include "raytracer/apps/commands/analyse/object_arguments.hpp"
 #include "raytracer/core/scene/scene.hpp"
 
-namespace terravox::commands {
-
-/// The fields of a scene that an analysis has options for, in addition to those of all.
-[[nodiscard]] std::vector<std::string> own_fields(core::AnalysisKind kind);
-
-}  // namespace terravox::commands
-
 namespace CLI {
 class App;
 }
@@ -43,8 +36,6 @@ struct Reported {
     const voxel::WorldInfo& world;
     const scene::Scene& scene;
     const analyse::CellGrid& grid;
-    /// Paths of the scene's fields that the analysis has options for.
-    std::vector<std::string> fields;
     std::vector<std::string> additions;  ///< planned objects, as they were given
     std::string weather;                 ///< file instead of a clear sky; empty: none
     std::size_t missing_boxes = 0;

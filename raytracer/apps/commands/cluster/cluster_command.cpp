@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/voxel/analysis.hpp"
 #include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/animate/video.hpp"
@@ -15,8 +16,6 @@ namespace terravox::commands {
 namespace {
 
 using namespace cluster;
-
-const std::vector<std::string> kAnalyses = {"terrain", "sky", "sun", "energy", "sight"};
 
 struct Arguments {
     SlurmOptions slurm;
@@ -144,7 +143,7 @@ void add_analyse(CLI::App& command, Arguments& args) {
         .add_option("--analyse", args.slurm.analyse,
                     "an analysis instead of a picture: its kind; the arguments that follow are "
                     "those of `terravox analyse KIND`")
-        ->check(CLI::IsMember(kAnalyses));
+        ->check(CLI::IsMember(voxel::list_analyses()));
 }
 
 /// Options for independent tasks: frames of an animation, or parts of a picture.
@@ -305,7 +304,8 @@ CLI::App* add_bake(CLI::App& cluster, Arguments& args) {
         "`cluster slurm --batch` "
         "calls this by itself.");
     std::vector<std::string> bakers = {"render", "animate"};
-    bakers.insert(bakers.end(), kAnalyses.begin(), kAnalyses.end());
+    const std::vector<std::string> analyses = voxel::list_analyses();
+    bakers.insert(bakers.end(), analyses.begin(), analyses.end());
     command->add_option("--for", args.bake_for, "whose arguments follow")
         ->check(CLI::IsMember(bakers))
         ->capture_default_str();

@@ -116,7 +116,6 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
     const Reported what{world,
                         scene,
                         grid,
-                        own_fields(scene.analysis.kind),
                         list_additions(key),
                         scene.analysis.light.empty() ? "" : "a weather file",
                         statistics.counts.holes.size()};

@@ -7,7 +7,6 @@
 namespace {
 
 using namespace terravox;
-using core::EnergyBand;
 using test::ArrayWorld;
 using test::in_the_open;
 using test::kTown;
@@ -27,10 +26,6 @@ std::unique_ptr<ArrayWorld> flat(int half, int top) {
     return world;
 }
 
-double value(const Measured& raster, int x, int z, EnergyBand band) {
-    return static_cast<double>(raster.at(x, z, band));
-}
-
 }  // namespace
 
 TEST_CASE("an open plane gets the energy of the closed form", "[raytracer][analyse]") {
@@ -44,23 +39,20 @@ TEST_CASE("an open plane gets the energy of the closed form", "[raytracer][analy
         const Measured raster(*world, scene, {});
         for (int z = -12; z < 12; ++z)
             for (int x = -12; x < 12; ++x) {
-                REQUIRE(value(raster, x, z, EnergyBand::kHole) == 0);
-                REQUIRE(value(raster, x, z, EnergyBand::kSlope) == 0);
-                REQUIRE(value(raster, x, z, EnergyBand::kAspect) ==
-                        static_cast<double>(core::kNoData));
-                REQUIRE(value(raster, x, z, EnergyBand::kBeam) ==
-                        Approx(expected.beam).epsilon(1e-3));
-                REQUIRE(value(raster, x, z, EnergyBand::kDiffuse) ==
-                        Approx(expected.diffuse).epsilon(1e-4));
-                REQUIRE(value(raster, x, z, EnergyBand::kReflected) == 0);
-                REQUIRE(value(raster, x, z, EnergyBand::kTotal) ==
+                REQUIRE(value(raster, x, z, "hole") == 0);
+                REQUIRE(value(raster, x, z, "slope") == 0);
+                REQUIRE(value(raster, x, z, "aspect") == static_cast<double>(core::kNoData));
+                REQUIRE(value(raster, x, z, "beam") == Approx(expected.beam).epsilon(1e-3));
+                REQUIRE(value(raster, x, z, "diffuse") == Approx(expected.diffuse).epsilon(1e-4));
+                REQUIRE(value(raster, x, z, "reflected") == 0);
+                REQUIRE(value(raster, x, z, "kwh_m2") ==
                         Approx(expected.beam + expected.diffuse).epsilon(1e-3));
             }
     }
     // What Perez takes from the even sky comes from around the sun.
     scene.analysis.diffuse = "perez";
     const Measured perez(*world, scene, {});
-    CHECK(value(perez, 0, 0, EnergyBand::kDiffuse) == Approx(expected.diffuse).epsilon(0.01));
+    CHECK(value(perez, 0, 0, "diffuse") == Approx(expected.diffuse).epsilon(0.01));
 }
 
 TEST_CASE("slopes made of voxels get the energy of the plane", "[raytracer][analyse]") {
@@ -90,11 +82,11 @@ TEST_CASE("slopes made of voxels get the energy of the plane", "[raytracer][anal
         constexpr int kCells = 8 * 32;
         for (int z = -16; z < 16; ++z)
             for (int x = -4; x < 4; ++x) {
-                beam += value(raster, x, z, EnergyBand::kBeam) / kCells;
-                diffuse += value(raster, x, z, EnergyBand::kDiffuse) / kCells;
-                slope_deg += value(raster, x, z, EnergyBand::kSlope) / kCells;
-                REQUIRE(value(raster, x, z, EnergyBand::kAspect) == (slope.rise > 0 ? 180 : 0));
-                reflected += value(raster, x, z, EnergyBand::kReflected) / kCells;
+                beam += value(raster, x, z, "beam") / kCells;
+                diffuse += value(raster, x, z, "diffuse") / kCells;
+                slope_deg += value(raster, x, z, "slope") / kCells;
+                REQUIRE(value(raster, x, z, "aspect") == (slope.rise > 0 ? 180 : 0));
+                reflected += value(raster, x, z, "reflected") / kCells;
             }
         CHECK(slope_deg == Approx(std::atan(std::abs(slope.rise)) * 180 / det::kPi).margin(0.8));
         CHECK(beam == Approx(expected.beam).epsilon(0.02));
@@ -129,11 +121,11 @@ TEST_CASE("crowns let a share of light through by season, and what is solid lets
         const Light open = in_the_open(scene, {0, 1, 0}, 0);
         const Measured inside(*world, scene, {});
         for (const int x : {0, 3, -4}) {
-            CHECK(value(inside, x, 1, EnergyBand::kBeam) ==
+            CHECK(value(inside, x, 1, "beam") ==
                   Approx(open.beam * season.share).epsilon(5e-3).margin(1e-9));
-            CHECK(value(inside, x, 1, EnergyBand::kDiffuse) ==
+            CHECK(value(inside, x, 1, "diffuse") ==
                   Approx(open.diffuse * season.share).epsilon(1e-4).margin(1e-9));
-            CHECK(value(inside, x, 1, EnergyBand::kSunHours) == 0);
+            CHECK(value(inside, x, 1, "sun_hours") == 0);
         }
     }
     world->fill({-6, 6, -6}, {6, 7, 6}, Material::kBridge);
@@ -146,13 +138,13 @@ TEST_CASE("crowns let a share of light through by season, and what is solid lets
     scene.analysis.crown_light = "0.25";
     scene.analysis.thin_blocks = true;
     const Measured closed(*world, scene, {});
-    CHECK(value(closed, 0, 0, EnergyBand::kTotal) == 0);
+    CHECK(value(closed, 0, 0, "kwh_m2") == 0);
     // Past trunks and wires light of the sky comes in through the crowns behind them.
     scene.analysis.thin_blocks = false;
     const Measured passed(*world, scene, {});
-    CHECK(value(passed, 0, 0, EnergyBand::kDiffuse) > 0);
+    CHECK(value(passed, 0, 0, "diffuse") > 0);
     scene.analysis.crown_light = "0";
-    CHECK(value(Measured(*world, scene, {}), 0, 0, EnergyBand::kTotal) == 0);
+    CHECK(value(Measured(*world, scene, {}), 0, 0, "kwh_m2") == 0);
 }
 
 TEST_CASE("a cell whose light or neighbours are behind a hole has no energy",
@@ -164,11 +156,11 @@ TEST_CASE("a cell whose light or neighbours are behind a hole has no energy",
     const Measured raster(world, energy_scene("2026-06-21", "2026-06-21"), {});
     for (const int x : {90, 63, 62, 50}) {
         INFO(x);
-        CHECK(raster.at(x, 10, EnergyBand::kHole) == 1);
-        CHECK(raster.at(x, 10, EnergyBand::kTotal) == core::kNoData);
+        CHECK(raster.at(x, 10, "hole") == 1);
+        CHECK(raster.at(x, 10, "kwh_m2") == core::kNoData);
         // Those that are themselves behind the hole have nothing at all.
         const bool is_seen = x < 64;
-        CHECK(raster.at(x, 10, EnergyBand::kMaterial) ==
+        CHECK(raster.at(x, 10, "material") ==
               (is_seen ? static_cast<float>(Material::kGrass) : core::kNoData));
     }
 }

@@ -9,7 +9,6 @@
 namespace {
 
 using namespace terravox;
-using core::FacadeBand;
 using core::WallSide;
 using test::ArrayWorld;
 using test::energy_scene;
@@ -49,10 +48,6 @@ scene::Scene facade_scene(WallSide side, int storey) {
     return scene;
 }
 
-double value(const Measured& raster, int x, int z, FacadeBand band) {
-    return static_cast<double>(raster.at(x, z, band));
-}
-
 /// Sums over the walls of a raster.
 struct Walls {
     int count = 0;
@@ -66,14 +61,14 @@ Walls find_walls(const Measured& raster, double azimuth_deg = 0) {
     Walls out;
     for (int z = -40; z < 40; ++z)
         for (int x = -40; x < 40; ++x) {
-            const double area = value(raster, x, z, FacadeBand::kArea);
+            const double area = value(raster, x, z, "area");
             if (area <= 0)
                 continue;
-            const double azimuth = value(raster, x, z, FacadeBand::kAzimuth);
+            const double azimuth = value(raster, x, z, "azimuth");
             ++out.count;
             out.area_m2 += area;
-            out.beam += value(raster, x, z, FacadeBand::kBeam) * area;
-            out.diffuse += value(raster, x, z, FacadeBand::kDiffuse) * area;
+            out.beam += value(raster, x, z, "beam") * area;
+            out.diffuse += value(raster, x, z, "diffuse") * area;
             out.east += std::sin(azimuth * kRad) * area;
             out.north += std::cos(azimuth * kRad) * area;
             out.farthest_deg =
@@ -104,19 +99,16 @@ TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
             // In the middle of the wall, away from corners, which look round.
             const int x = is_long ? 0 : (side == WallSide::kEast ? 4 : -5);
             const int z = is_long ? (side == WallSide::kSouth ? 3 : -4) : 0;
-            CHECK(value(raster, x, z, FacadeBand::kBottom) == Approx(storey * 3));
-            CHECK(value(raster, x, z, FacadeBand::kHeight) == 3);
-            CHECK(value(raster, x, z, FacadeBand::kArea) == Approx(3));
-            CHECK(value(raster, x, z, FacadeBand::kSkyView) == Approx(0.5));
-            CHECK(value(raster, x, z, FacadeBand::kReflected) ==
-                  Approx(expected.reflected).epsilon(0.005));
-            CHECK(std::abs(std::remainder(value(raster, x, z, FacadeBand::kAzimuth) - azimuth,
-                                          360.0)) < 1e-3);
-            CHECK(value(raster, x, z, FacadeBand::kTotal) ==
-                  Approx(value(raster, x, z, FacadeBand::kBeam) +
-                         value(raster, x, z, FacadeBand::kDiffuse) +
-                         value(raster, x, z, FacadeBand::kReflected)));
-            CHECK(value(raster, 20, 20, FacadeBand::kTotal) == static_cast<double>(core::kNoData));
+            CHECK(value(raster, x, z, "bottom") == Approx(storey * 3));
+            CHECK(value(raster, x, z, "height") == 3);
+            CHECK(value(raster, x, z, "area") == Approx(3));
+            CHECK(value(raster, x, z, "sky_view") == Approx(0.5));
+            CHECK(value(raster, x, z, "reflected") == Approx(expected.reflected).epsilon(0.005));
+            CHECK(std::abs(std::remainder(value(raster, x, z, "azimuth") - azimuth, 360.0)) < 1e-3);
+            CHECK(value(raster, x, z, "kwh_m2") ==
+                  Approx(value(raster, x, z, "beam") + value(raster, x, z, "diffuse") +
+                         value(raster, x, z, "reflected")));
+            CHECK(value(raster, 20, 20, "kwh_m2") == static_cast<double>(core::kNoData));
         }
     CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 4), {})).count == 0);
 }
@@ -145,16 +137,16 @@ TEST_CASE("an oblique wall has its own area and light, though its voxels are sta
         const Measured raster(*world, facade_scene(side, 1), {});
         for (int z = -40; z < 40; ++z)
             for (int x = -40; x < 40; ++x) {
-                const double area = value(raster, x, z, FacadeBand::kArea);
+                const double area = value(raster, x, z, "area");
                 if (area <= 0)
                     continue;
                 all_m2 += area;
-                const double off = value(raster, x, z, FacadeBand::kAzimuth) - azimuth_deg;
+                const double off = value(raster, x, z, "azimuth") - azimuth_deg;
                 if (std::abs(std::remainder(off, 360.0)) > 30)
                     continue;
                 area_m2 += area;
-                beam += value(raster, x, z, FacadeBand::kBeam) * area;
-                diffuse += value(raster, x, z, FacadeBand::kDiffuse) * area;
+                beam += value(raster, x, z, "beam") * area;
+                diffuse += value(raster, x, z, "diffuse") * area;
             }
     }
     CHECK(all_m2 == Approx(3 * 120).epsilon(0.05));
@@ -206,7 +198,7 @@ TEST_CASE("roofs that slope have no facades", "[raytracer][analyse]") {
     CHECK(find_walls(Measured(*world, facade_scene(WallSide::kSouth, 0), {})).count == 0);
     // Its gable ends are walls, as high as the roof is there.
     const Measured east(*world, facade_scene(WallSide::kEast, 0), {});
-    CHECK(value(east, 9, 0, FacadeBand::kHeight) == 3);
+    CHECK(value(east, 9, 0, "height") == 3);
     CHECK(find_walls(Measured(*world, facade_scene(WallSide::kEast, 2), {})).count > 2);
 }
 
@@ -217,11 +209,10 @@ TEST_CASE("walls behind a hole are counted, never dark", "[raytracer][analyse]")
     double holes = 0;
     for (int z = -40; z < 40; ++z)
         for (int x = -40; x < 40; ++x) {
-            const double hole = value(raster, x, z, FacadeBand::kHole);
+            const double hole = value(raster, x, z, "hole");
             holes += hole;
             if (hole > 0)
-                REQUIRE(value(raster, x, z, FacadeBand::kTotal) ==
-                        static_cast<double>(core::kNoData));
+                REQUIRE(value(raster, x, z, "kwh_m2") == static_cast<double>(core::kNoData));
         }
     CHECK(holes > 0);
 }

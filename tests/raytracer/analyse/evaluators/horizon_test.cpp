@@ -16,7 +16,6 @@
 namespace {
 
 using namespace terravox;
-using core::SkyBand;
 using solar::FarHorizon;
 using solar::FarTop;
 using test::ArrayWorld;
@@ -214,10 +213,10 @@ TEST_CASE("a ring of hills hides the sky below its rim") {
     const Measured within(*world, scene, {});
     const int x = world->info().bounds.min[0] + 20;
     const int z = world->info().bounds.min[2] + 20;
-    CHECK(open.at(x, z, SkyBand::kCosine) == Approx(1).margin(1e-3));
+    CHECK(open.at(x, z, "svf") == Approx(1).margin(1e-3));
     const double slope = kRim_m / kRadius_m;
     const double expected = 1 / (1 + slope * slope);
-    CHECK(within.at(x, z, SkyBand::kCosine) == Approx(expected).margin(0.01));
+    CHECK(within.at(x, z, "svf") == Approx(expected).margin(0.01));
 }
 
 TEST_CASE("a ridge takes the sun of those in its shadow alone") {
@@ -234,8 +233,7 @@ TEST_CASE("a ridge takes the sun of those in its shadow alone") {
     const auto hours = [&](const scene::Scene& of) {
         const Measured measured(*world, of, {});
         return static_cast<double>(measured.at(world->info().bounds.min[0] + 20,
-                                               world->info().bounds.min[2] + 20,
-                                               core::SunBand::kHours));
+                                               world->info().bounds.min[2] + 20, "sun_hours"));
     };
     const double free_h = hours(scene);
     scene::Scene behind = scene;

@@ -3,10 +3,13 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"
 #include "raytracer/core/blocks/block_manager.hpp"
@@ -30,13 +33,14 @@ public:
     Measured(voxel::World& world, scene::Scene scene, const Options& options)
         : m_grid(analyse::grid_over(world.info(), options.area.value_or(world.info().bounds),
                                     options.edge_m)),
-          m_count(core::band_count(scene.analysis.kind)),
+          m_bands(analyse::find_analysis(scene.analysis.kind).bands),
+          m_count(analyse::count_measured(m_bands)),
           m_values(static_cast<std::size_t>(m_grid.columns) *
                    static_cast<std::size_t>(m_grid.rows) * m_count) {
         analyse::look_at_cells(m_grid, world.info(), scene);
         scene.quality.tile = {options.tile_px};
         blocks::BlockManager blocks(world, std::size_t{256} << 20);
-        const shade::View view = shade::make_view(scene, blocks);
+        const shade::View view = shade::make_view(scene, blocks, analyse::measure);
         processors::ThreadProcessor processor(view, blocks, options.threads);
         m_counts = render::render_stream({view, processor, true, {}}, *this);
     }
@@ -50,14 +54,14 @@ public:
     }
 
     /// @param x, z voxels of level 0
-    template <class Band>
-    [[nodiscard]] float at(int x, int z, Band band) const {
+    /// @param band its name
+    [[nodiscard]] float at(int x, int z, std::string_view band) const {
         const auto cell = [&](int voxel, std::int64_t first) {
             return static_cast<int>(std::floor(voxel / m_grid.edge_voxels)) -
                    static_cast<int>(first);
         };
         return m_values.at(index(cell(x, m_grid.west), cell(z, m_grid.north)) +
-                           static_cast<std::size_t>(band));
+                           analyse::find_plane(m_bands, band));
     }
     [[nodiscard]] const std::vector<float>& values() const noexcept { return m_values; }
     [[nodiscard]] const render::RenderCounts& counts() const noexcept { return m_counts; }
@@ -71,10 +75,15 @@ private:
                m_count;
     }
     analyse::CellGrid m_grid;
+    std::span<const analyse::RasterBand> m_bands;
     std::size_t m_count;
     std::vector<float> m_values;
     render::RenderCounts m_counts;
 };
+
+inline double value(const Measured& raster, int x, int z, std::string_view band) {
+    return static_cast<double>(raster.at(x, z, band));
+}
 
 inline scene::Scene analysis_scene(core::AnalysisKind kind) {
     scene::Scene scene;

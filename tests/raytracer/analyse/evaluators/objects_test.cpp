@@ -45,7 +45,7 @@ std::unique_ptr<analyse::CellFile> to_raster(const TemporaryFolder& folder, cons
                 values.push_back(static_cast<float>(
                     value_at(grid[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)],
                              y * columns + x)));
-        out->write(analyse::band_number(core::AnalysisKind::kEnergy, band), all, values);
+        out->write(band, all, values);
     };
     const auto value = [](float number) {
         return [number](int kind, int) { return kind == 2 ? core::kNoData : number; };

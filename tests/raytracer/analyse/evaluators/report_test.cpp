@@ -3,6 +3,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "common/util/error.hpp"
 #include "raytracer/analyse/report/html_report.hpp"
@@ -32,10 +33,10 @@ std::unique_ptr<analyse::CellFile> sky_raster(const TemporaryFolder& folder, con
             hole.push_back(first.back() == core::kNoData && y % 2 == 1 ? 1.0F : 0.0F);
         }
     const analyse::CellRectangle all{0, 0, columns, rows};
-    cells->write(1, all, first);
-    cells->write(2, all, first);
-    cells->write(3, all, first);
-    cells->write(4, all, hole);
+    cells->write("svf", all, first);
+    cells->write("sky_view_solid", all, first);
+    cells->write("openness", all, first);
+    cells->write("hole", all, hole);
     return cells;
 }
 
@@ -49,6 +50,13 @@ std::size_t count_matches(const std::string& text, const std::string& part) {
     for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
         ++count;
     return count;
+}
+
+const analyse::BandStyle& style_for(core::AnalysisKind kind, std::string_view band) {
+    const auto& bands = analyse::find_analysis(kind).bands;
+    return std::find_if(bands.begin(), bands.end(),
+                        [&](const auto& one) { return one.name == band; })
+        ->style;
 }
 
 analyse::ReportFacts some_facts() {
@@ -68,7 +76,7 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
         return x == 3 ? core::kNoData : static_cast<float>(x + 1000 * (y / 50));
     };
     const auto cells = sky_raster(folder, value_at);
-    const auto found = analyse::measure_statistics(*cells, 1, {});
+    const auto found = analyse::measure_statistics(*cells, "svf", {});
     CHECK(found.cells == (kColumns - 1) * kRows);
     CHECK(found.min == 0);
     CHECK(found.max == kColumns - 1 + 1000);
@@ -84,7 +92,7 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
     CHECK(std::abs(found.quantile(0.25) - 75) <= bin_width + 1);
     CHECK(found.quantile(1) == Approx(found.max));
 
-    const auto counts = analyse::count_values(*cells, 1, {});
+    const auto counts = analyse::count_values(*cells, "svf", {});
     CHECK(counts.size() == 2 * (kColumns - 1));
     CHECK(counts.at(1007) == kRows / 2);
     CHECK(counts.count(3) == 0);
@@ -93,7 +101,7 @@ TEST_CASE("statistics of a band are those of its values", "[raytracer][analyse]"
 TEST_CASE("a band without values has statistics of nothing", "[raytracer][analyse]") {
     const TemporaryFolder folder;
     const auto cells = sky_raster(folder, [](int, int) { return core::kNoData; });
-    CHECK(analyse::measure_statistics(*cells, 1, {}).cells == 0);
+    CHECK(analyse::measure_statistics(*cells, "svf", {}).cells == 0);
     // A report of it is still one, with a table and no map.
     const auto out = folder.path() / "report.html";
     analyse::write_report(*cells, out, some_facts(), {});
@@ -122,7 +130,7 @@ TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]
     s.min = 293.4;
     s.max = 411.8;
     s.bins.fill(1);
-    const auto heights = analyse::scale_for(*analyse::choose_style("dtm"), s);
+    const auto heights = analyse::scale_for(style_for(core::AnalysisKind::kTerrain, "dtm"), s);
     CHECK(heights.low <= 294.7);
     CHECK(heights.high >= 410.6);
     CHECK(heights.high - heights.low <= 2 * (s.max - s.min));
@@ -131,10 +139,10 @@ TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]
         CHECK((tick.share >= -1e-9 && tick.share <= 1 + 1e-9));
     // All values alike.
     s.min = s.max = 5;
-    const auto flat = analyse::scale_for(*analyse::choose_style("dtm"), s);
+    const auto flat = analyse::scale_for(style_for(core::AnalysisKind::kTerrain, "dtm"), s);
     CHECK(flat.high > flat.low);
     CHECK(flat.ticks.size() < 20);
-    const auto fixed = analyse::scale_for(*analyse::choose_style("svf"), s);
+    const auto fixed = analyse::scale_for(style_for(core::AnalysisKind::kSky, "svf"), s);
     CHECK((fixed.low == 0 && fixed.high == 1));
 }
 
@@ -143,9 +151,9 @@ TEST_CASE("a map shows values, what has none, and what could not be read", "[ray
     // The right half has no value; its odd rows are holes.
     const auto value_at = [](int x, int) { return x < 2 ? 0.25F : core::kNoData; };
     const auto cells = sky_raster(folder, value_at, 4, 4);
-    const auto legend = analyse::scale_for(*analyse::choose_style("svf"),
-                                           analyse::measure_statistics(*cells, 1, {}));
-    const auto map = analyse::draw_band(*cells, core::AnalysisKind::kSky, 1, legend, 20);
+    const auto legend = analyse::scale_for(style_for(core::AnalysisKind::kSky, "svf"),
+                                           analyse::measure_statistics(*cells, "svf", {}));
+    const auto map = analyse::draw_band(*cells, "svf", legend, 20);
     REQUIRE((map.width == 20 && map.height == 20));
     CHECK(map.cells_per_px == Approx(0.2));
     const auto at = [&](int x, int y) {

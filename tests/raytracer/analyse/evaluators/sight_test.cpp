@@ -9,7 +9,6 @@
 namespace {
 
 using namespace terravox;
-using core::SightBand;
 using test::ArrayWorld;
 using test::Measured;
 using voxel::Material;
@@ -72,7 +71,7 @@ TEST_CASE("a wall on a plain hides what lies below the line over its top", "[ray
             if (std::abs(middle - hidden_to) < 0.51)
                 continue;
             const bool is_hidden = x >= kWall + 2 && middle < hidden_to;
-            CHECK(raster.at(x, -1, SightBand::kSeen) == (is_hidden ? 0.0F : 1.0F));
+            CHECK(raster.at(x, -1, "seen") == (is_hidden ? 0.0F : 1.0F));
         }
     }
 }
@@ -102,7 +101,7 @@ TEST_CASE("over a flat sea a sail vanishes where the horizons of mast and eye me
             std::sqrt(2 * radius_m * kEye_m) + std::sqrt(2 * radius_m * kSail_m);
         int last = 0;
         for (int x = 0; x < kLength; ++x)
-            if (raster.at(x, -1, SightBand::kSeen) > 0) {
+            if (raster.at(x, -1, "seen") > 0) {
                 CHECK(x - last <= 1);
                 last = x;
             }
@@ -113,7 +112,7 @@ TEST_CASE("over a flat sea a sail vanishes where the horizons of mast and eye me
     }
     scene.analysis.curvature = false;
     const Measured flat(world, scene, options);
-    CHECK(flat.at(kLength - 1, -1, SightBand::kSeen) == 1);
+    CHECK(flat.at(kLength - 1, -1, "seen") == 1);
 }
 
 TEST_CASE("who sees is seen", "[raytracer][analyse]") {
@@ -144,9 +143,9 @@ TEST_CASE("who sees is seen", "[raytracer][analyse]") {
         for (std::size_t i = 0; i < eyes.size(); ++i)
             for (std::size_t j = 0; j < i; ++j) {
                 const float there =
-                    rasters[i].at(find_cell(eyes[j][0]), find_cell(eyes[j][2]), SightBand::kSeen);
+                    rasters[i].at(find_cell(eyes[j][0]), find_cell(eyes[j][2]), "seen");
                 const float back =
-                    rasters[j].at(find_cell(eyes[i][0]), find_cell(eyes[i][2]), SightBand::kSeen);
+                    rasters[j].at(find_cell(eyes[i][0]), find_cell(eyes[i][2]), "seen");
                 CHECK(there == back);
                 seen += there > 0 ? 1 : 0;
             }
@@ -164,15 +163,15 @@ TEST_CASE("several observers add up, and the nearest gives the distance", "[rayt
     const Measured both(*world, sight_scene({one, other}), {});
     for (int z = -24; z < 24; ++z)
         for (int x = -24; x < 24; ++x) {
-            const float a = first.at(x, z, SightBand::kSeen);
-            const float b = second.at(x, z, SightBand::kSeen);
-            CHECK(both.at(x, z, SightBand::kSeen) == a + b);
-            const float near_a = first.at(x, z, SightBand::kDistance);
-            const float near_b = second.at(x, z, SightBand::kDistance);
+            const float a = first.at(x, z, "seen");
+            const float b = second.at(x, z, "seen");
+            CHECK(both.at(x, z, "seen") == a + b);
+            const float near_a = first.at(x, z, "distance_m");
+            const float near_b = second.at(x, z, "distance_m");
             const float expected = a > 0 && b > 0 ? std::min(near_a, near_b)
                                    : a > 0        ? near_a
                                                   : near_b;
-            CHECK(both.at(x, z, SightBand::kDistance) == expected);
+            CHECK(both.at(x, z, "distance_m") == expected);
         }
 }
 
@@ -182,12 +181,12 @@ TEST_CASE("what is seen below a deck is seen on the ground", "[raytracer][analys
     world.fill({0, 5, -4}, {10, 6, 4}, Material::kBridge);
     scene::Scene scene = sight_scene({{-15.5, 1.5, 0.5}});
     const Measured top(world, scene, {});
-    CHECK(top.at(5, 0, SightBand::kSeen) == 0);
-    CHECK(top.at(5, 0, SightBand::kMaterial) == static_cast<float>(Material::kBridge));
+    CHECK(top.at(5, 0, "seen") == 0);
+    CHECK(top.at(5, 0, "material") == static_cast<float>(Material::kBridge));
     scene.analysis.surface = core::AnalysisSurface::kGround;
     const Measured ground(world, scene, {});
-    CHECK(ground.at(5, 0, SightBand::kSeen) == 1);
-    CHECK(ground.at(5, 0, SightBand::kMaterial) == static_cast<float>(Material::kGrass));
+    CHECK(ground.at(5, 0, "seen") == 1);
+    CHECK(ground.at(5, 0, "material") == static_cast<float>(Material::kGrass));
 }
 
 TEST_CASE("cells beyond the range are not seen", "[raytracer][analyse]") {
@@ -196,9 +195,9 @@ TEST_CASE("cells beyond the range are not seen", "[raytracer][analyse]") {
     scene::Scene scene = sight_scene({{0.5, 3, -0.5}});
     scene.analysis.range_m = 40;
     const Measured raster(world, scene, one_row(0, 100));
-    CHECK(raster.at(40, -1, SightBand::kSeen) == 1);
-    CHECK(raster.at(41, -1, SightBand::kSeen) == 0);
-    CHECK(raster.at(41, -1, SightBand::kDistance) == core::kNoData);
+    CHECK(raster.at(40, -1, "seen") == 1);
+    CHECK(raster.at(41, -1, "seen") == 0);
+    CHECK(raster.at(41, -1, "distance_m") == core::kNoData);
 }
 
 TEST_CASE("a line of sight through a hole has no value", "[raytracer][analyse]") {
@@ -206,11 +205,11 @@ TEST_CASE("a line of sight through a hole has no value", "[raytracer][analyse]")
     world.fill({0, -1, 0}, {192, 0, 64}, Material::kGrass);
     world.make_hole({0, 1, 0, 0});
     const Measured raster(world, sight_scene({{10.5, 5, 30.5}}), {});
-    CHECK(raster.at(20, 30, SightBand::kSeen) == 1);
-    CHECK(raster.at(100, 30, SightBand::kSeen) == core::kNoData);
-    CHECK(raster.at(100, 30, SightBand::kHole) == 1);
-    CHECK(raster.at(150, 30, SightBand::kSeen) == core::kNoData);
-    CHECK(raster.at(150, 30, SightBand::kHole) == 1);
+    CHECK(raster.at(20, 30, "seen") == 1);
+    CHECK(raster.at(100, 30, "seen") == core::kNoData);
+    CHECK(raster.at(100, 30, "hole") == 1);
+    CHECK(raster.at(150, 30, "seen") == core::kNoData);
+    CHECK(raster.at(150, 30, "hole") == 1);
 }
 
 TEST_CASE("observers are placed on tops, on the ground, and where they may be",

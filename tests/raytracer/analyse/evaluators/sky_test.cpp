@@ -8,7 +8,6 @@
 namespace {
 
 using namespace terravox;
-using core::SkyBand;
 using test::ArrayWorld;
 using test::Measured;
 using voxel::Material;
@@ -60,7 +59,7 @@ WorldPtr basin(int radius, int depth) {
 }
 
 /// Mean of a band along the middle of a street.
-double mean_along(const Measured& raster, int from, int to, SkyBand band) {
+double mean_along(const Measured& raster, int from, int to, std::string_view band) {
     double sum = 0;
     for (int z = from; z < to; ++z)
         sum += static_cast<double>(raster.at(0, z, band));
@@ -91,10 +90,10 @@ TEST_CASE("an open plane sees all of the sky", "[raytracer][analyse]") {
     const Measured raster = measure_sky(world);
     for (int z = -20; z < 20; ++z)
         for (int x = -20; x < 20; ++x) {
-            REQUIRE(std::abs(raster.at(x, z, SkyBand::kCosine) - 1) < 1e-5F);
-            REQUIRE(std::abs(raster.at(x, z, SkyBand::kSolid) - 1) < 1e-5F);
-            REQUIRE(std::abs(raster.at(x, z, SkyBand::kOpenness) - 90) < 1e-3F);
-            REQUIRE(raster.at(x, z, SkyBand::kHole) == 0);
+            REQUIRE(std::abs(raster.at(x, z, "svf") - 1) < 1e-5F);
+            REQUIRE(std::abs(raster.at(x, z, "sky_view_solid") - 1) < 1e-5F);
+            REQUIRE(std::abs(raster.at(x, z, "openness") - 90) < 1e-3F);
+            REQUIRE(raster.at(x, z, "hole") == 0);
         }
 }
 
@@ -107,10 +106,10 @@ TEST_CASE("the ground inside of a closed hall sees no sky, and its roof all",
     scene::Scene scene = sky_scene();
     scene.analysis.surface = core::AnalysisSurface::kGround;
     const Measured inside = measure_sky(world, scene);
-    CHECK(inside.at(0, 0, SkyBand::kCosine) == 0);
-    CHECK(inside.at(7, -8, SkyBand::kSolid) == 0);
-    CHECK(inside.at(-8, 3, SkyBand::kOpenness) == 0);
-    CHECK(measure_sky(world).at(0, 0, SkyBand::kCosine) > 0.9999F);
+    CHECK(inside.at(0, 0, "svf") == 0);
+    CHECK(inside.at(7, -8, "sky_view_solid") == 0);
+    CHECK(inside.at(-8, 3, "openness") == 0);
+    CHECK(measure_sky(world).at(0, 0, "svf") > 0.9999F);
 }
 
 TEST_CASE("people stand in low vegetation, and below crowns", "[raytracer][analyse]") {
@@ -122,9 +121,9 @@ TEST_CASE("people stand in low vegetation, and below crowns", "[raytracer][analy
     scene.analysis.surface = core::AnalysisSurface::kGround;
     const Measured raster = measure_sky(world, scene);
     // Between stalks there is none; below the crown there is some from the side.
-    CHECK(raster.at(-10, 0, SkyBand::kCosine) > 0.8F);
-    CHECK(raster.at(12, 0, SkyBand::kCosine) < 0.3F);
-    CHECK(raster.at(6, 0, SkyBand::kCosine) > 0);
+    CHECK(raster.at(-10, 0, "svf") > 0.8F);
+    CHECK(raster.at(12, 0, "svf") < 0.3F);
+    CHECK(raster.at(6, 0, "svf") > 0);
 }
 
 TEST_CASE("grass, trunks and wires hide no sky from the ground, unless they are to block",
@@ -154,11 +153,11 @@ TEST_CASE("grass, trunks and wires hide no sky from the ground, unless they are 
             if ((x + z) % 3 != 0)
                 continue;
             ++cells;
-            REQUIRE(passed.at(x, z, SkyBand::kCosine) == wanted.at(x, z, SkyBand::kCosine));
-            REQUIRE(blocked.at(x, z, SkyBand::kCosine) <= passed.at(x, z, SkyBand::kCosine));
+            REQUIRE(passed.at(x, z, "svf") == wanted.at(x, z, "svf"));
+            REQUIRE(blocked.at(x, z, "svf") <= passed.at(x, z, "svf"));
         }
     CHECK(cells > 500);
-    CHECK(blocked.at(0, 0, SkyBand::kCosine) < passed.at(0, 0, SkyBand::kCosine));
+    CHECK(blocked.at(0, 0, "svf") < passed.at(0, 0, "svf"));
     CHECK(measure_sky(*grown, scene, {3, 7}).values() == blocked.values());
     scene.analysis.thin_blocks = false;
     CHECK(measure_sky(*grown, scene, {3, 7}).values() == passed.values());
@@ -182,11 +181,11 @@ TEST_CASE("street canyons have the sky-view factor of the closed form", "[raytra
         const Measured raster = measure_sky(*world, sky_scene(), within({0, -1, -32}, {1, 0, 32}));
         // The sine of the angle between the wall's top and the zenith.
         const double expected = c.width / 2.0 / std::hypot(c.width / 2.0, c.height);
-        const double svf = mean_along(raster, -32, 32, SkyBand::kCosine);
+        const double svf = mean_along(raster, -32, 32, "svf");
         CHECK(std::abs(svf - expected) < 0.005);
         double square = 0;
         for (int z = -32; z < 32; ++z) {
-            const double error = static_cast<double>(raster.at(0, z, SkyBand::kCosine)) - expected;
+            const double error = static_cast<double>(raster.at(0, z, "svf")) - expected;
             square += error * error / 64;
         }
         CHECK(std::sqrt(square) < 0.013);
@@ -208,11 +207,10 @@ TEST_CASE("round basins have the sky-view factors of the closed forms", "[raytra
         const Measured raster = measure_sky(*world, sky_scene(), within({0, -1, 0}, {1, 0, 1}));
         const double horizon = std::atan2(b.depth, b.radius);
         const double cosine = std::cos(horizon);
-        CHECK(std::abs(static_cast<double>(raster.at(0, 0, SkyBand::kCosine)) - cosine * cosine) <
-              0.01);
-        CHECK(std::abs(static_cast<double>(raster.at(0, 0, SkyBand::kSolid)) -
+        CHECK(std::abs(static_cast<double>(raster.at(0, 0, "svf")) - cosine * cosine) < 0.01);
+        CHECK(std::abs(static_cast<double>(raster.at(0, 0, "sky_view_solid")) -
                        (1 - std::sin(horizon))) < 0.01);
-        CHECK(std::abs(static_cast<double>(raster.at(0, 0, SkyBand::kOpenness)) -
+        CHECK(std::abs(static_cast<double>(raster.at(0, 0, "openness")) -
                        (90 - horizon * 180 / det::kPi)) < 0.9);
     }
 }
@@ -229,7 +227,7 @@ TEST_CASE("nothing that is added shows more sky", "[raytracer][analyse]") {
         int less = 0;
         for (int z = -20; z < 20; ++z)
             for (int x = -20; x < 20; ++x)
-                for (const SkyBand band : {SkyBand::kCosine, SkyBand::kSolid, SkyBand::kOpenness}) {
+                for (const std::string_view band : {"svf", "sky_view_solid", "openness"}) {
                     const float then = before.at(x, z, band);
                     const float now = after.at(x, z, band);
                     if (then == core::kNoData || now == core::kNoData)
@@ -246,9 +244,9 @@ TEST_CASE("rays of a limited range see no farther", "[raytracer][analyse]") {
     scene::Scene scene = sky_scene();
     scene.analysis.range_m = 20;
     const Measured::Options middle = within({0, -1, 0}, {1, 0, 1});
-    CHECK(measure_sky(*world, scene, middle).at(0, 0, SkyBand::kCosine) > 0.9999F);
+    CHECK(measure_sky(*world, scene, middle).at(0, 0, "svf") > 0.9999F);
     scene.analysis.range_m = 30;
-    CHECK(measure_sky(*world, scene, middle).at(0, 0, SkyBand::kCosine) < 0.99F);
+    CHECK(measure_sky(*world, scene, middle).at(0, 0, "svf") < 0.99F);
 }
 
 TEST_CASE("a cell whose rays meet a hole has no value, and is counted", "[raytracer][analyse]") {
@@ -257,10 +255,10 @@ TEST_CASE("a cell whose rays meet a hole has no value, and is counted", "[raytra
     world.fill({70, 0, -20}, {74, 30, 20}, Material::kWall);
     world.make_hole({0, 1, 0, 0});
     const Measured raster = measure_sky(world);
-    CHECK(raster.at(90, 10, SkyBand::kCosine) == core::kNoData);
-    CHECK(raster.at(90, 10, SkyBand::kHole) == 1);
+    CHECK(raster.at(90, 10, "svf") == core::kNoData);
+    CHECK(raster.at(90, 10, "hole") == 1);
     // Its horizon has the hole in it.
-    CHECK(raster.at(50, 10, SkyBand::kCosine) == core::kNoData);
-    CHECK(raster.at(50, 10, SkyBand::kHole) == 1);
+    CHECK(raster.at(50, 10, "svf") == core::kNoData);
+    CHECK(raster.at(50, 10, "hole") == 1);
     CHECK(raster.counts().holes.size() == 1);
 }

@@ -72,11 +72,11 @@ TEST_CASE("a tile of an analysis that is stopped again and again has the same va
         INFO(c.name << (has_hole ? ", with a hole" : ""));
         auto world = valley(has_hole);
         const scene::Scene scene = over_the_house(c, *world);
-        test::Job job(scene, std::size_t{256} << 20, std::move(world));
+        test::Job job(scene, std::size_t{256} << 20, std::move(world), analyse::measure);
         // The first run finds none of the boxes.
         const tiles::TileResult pieces = traced(job, thread::StopCondition(stopped.get_token()));
         const tiles::TileResult whole = traced(job, thread::StopCondition({}));
-        CHECK(whole.bands.size() == kSide * kSide * core::band_count(scene.analysis.kind));
+        CHECK(whole.bands.size() == kSide * kSide * job.view.bands());
         CHECK(pieces.bands == whole.bands);
         CHECK(pieces.counts.rays == whole.counts.rays);
         CHECK(pieces.counts.hole_rays == whole.counts.hole_rays);

@@ -41,15 +41,15 @@ TEST_CASE("a camera sees the hours of sun that a raster has") {
     const auto grid = analyse::grid_over(world->info(), world->info().bounds, 1);
     analyse::look_at_cells(grid, world->info(), scene);
     scene.quality.samples = 64;
-    test::Job job(scene, std::size_t{256} << 20, std::move(world));
+    test::Job job(scene, std::size_t{256} << 20, std::move(world), analyse::measure);
     const output::Film film = test::render_scene(job, 2);
-    const double day_h = job.view.sun_way.hours;
+    const double day_h = analyse::day_hours(job.view);
     double least = 24;
     double most = 0;
     for (int z = 0; z < 30; z += 3)
         for (int x = 1; x < 32; x += 5) {
             CAPTURE(x, z);
-            const double expected = static_cast<double>(cells.at(x, z, core::SunBand::kHours));
+            const double expected = static_cast<double>(cells.at(x, z, "sun_hours"));
             // The samples of a pixel are strewn over the cell, of which the raster takes the
             // middle.
             CHECK(static_cast<double>(film.at(x, z).colour.r) * day_h ==
@@ -71,11 +71,11 @@ TEST_CASE("walls are in the sun on their own side alone") {
     scene.camera.target = {16, 6, 30};
     scene.output.size_px = {33, 33};
     scene.quality.samples = 4;
-    test::Job north(scene, std::size_t{256} << 20, std::move(world));
+    test::Job north(scene, std::size_t{256} << 20, std::move(world), analyse::measure);
     // In October the sun is always in the south.
     CHECK(test::render_scene(north, 1).at(16, 16).colour.r == 0);
     scene.camera.position = {16, 6, 80};
-    test::Job south(scene, std::size_t{256} << 20, meadow_with_wall());
+    test::Job south(scene, std::size_t{256} << 20, meadow_with_wall(), analyse::measure);
     CHECK(test::render_scene(south, 1).at(16, 16).colour.r > 0.9F);
 }
 

@@ -4,7 +4,6 @@
 namespace {
 
 using namespace terravox;
-using core::TerrainBand;
 using test::ArrayWorld;
 using test::Measured;
 using voxel::Material;
@@ -53,11 +52,11 @@ TEST_CASE("surface and ground of a cell are the tops of its voxels", "[raytracer
     const Measured raster = measure_terrain(*world);
     for (const Cell& c : cells) {
         INFO(c.name);
-        CHECK(raster.at(c.x, c.z, TerrainBand::kSurface) == c.surface);
-        CHECK(raster.at(c.x, c.z, TerrainBand::kGround) == c.ground);
-        CHECK(raster.at(c.x, c.z, TerrainBand::kMaterial) ==
+        CHECK(raster.at(c.x, c.z, "dsm") == c.surface);
+        CHECK(raster.at(c.x, c.z, "dtm") == c.ground);
+        CHECK(raster.at(c.x, c.z, "material") ==
               (c.surface == none ? none : static_cast<float>(c.material)));
-        CHECK(raster.at(c.x, c.z, TerrainBand::kHole) == 0);
+        CHECK(raster.at(c.x, c.z, "hole") == 0);
     }
 }
 
@@ -68,8 +67,8 @@ TEST_CASE("cells of several voxels are measured at their middle, east and south 
     options.edge_m = 8;
     const Measured raster = measure_terrain(*world, options);
     // The cell [0, 8) x [0, 8) has its middle at the corner of voxel (4, 4): the house.
-    CHECK(raster.at(0, 0, TerrainBand::kSurface) == 12);
-    CHECK(raster.at(8, 0, TerrainBand::kSurface) == 5);
+    CHECK(raster.at(0, 0, "dsm") == 12);
+    CHECK(raster.at(8, 0, "dsm") == 5);
 }
 
 TEST_CASE("a missing box is a hole in the terrain, and no depth", "[raytracer][analyse]") {
@@ -77,8 +76,8 @@ TEST_CASE("a missing box is a hole in the terrain, and no depth", "[raytracer][a
     world.fill({0, 0, 0}, {100, 5, 20}, Material::kGrass);
     world.make_hole({0, 1, 0, 0});
     const Measured raster = measure_terrain(world);
-    CHECK(raster.at(63, 3, TerrainBand::kSurface) == 5);
-    CHECK(raster.at(64, 3, TerrainBand::kSurface) == core::kNoData);
-    CHECK(raster.at(64, 3, TerrainBand::kHole) == 1);
+    CHECK(raster.at(63, 3, "dsm") == 5);
+    CHECK(raster.at(64, 3, "dsm") == core::kNoData);
+    CHECK(raster.at(64, 3, "hole") == 1);
     CHECK(raster.counts().holes.size() == 1);
 }

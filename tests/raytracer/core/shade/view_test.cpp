@@ -1,9 +1,33 @@
+#include <memory>
+#include <utility>
+
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 using namespace terravox;
 using terravox::test::Job;
 using terravox::test::small_scene;
+
+TEST_CASE("what measures must be given to the view of a scene that is no picture",
+          "[raytracer][render][analyse]") {
+    Job job(small_scene());
+    scene::Scene scene = small_scene();
+    scene.analysis.kind = core::AnalysisKind::kSky;
+    CHECK_THROWS_WITH(shade::make_view(scene, job.blocks),
+                      test::contains("allowed for pictures: none"));
+    const auto measure = [](const scene::Scene&, const voxel::WorldInfo&) {
+        auto out = std::make_shared<shade::Measuring>();
+        out->bands = 3;
+        out->thin_things = walk::ThinThings::kPass;
+        return std::shared_ptr<const shade::Measuring>(std::move(out));
+    };
+    const shade::View view = shade::make_view(scene, job.blocks, measure);
+    CHECK(view.bands() == 3);
+    CHECK(view.content().bands == 3);
+    CHECK(view.thin_things() == walk::ThinThings::kPass);
+    CHECK(job.view.bands() == 0);
+    CHECK(job.view.thin_things() == walk::ThinThings::kBlock);
+}
 
 TEST_CASE("the exposure follows dusk and night without a jump, and leaves the day alone",
           "[raytracer][render][light]") {

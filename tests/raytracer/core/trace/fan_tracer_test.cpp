@@ -110,9 +110,7 @@ TEST_CASE("the rays of fans end as they do one by one", "[raytracer][trace][hole
     Random random(41);
     auto world = landscape();
     world->make_hole({0, 0, 0, 1});
-    scene::Scene scene = small_scene();
-    scene.analysis.kind = core::AnalysisKind::kSky;
-    Job job(scene, std::size_t{256} << 20, std::move(world));
+    Job job(small_scene(), std::size_t{256} << 20, std::move(world));
     trace::TracerTools tools(job.view, job.blocks, std::size_t{1} << 20);
     const auto table = some_table(random);
     tools.shading = std::make_unique<TableEvaluator>(table);
@@ -165,9 +163,7 @@ TEST_CASE("the rays of fans end as they do one by one", "[raytracer][trace][hole
 
 TEST_CASE("a fan tracer that is cleared takes no rays of the next wave for its own",
           "[raytracer][trace]") {
-    scene::Scene scene = small_scene();
-    scene.analysis.kind = core::AnalysisKind::kSky;
-    Job job(scene);
+    Job job(small_scene());
     trace::TracerTools tools(job.view, job.blocks, std::size_t{1} << 20);
     Random random(3);
     const auto table = some_table(random);

@@ -2,7 +2,7 @@ import type { ColourScale, Ramp, ScaleEnds } from './colour-scale.js';
 
 /**
  * How the bands of analyses are drawn: colours and fixed ends are those of the report
- * (raytracer/analyse/report/band_style.cpp), which also rounds the ends that the values give.
+ * (raytracer/analyse/evaluators/analysis.cpp), which also rounds the ends that the values give.
  */
 
 export type BandStyle = ScaleEnds & {
