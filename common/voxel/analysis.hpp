@@ -22,6 +22,7 @@ enum class AnalysisKind : std::uint8_t {
     kEnergy,     ///< energy of the sun and of the sky
     kFacade,     ///< the same, on the walls of one side and storey
     kSight,      ///< what observers see
+    kClearance,  ///< the free height above the ground
 };
 
 /// Paths of fields of a scene; what is empty is none.
@@ -79,6 +80,8 @@ inline constexpr AnalysisTerms kAnalyses[] = {
      "What observers see, and from where they are seen: viewsheds",
      {{"analysis.surface", "analysis.range_m", "analysis.target_m", "analysis.curvature",
        "analysis.refraction"}}},
+    {AnalysisKind::kClearance, "clearance",
+     "Free height above the ground, below decks, wires and crowns"},
 };
 
 [[nodiscard]] inline const AnalysisTerms& find_terms(AnalysisKind kind) noexcept {

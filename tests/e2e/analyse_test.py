@@ -87,6 +87,7 @@ class Rasters(Case):
             ("sun", ["sunlit", "hole"], ["--at", "12:00"]),
             ("energy", ENERGY, YEAR),
             ("sight", SIGHT, []),
+            ("clearance", ["clearance", "material", "hole"], []),
         ):
             with self.subTest(kind, flags=flags):
                 info = self.info(raster(kind, *flags))
@@ -132,6 +133,20 @@ class Rasters(Case):
         self.assertGreater(interpolated, 5)
 
     @only_in_all
+    def test_free_heights_end_below_the_surface(self):
+        heights = zip(
+            self.values(raster("clearance"), 1),
+            self.values(raster("terrain"), 1 + TERRAIN.index("ndsm")),
+            strict=True,
+        )
+        pairs = [pair for rows in heights for pair in zip(*rows, strict=True)]
+        free = [pair for pair in pairs if pair[0] != NO_DATA]
+        self.assertGreater(len(free), 100)
+        self.assertLess(len(free), len(pairs) / 2)
+        for height, surface in free:
+            self.assertGreaterEqual(height, 0)
+            self.assertLess(height, surface)
+
     def test_a_summary_of_what_observers_see_is_that_of_the_file(self):
         west, south, east, north = area()
         first = ["--observer", f"{west + 10},{south + 10},+2"]

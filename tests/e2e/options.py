@@ -8,7 +8,8 @@ from support import ROOT, Run, binary
 
 # In the order of how often the pages name them: a program is started only when it is needed.
 RAYTRACER = ["render", "convert", "map", "publish", "view", "worker", "animate", "preview"]
-RAYTRACER += [f"analyse {kind}" for kind in ("terrain", "sky", "sun", "energy", "sight")]
+ANALYSES = ("terrain", "sky", "sun", "energy", "sight", "clearance")
+RAYTRACER += [f"analyse {kind}" for kind in ANALYSES]
 RAYTRACER += ["world info", "merge"]
 RAYTRACER += [f"farm {name}" for name in ("certs", "status", "pause", "resume")]
 RAYTRACER += [f"cluster {name}" for name in ("slurm", "openjd", "kubernetes", "bake")]

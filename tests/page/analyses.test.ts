@@ -241,7 +241,9 @@ test('what is asked for has the form of the interface', () => {
     to: '2026-06-30',
     step_min: 30,
   });
-  assert.deepEqual(toBody({ ...wish, kind: 'terrain' }, placed), { kind: 'terrain', ...body });
+  for (const kind of ['terrain', 'clearance'] as const) {
+    assert.deepEqual(toBody({ ...wish, kind }, placed), { kind, ...body });
+  }
   assert.deepEqual(toBody({ ...wish, kind: 'sight' }, placed), {
     kind: 'sight',
     ...body,

@@ -429,7 +429,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     const kinds = await watched.page
       .locator('#analysis-kind option')
       .evaluateAll((options) => options.map((option) => (option as HTMLOptionElement).value));
-    assert.deepEqual(kinds, ['terrain', 'sky', 'sight']);
+    assert.deepEqual(kinds, ['terrain', 'sky', 'sight', 'clearance']);
     await closeClean(watched);
     fake.isOnEarth = true;
   });

@@ -13,7 +13,7 @@ constexpr Analysis kPicture{core::AnalysisKind::kNone};
 constexpr const Analysis* kTable[] = {
     &kPicture,           &kTerrainAnalysis,   &kSkyAnalysis,    &kSunAnalysis,
     &kSunPeriodAnalysis, &kSunMonthsAnalysis, &kShadowAnalysis, &kSunViewAnalysis,
-    &kEnergyAnalysis,    &kFacadeAnalysis,    &kSightAnalysis,
+    &kEnergyAnalysis,    &kFacadeAnalysis,    &kSightAnalysis,  &kClearanceAnalysis,
 };
 static_assert(std::size(kTable) == std::size(voxel::kAnalyses));
 

@@ -99,7 +99,7 @@ std::unique_ptr<const shade::RayEvaluator> make(const shade::View& view, const S
 // Each is defined by the source that measures it, and a row of the table in analysis.cpp.
 extern const Analysis kTerrainAnalysis, kSkyAnalysis, kSunAnalysis, kSunPeriodAnalysis,
     kSunMonthsAnalysis, kShadowAnalysis, kSunViewAnalysis, kEnergyAnalysis, kFacadeAnalysis,
-    kSightAnalysis;
+    kSightAnalysis, kClearanceAnalysis;
 
 [[nodiscard]] const Analysis& find_analysis(core::AnalysisKind kind) noexcept;
 

@@ -256,7 +256,8 @@ class World:
         """Measure the world on a grid of cells, as `terravox analyse` does.
 
         :param kind: terrain, sky, sun (of a day, or of a period by the fields analysis.from and
-            analysis.to), sun-months (of a period), shadow (at sun.time_h), energy or sight
+            analysis.to), sun-months (of a period), shadow (at sun.time_h), energy, sight or
+            clearance
         :param resolution: edge of a cell, metres; None: that of a voxel
         :param level: of the voxels; None: the coarsest that are no larger than a cell
         :param observers: of kind sight: easting, northing and height of the observers

@@ -57,6 +57,9 @@ TEST_CASE("a request becomes options of the command, each a word of its own",
          R"({"kind": "sight", "area": [0, 0, 1, 1], "observers": [[0.5, 0.25, 1.6]],
              "target_m": 2})",
          {"--area=0,0,1,1", "--resolution=0.5", "--observer=0.5,0.25,+1.6", "--target-height=2"}},
+        {"clearance",
+         R"({"kind": "clearance", "area": [0, 0, 1, 1]})",
+         {"--area=0,0,1,1", "--resolution=0.5"}},
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK(list_words(c.body) == c.words);
@@ -114,6 +117,8 @@ TEST_CASE("what is no request is refused, and says what is allowed", "[voxelserv
          "0.5 to"},
         {"another name", R"({"kind": "sky", "area": [0, 0, 1, 1], "o": "/etc/passwd"})", "'o' of"},
         {"of another kind", R"({"kind": "sky", "area": [0, 0, 1, 1], "linke": 3})", "'linke' of"},
+        {"a surface of the ground alone",
+         R"({"kind": "clearance", "area": [0, 0, 1, 1], "surface": "top"})", "'surface' of"},
         {"a file", R"({"kind": "energy", "area": [0, 0, 1, 1], "weather": "/etc/passwd"})",
          "'weather' of"},
         {"a day that is none", R"({"kind": "sun", "area": [0, 0, 1, 1], "date": "21. 6. 2026"})",

@@ -4,6 +4,7 @@ import {
   countCells,
   daysOfPeriod,
   hasDays,
+  hasSurface,
   kMaxDays,
   resolutionFor,
   type Kind,
@@ -18,6 +19,7 @@ const kNames: Readonly<Record<Kind, string>> = {
   sun: 'Hours of sun',
   energy: 'Energy of the sun',
   sight: 'Seen from a place',
+  clearance: 'Free height above the ground',
 };
 const kSurfaces: Readonly<Record<Wish['surface'], string>> = {
   top: 'roofs and crowns',
@@ -58,7 +60,7 @@ const dayText = (day: string): string => kDay.format(new Date(day));
 /** What a result is of: by the time that it is shown the form may say something else. */
 export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }: Wish): string {
   const parts: string[] = [kNames[kind]];
-  if (kind !== 'terrain') parts.push(kSurfaces[surface]);
+  if (hasSurface(kind)) parts.push(kSurfaces[surface]);
   if (hasDays(kind)) parts.push(from === to ? dayText(from) : `${dayText(from)} to ${dayText(to)}`);
   parts.push(`cells of ${resolutionM} m`);
   const sentences = [`${parts.join(' · ')}.`];
@@ -154,7 +156,7 @@ export class AnalysisForm {
 
   #showRows(): void {
     const kind = this.#kind.value as Kind;
-    this.#rows.surface.hidden = kind === 'terrain';
+    this.#rows.surface.hidden = !hasSurface(kind);
     this.#rows.days.hidden = !hasDays(kind);
     for (const day of [this.#from, this.#to]) day.disabled = !hasDays(kind);
     this.#rows.observer.hidden = kind !== 'sight';

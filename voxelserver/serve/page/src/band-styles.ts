@@ -40,6 +40,7 @@ const kStyles: Readonly<Record<string, BandStyle>> = {
     high: 1,
     words: ['not seen', 'seen'],
   },
+  clearance: { title: 'Free height above the ground', ramp: 'much', low: 0 },
   distance_m: { title: 'Distance to the place', ramp: 'much', low: 0 },
   hole: {
     title: 'Data that could not be read',

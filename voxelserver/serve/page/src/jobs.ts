@@ -4,10 +4,12 @@ import { isFields, toNumber, toText } from './json.js';
 
 /** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
 
-export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight'] as const;
+export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight', 'clearance'] as const;
 export type Kind = (typeof kKinds)[number];
 /** Whether it is of the sun, so of some days. */
 export const hasDays = (kind: Kind): boolean => kind === 'sun' || kind === 'energy';
+/** Whether it is measured on the surface that is chosen: of others there is one alone. */
+export const hasSurface = (kind: Kind): boolean => kind !== 'terrain' && kind !== 'clearance';
 /** @param isOnEarth elsewhere nobody knows where the sun is */
 export const listKinds = (isOnEarth: boolean): readonly Kind[] =>
   kKinds.filter((kind) => isOnEarth || !hasDays(kind));
@@ -68,7 +70,7 @@ export function toBody(
   const [west, south, east, north] = wish.extent as [number, number, number, number];
   const area = isPlaced ? [west, south, east, north] : [west / u, -north / u, east / u, -south / u];
   const body: Record<string, unknown> = { kind: wish.kind, area, resolution_m: wish.resolutionM };
-  if (wish.kind !== 'terrain') body['surface'] = wish.surface;
+  if (hasSurface(wish.kind)) body['surface'] = wish.surface;
   if (hasDays(wish.kind)) Object.assign(body, toDateFields(wish));
   if (wish.kind === 'sight' && wish.observer) {
     const [e, n, above] = wish.observer;
