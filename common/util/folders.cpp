@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -48,12 +49,34 @@ std::filesystem::path module_file(std::string_view name) {
     return own.parent_path() / name;
 }
 
+namespace {
+
+// log4cplus::shutdownThreadPool(), where OpenVDB is built with log4cplus, as in Debian.
+constexpr const char* kEndLogThreads = "_ZN9log4cplus18shutdownThreadPoolEv";
+
+bool has_log4cplus() {
+    return dl_iterate_phdr(
+               [](dl_phdr_info* object, std::size_t /*size*/, void* /*unused*/) {
+                   return std::strstr(object->dlpi_name, "/liblog4cplus") != nullptr ? 1 : 0;
+               },
+               nullptr) != 0;
+}
+
+}  // namespace
+
 void* open_module(std::string_view name, std::string_view what) {
     const std::filesystem::path file = module_file(name);
+    const bool is_another_s = has_log4cplus();
     // Never closed: threads, exceptions and objects of the library may outlive the caller that
     // opened it.
-    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
+    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+        // log4cplus starts threads when it is loaded, for appenders that nobody here has. Where a
+        // process forks later, the child would wait for them at its end, for ever.
+        if (auto* end = reinterpret_cast<void (*)()>(dlsym(library, kEndLogThreads));
+            end != nullptr && !is_another_s)
+            end();
         return library;
+    }
     const char* why = dlerror();
     throw Error("load the {} {}: {}", what, file.string(), why != nullptr ? why : "unknown error");
 }

@@ -1,9 +1,7 @@
 #include "voxelserver/out/export/vdb/vdb.hpp"
 
 #include <dlfcn.h>
-#include <link.h>
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <regex>
 #include <string>
@@ -18,25 +16,9 @@ namespace terravox::exports {
 namespace {
 
 constexpr const char* kWhat = "OpenVDB module";
-// log4cplus::shutdownThreadPool(), where OpenVDB is built with log4cplus, as in Debian.
-constexpr const char* kEndLogThreads = "_ZN9log4cplus18shutdownThreadPoolEv";
-
-bool has_log4cplus() {
-    return dl_iterate_phdr(
-               [](dl_phdr_info* object, std::size_t /*size*/, void* /*unused*/) {
-                   return std::strstr(object->dlpi_name, "/liblog4cplus") != nullptr ? 1 : 0;
-               },
-               nullptr) != 0;
-}
 
 WriteVdb* load() {
-    const bool is_another_s = has_log4cplus();
     void* const module = util::open_module(TERRAVOX_VDB_MODULE, kWhat);
-    // log4cplus starts threads when it is loaded, for appenders that nobody here has. Where a
-    // process forks later, the child would wait for them at its end, for ever.
-    if (auto* end = reinterpret_cast<void (*)()>(dlsym(module, kEndLogThreads));
-        end != nullptr && !is_another_s)
-        end();
     auto* const write = reinterpret_cast<WriteVdb*>(dlsym(module, kWriteVdb));
     if (write == nullptr)
         throw util::Error("load the " + std::string(kWhat) + " " +
