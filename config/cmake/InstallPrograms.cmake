@@ -17,6 +17,9 @@ include_guard(GLOBAL)
 set(programs
   terravox-archive terravox-convert terravox-laz terravox-publish terravox-raytracer terravox-stac
   terravox-survey terravox-view terravox-voxelserver terravox_tls_symbol terravox_worlds_module)
+if(NOT TERRAVOX_WHEEL)
+  list(APPEND programs terravox_picture_module)
+endif()
 if(TERRAVOX_VDB)
   list(APPEND programs terravox_vdb_module)
 endif()

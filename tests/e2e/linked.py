@@ -51,7 +51,7 @@ NAMESPACES = {
     r"nanoflann": "nanoflann",
     r"Catch": "Catch2",
     r"(LAS|ByteStream|Arithmetic|Integer)\w*": "LASzip",
-    r"I(mf|ex|lmThread)_\w*": "OpenEXR",
+    r"OpenImageIO\w*": "OpenImageIO",
     r"Imath_\w*": "Imath",
     r"fmt": "{fmt}",
     r"google": "Protocol Buffers",

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The modules: that of the voxel server, which reads LiDAR files and images, and that of OpenVDB.
+"""The modules: that of the voxel server, which reads LiDAR files and images, those of OpenVDB and
+of OpenImageIO.
 
 Programs start without them, and report their errors as their own.
 """
@@ -24,6 +25,7 @@ from support import (
 PROGRAM = pathlib.Path(binary("VOXELSERVER"))
 MODULE = PROGRAM.parent / "terravox-worlds.so"
 VDB_MODULE = PROGRAM.parent / "terravox-vdb.so"
+PICTURE_MODULE = PROGRAM.parent / "terravox-pictures.so"
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
 
 
@@ -135,33 +137,59 @@ class Module(Case):
             del os.environ["TERRAVOX_CONFIG"]
 
 
+def programs():
+    folder = PROGRAM.parent
+    files = [path for path in folder.glob("terravox-*") if not path.suffix]
+    files += [folder.parent / "lib" / "libterravox.so"]
+    return files + list(folder.parent.glob("python/terravox/_core*.so"))
+
+
+def without(module, library):
+    """@return an environment in which that library of a module cannot be loaded, and its name"""
+    broken = temporary_folder()
+    name = next(word for word in libraries(module).split() if word.startswith(library))
+    (broken / name).write_bytes(b"no library\n" * 100)
+    return {"LD_LIBRARY_PATH": str(broken)}, name
+
+
 @unittest.skipUnless(VDB_MODULE.exists(), "a build without OpenVDB (TERRAVOX_VDB=OFF)")
+@unittest.skipIf(has_sanitizers(), KEEPS_ALL)
 class OpenVdb(Case):
-    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
     def test_nothing_but_its_module_loads_openvdb_at_the_start(self):
-        folder = PROGRAM.parent
         self.assertIn("libopenvdb", libraries(VDB_MODULE))
-        files = [path for path in folder.glob("terravox-*") if not path.suffix]
-        files += [folder.parent / "lib" / "libterravox.so"]
-        files += folder.parent.glob("python/terravox/_core*.so")
-        for file in files:
+        for file in programs():
             with self.subTest(file.name):
                 self.assertNotRegex(libraries(file), "libopenvdb|liblog4cplus")
 
-    @unittest.skipIf(has_sanitizers(), KEEPS_ALL)
     def test_without_openvdb_all_other_formats_are_written(self):
-        broken = temporary_folder()
-        openvdb = next(w for w in libraries(VDB_MODULE).split() if w.startswith("libopenvdb"))
-        (broken / openvdb).write_bytes(b"no library\n" * 100)
-        environment = {"LD_LIBRARY_PATH": str(broken)}
+        environment, openvdb = without(VDB_MODULE, "libopenvdb")
         convert = [binary("CONVERT"), square(), "--cache", "none", "--quiet"]
         out = temporary_folder()
         run = Run([*convert, out / "a.vdb"], environment=environment)
-        self.assertEqual(run.code, 1, run)
-        self.assertIn("load the OpenVDB module", run.err)
-        self.assertIn(openvdb, run.err)
+        self.assertRefused(run, 1, "load the OpenVDB module", openvdb)
         self.assertEqual(list(out.iterdir()), [])
         self.assertDone(Run([*convert, out / "a.vox"], environment=environment))
+
+
+@unittest.skipIf(has_sanitizers(), KEEPS_ALL)
+class Pictures(Case):
+    def test_nothing_but_its_module_loads_openimageio_at_the_start(self):
+        self.assertIn("libOpenImageIO", libraries(PICTURE_MODULE))
+        for file in programs():
+            with self.subTest(file.name):
+                self.assertNotRegex(libraries(file), "libOpenImageIO|libOpenEXR|libopencv")
+
+    def test_without_openimageio_its_formats_are_refused_before_any_work(self):
+        environment, library = without(PICTURE_MODULE, "libOpenImageIO.so")
+        render = [binary("RAYTRACER"), "render", "generated:5", "--size", "32x18", "--quiet"]
+        out = temporary_folder()
+        for ending in (".exr", ".jpg", ".webp"):
+            with self.subTest(ending):
+                run = Run([*render, "-o", out / f"a{ending}"], environment=environment)
+                self.assertRefused(run, 1, "load the module of pictures", library)
+        self.assertEqual(list(out.iterdir()), [])
+        for ending in (".png", ".tif"):
+            self.assertDone(Run([*render, "-o", out / f"a{ending}"], environment=environment))
 
 
 if __name__ == "__main__":

@@ -82,9 +82,9 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     CLI::App* command =
         app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
     command
-        ->add_option(
-            "-o,--output", args->outputs,
-            "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
+        ->add_option("-o,--output", args->outputs,
+                     std::string("picture to write: ") + output::kPictureEndings +
+                         "; may be given several times")
         ->required()
         ->expected(1)
         ->take_all()

@@ -8,26 +8,10 @@
 
 namespace terravox::output {
 
-/// The longest side of a JPEG picture that libjpeg writes, pixels.
-constexpr int kMaxJpegSide_px = 65500;
-
-/// Writes a picture as a JPEG file of quality 95, completely or not at all: 8-bit sRGB with
-/// exposure and tone curve. Of the metadata, those with a place in Exif are stored: software,
-/// copyright and description, up to 16 KiB of each (a warning says when that is not all).
-/// @throws Error
-void write_jpeg(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
-
-/// Writes a picture as a TIFF file, completely or not at all. Samples depend on
-/// PictureInfo::tiff_samples: 8-bit sRGB with exposure and tone curve, or linear 32-bit float.
-///
-/// With PictureInfo::geo, a picture that looks straight down, it is a GeoTIFF for use as a layer in
-/// a GIS: tiles of 512 pixels, deflate, overviews ("cloud optimized", where GDAL has its COG
-/// driver), the CRS, and an alpha band that is 0 where the view misses the world. Without, it has
-/// strips, deflate, and alpha where samples are floats.
-///
-/// All metadata are stored, with underscores for colons (terravox_holes).
-/// @throws Error
-void write_tiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
+/// What a picture may be called, for help.
+inline constexpr const char* kPictureEndings =
+    ".png .jpg (8-bit), .exr .tif (float), and where OpenImageIO writes them .dpx .jxl .tga .webp "
+    "(8-bit), .hdr (float)";
 
 /// Whether a file is to be written as OpenEXR: the format that keeps layers and full precision.
 [[nodiscard]] bool is_exr(const std::filesystem::path& file);
@@ -37,10 +21,19 @@ void write_tiff(const Film& film, const std::filesystem::path& file, const Pictu
 void check_image_target(const std::filesystem::path& file, int width_px, int height_px);
 
 /// Writes the film, completely or not at all, in the format of the file's extension:
-///   .exr        linear 32-bit float, and the film's layers, where it has any (exr_file.hpp)
-///   .tif        linear 32-bit float R, G, B, A; a GeoTIFF where `info` has a place for it
-///               (picture.hpp), 8-bit unless `info` specifies otherwise
-///   .png .jpg   8-bit sRGB through exposure and tone curve (develop.hpp)
+///   .exr        linear 32-bit float, and the film's layers, where it has any (exr_channels.hpp)
+///   .tif        linear 32-bit float R, G, B, A, or 8-bit sRGB, by PictureInfo::tiff_samples, in
+///               strips; all metadata, with underscores for colons (terravox_holes). With
+///               PictureInfo::geo it is a GeoTIFF for use as a layer in a GIS: tiles of 512 pixels,
+///               overviews ("cloud optimized", where GDAL has its COG driver), the CRS, and an
+///               alpha band that is 0 where the view misses the world
+///   .png        8-bit sRGB through exposure and tone curve (develop.hpp), with all metadata
+///   .jpg        the same, of quality 95, with those metadata that have a place in Exif: software,
+///               copyright and description, up to 16 KiB of each (a warning says when that is not
+///               all)
+/// and where the installed OpenImageIO writes them:
+///   .hdr        linear, 8 bits of each primary and a common exponent
+///   .dpx .jxl .tga .webp   as .jpg; webp and jxl of quality 95
 /// @throws UsageError for another extension; Error when the file cannot be written
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 

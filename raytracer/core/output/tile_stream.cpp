@@ -11,9 +11,10 @@
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/core/output/develop.hpp"
-#include "raytracer/core/output/exr_file.hpp"
+#include "raytracer/core/output/exr_channels.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/core/output/picture.hpp"
+#include "raytracer/core/output/picture_file.hpp"
 
 namespace terravox::output {
 namespace {
@@ -143,10 +144,10 @@ PictureInfo with_room_for_holes(PictureInfo info) {
 class ExrStream final : public TileStream::Format {
 public:
     ExrStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info)
-        : m_info(with_room_for_holes(std::move(info))),
-          m_channels(shape.with_layers, m_info),
+        : m_channels(shape.with_layers, with_room_for_holes(std::move(info))),
           m_edge(file_tile_px(shape.tile_px, 1)),
-          m_file(file, {shape.width_px, shape.height_px, m_edge}, m_channels) {}
+          m_file(file, {shape.width_px, shape.height_px, m_channels.list(), "zip:2", m_edge},
+                 m_channels.info()) {}
 
     void write(const tiles::TileResult& result) override {
         const tiles::RenderTile& t = result.tile;
@@ -171,10 +172,9 @@ public:
     void finish(std::uint64_t holes) override { m_file.finish({{kHoles, to_digits(holes)}}); }
 
 private:
-    PictureInfo m_info;
     ExrChannels m_channels;
     int m_edge;
-    ExrFile m_file;
+    PictureFile m_file;
     std::vector<std::byte> m_band;
 };
 

@@ -65,7 +65,7 @@ private:
     std::unique_ptr<Format> m_format;
 };
 
-/// Through OpenEXR; tiles in any order, as its random line order allows, so that none is
+/// Through OpenImageIO; tiles in any order, as its random line order allows, so that none is
 /// buffered in memory.
 [[nodiscard]] std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file,
                                                                   const StreamShape& shape,

@@ -17,6 +17,7 @@
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/apps/commands/analyse/raster_outputs.hpp"
 #include "raytracer/apps/commands/run_arguments.hpp"
+#include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/farm/render/joined_pictures.hpp"
 
@@ -263,9 +264,8 @@ std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
         ->required();
     command
         ->add_option("-o,--output", args->outputs,
-                     "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several "
-                     "times; of "
-                     "an analysis: one .tif")
+                     std::string("picture to write: ") + output::kPictureEndings +
+                         "; may be given several times; of an analysis: one .tif")
         ->expected(1)
         ->take_all()
         ->allow_extra_args(false);

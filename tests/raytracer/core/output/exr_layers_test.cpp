@@ -107,6 +107,8 @@ TEST_CASE("matrices and texts stand in the header under the names that other pro
     CHECK(header.attributes.at("terravox:scene").value == info.metadata[1].second);
     CHECK(header.attributes.at("terravox:crs_wkt").value == info.metadata[2].second);
     CHECK(header.channels.size() == 5);
+    CHECK(header.attributes.count("chromaticities") == 1);
+    CHECK(header.attributes.count("capDate") == 0);  // two runs give the same bytes
     CHECK_FALSE(header.tiled);
 }
 

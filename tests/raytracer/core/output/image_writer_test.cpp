@@ -1,11 +1,14 @@
 #include "raytracer/core/output/image_writer.hpp"
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <random>
 #include <string>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
+#include "raytracer/core/output/picture_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -138,7 +141,8 @@ TEST_CASE("an ending that names no format is refused before any work", "[raytrac
     INFO("'" << name << "'");
     CHECK_THROWS_AS(output::check_image_target(folder.path() / name, 4, 3), util::UsageError);
     CHECK_THROWS_WITH(output::check_image_target(folder.path() / name, 4, 3),
-                      contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
+                      contains("allowed: .png .jpg ") && contains(" (8-bit), .exr .tif ") &&
+                          contains(" (float)"));
     CHECK(entries_in(folder.path()) == 0);
 }
 
@@ -153,6 +157,7 @@ TEST_CASE("a picture that its format cannot hold is refused before any work",
     };
     const auto c = GENERATE(values<Case>({{"a.jpg", 65501, 2, "sides up to 65500"},
                                           {"a.JPEG", 2, 65501, "sides up to 65500"},
+                                          {"a.tga", 65536, 2, "sides up to 65535"},
                                           {"a.png", 50'000, 20'000, "up to 715827882 in all"}}));
     DYNAMIC_SECTION(c.file) {
         const auto file = folder.path() / c.file;
@@ -187,6 +192,52 @@ TEST_CASE("a JPEG holds the developed colours, and texts with a place in Exif",
     CHECK(entries_in(folder.path()) == 1);
 }
 
+TEST_CASE("what OpenImageIO writes besides holds the picture", "[raytracer][output]") {
+    struct Case {
+        const char* ending;
+        bool has_floats;
+        double margin;
+    };
+    const auto c = GENERATE(values<Case>({{".dpx", false, 0},
+                                          {".hdr", true, 1.0 / 128},
+                                          {".jxl", false, 0.02},
+                                          {".tga", false, 0},
+                                          {".TGA", false, 0},
+                                          {".webp", false, 0.02}}));
+    DYNAMIC_SECTION(c.ending) {
+        const TemporaryFolder folder;
+        const auto file = folder.path() / ("picture"s + c.ending);
+        if (!output::can_encode(util::lower_extension(file))) {
+            CHECK_THROWS_AS(output::check_image_target(file, 64, 48), util::UsageError);
+            return;
+        }
+        output::check_image_target(file, 64, 48);
+        output::Film film(64, 48);
+        tiles::TileResult all;
+        all.tile.x1 = 64;
+        all.tile.y1 = 48;
+        all.samples.assign(std::size_t{64} * 48, {{0.2f, 0.4f, 0.1f}, 1, 10});
+        film.add(all);
+        write_plain(film, file, 0, core::ToneCurve::kLinear, kMetadata);
+        const PictureFile back = read_picture(file);
+        REQUIRE(back.names() == std::vector<std::string>{"R", "G", "B"});
+        const auto png = folder.path() / "picture.png";
+        write_plain(film, png, 0, core::ToneCurve::kLinear, {});
+        const PictureFile bytes = read_picture(png);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double given = std::array{0.2, 0.4, 0.1}[k];
+            CHECK(back.at(30, 20, k) ==
+                  Approx(c.has_floats ? given : bytes.at(30, 20, k)).margin(c.margin));
+        }
+        std::ifstream first(file, std::ios::binary);
+        const std::string written(std::istreambuf_iterator<char>(first), {});
+        write_plain(film, file, 0, core::ToneCurve::kLinear, kMetadata);
+        std::ifstream second(file, std::ios::binary);
+        CHECK((std::string(std::istreambuf_iterator<char>(second), {}) == written));
+        CHECK(entries_in(folder.path()) == 2);
+    }
+}
+
 TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer][output]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "in the way";
@@ -206,9 +257,9 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
 }
 
 TEST_CASE("an older picture stays whole when a new one cannot be finished", "[raytracer][output]") {
-    // The disk is full: a limit on the size of files, whose writes fail with EFBIG. (JPEG:
-    // tests/e2e, in a process of its own.)
-    const std::string ending = GENERATE(".exr", ".png", ".tif");
+    // The disk is full: a limit on the size of files, whose writes fail with EFBIG.
+    const std::string ending =
+        GENERATE(".exr", ".png", ".tif", ".jpg", ".dpx", ".hdr", ".tga", ".webp");
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
