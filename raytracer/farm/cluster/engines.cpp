@@ -90,17 +90,16 @@ ArrayFiles make_openjd(const ArrayJob& job, const Place& place) {
     const std::string tasks = title(job.tasks_name);
     const std::string join = title(job.join_name);
     const std::string last = job.tasks > 1 ? "-" + std::to_string(job.tasks - 1) : "";
-    return {
-        fill("openjd/array.json", {{"name", job.name},
-                                   {"tasks_name", tasks},
-                                   {"tasks_file", tasks + ".sh"},
-                                   {"tasks_script", script(job.task.text(kEngines[kOpenJd].task))},
-                                   {"range", "0" + last},
-                                   {"join_name", join},
-                                   {"join_file", join + ".sh"},
-                                   {"join_script", script(job.join.text())},
-                                   {"needs", Value::plain_list(needs)}}),
-        {}};
+    return {fill("openjd/array.json", {{"name", job.name},
+                                       {"tasks_name", tasks},
+                                       {"tasks_file", tasks + ".sh"},
+                                       {"tasks_script", script(job.task.text(kEngines[kOpenJd]))},
+                                       {"range", "0" + last},
+                                       {"join_name", join},
+                                       {"join_file", join + ".sh"},
+                                       {"join_script", script(job.join.text(kEngines[kOpenJd]))},
+                                       {"needs", Value::plain_list(needs)}}),
+            {}};
 }
 
 /// Kubernetes replaces $(NAME) in arguments; $$ is a dollar.
@@ -144,9 +143,9 @@ ArrayFiles make_kubernetes(const ArrayJob& job, const Place& place) {
     const auto bash = [&](const std::string& body) {
         return Command{"/bin/bash", "-c", run_script({}, body), "terravox"};
     };
-    const Pod task{job.tasks_name, bash(job.task.text(kEngines[kKubernetes].task)), job.cpus,
+    const Pod task{job.tasks_name, bash(job.task.text(kEngines[kKubernetes])), job.cpus,
                    job.memory_mib};
-    const Pod join{job.join_name, bash(job.waiting_join.text()), job.join_cpus,
+    const Pod join{job.join_name, bash(job.join.text(kEngines[kKubernetes])), job.join_cpus,
                    job.join_memory_mib};
     return {fill("kubernetes/array.json", {{"name", job.name},
                                            {"tasks_name", job.name + "-" + job.tasks_name},
@@ -165,10 +164,20 @@ ArrayFiles make_kubernetes(const ArrayJob& job, const Place& place) {
 const std::array<Engine, 3> kEngines{
     // The limit is that of Slurm as it comes. Where one array is not enough, each gets the number
     // of its first task.
-    Engine{"slurm", "$((${1:-0} + SLURM_ARRAY_TASK_ID))", 1001, true, make_slurm},
-    Engine{"openjd", "$1", 0, false, make_openjd},
-    Engine{"kubernetes", "$JOB_COMPLETION_INDEX", 0, false, make_kubernetes},
+    Engine{"slurm", "$((${1:-0} + SLURM_ARRAY_TASK_ID))", 1001, true, true, make_slurm},
+    Engine{"openjd", "$1", 0, true, false, make_openjd},
+    Engine{"kubernetes", "$JOB_COMPLETION_INDEX", 0, false, false, make_kubernetes},
 };
+
+std::string Body::text(const Engine& engine) const {
+    Values all = values;
+    if (is_numbered)
+        all.emplace("task", Value::plain(engine.task));
+    if (!wait_word.empty())
+        all.emplace("waits", engine.orders_jobs ? std::vector<std::string>{}
+                                                : std::vector<std::string>{wait_word});
+    return fill("scripts/" + script + ".sh", all);
+}
 
 void Needs::check() const {
     const auto refuse = [](const std::string& flag, const std::string& value, const char* allowed) {
@@ -218,7 +227,7 @@ std::string slurm_script(const Place& place, const std::string& name, SlurmJob j
                  {"requeue", job == SlurmJob::kOnce ? "--no-requeue" : "--requeue"},
                  {"needs", Value::plain_list(sbatch_lines(place.needs))},
                  {"work", place.work.string()},
-                 {"body", Value::plain(body.text(kEngines[kSlurm].task))}});
+                 {"body", Value::plain(body.text(kEngines[kSlurm]))}});
 }
 
 std::string kubernetes_pool(const std::string& name, const Command& render, const Place& place) {

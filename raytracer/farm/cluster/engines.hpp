@@ -55,6 +55,7 @@ struct Engine {
     const char* name;
     const char* task;         ///< number of a task, from 0 on, as a bash expression
     int array_limit;          ///< exclusive limit of the numbers of an array; 0: none
+    bool orders_jobs;         ///< else a join waits itself for what the tasks make
     bool has_absolute_paths;  ///< of program, data and results: the same on all machines
     /// @throws UsageError for arguments that its format cannot represent
     ArrayFiles (*make_array)(const ArrayJob& job, const Place& place);

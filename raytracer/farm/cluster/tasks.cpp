@@ -37,13 +37,6 @@ std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit) {
     return out;
 }
 
-std::string Body::text(const std::string& task) const {
-    Values all = values;
-    if (is_numbered)
-        all.emplace("task", Value::plain(task));
-    return fill("scripts/" + script + ".sh", all);
-}
-
 Body command_body(const Command& command, const std::string& about) {
     return {"command", {{"about", Value::plain(about)}, {"command", command}}};
 }
@@ -57,41 +50,22 @@ Body frames_body(const Command& command, const TaskPlan& plan) {
             true};
 }
 
-namespace {
-
-constexpr const char* kMakesVideo = "Makes the video.";
-
-Body look_body(const std::string& pattern, util::IntRange frames, const std::string& then) {
+Body merge_frames_body(const std::string& pattern, util::IntRange frames, const Command& command) {
     // One %d or %0Nd, which bash's printf interprets in the same way.
     (void)animate::FrameNames(pattern);
     const std::size_t at = pattern.find('%');
     const std::size_t end = pattern.find('d', at) + 1;
-    return {"look",
-            {{"first", frames.first},
-             {"last", frames.last},
-             {"number", Value::plain(pattern.substr(at, end - at))},
-             {"before", pattern.substr(0, at)},
-             {"after", pattern.substr(end)},
-             {"then", Value::plain(then)}}};
-}
-
-constexpr const char* kSayAll = "echo 'all frames are there'";
-
-}  // namespace
-
-Body merge_frames_body(const std::string& pattern, util::IntRange frames, const Command& command) {
-    return look_body(pattern, frames,
-                     command.empty() ? kSayAll : command_body(command, kMakesVideo).text());
-}
-
-Body wait_for_frames_body(const std::string& pattern, util::IntRange frames,
-                          const Command& command) {
-    std::vector<std::string> then;
+    std::string then = "echo 'all frames are there'";
     if (!command.empty())
-        then.push_back(command_body(command, kMakesVideo).text());
-    return {"wait",
-            {{"look", Value::plain(look_body(pattern, frames, kSayAll).text())},
-             {"then", Value::plain_list(then)}}};
+        then = fill("scripts/command.sh", command_body(command, "Makes the video.").values);
+    return {.script = "look",
+            .values = {{"first", frames.first},
+                       {"last", frames.last},
+                       {"number", Value::plain(pattern.substr(at, end - at))},
+                       {"before", pattern.substr(0, at)},
+                       {"after", pattern.substr(end)},
+                       {"then", Value::plain(then)}},
+            .wait_word = "30"};
 }
 
 ArrayJob array_of_frames(const FrameJob& job) {
@@ -107,7 +81,6 @@ ArrayJob array_of_frames(const FrameJob& job) {
             .tasks = job.plan.tasks(),
             .task = frames_body(job.animate, job.plan),
             .join = merge_frames_body(job.pattern, job.plan.frames, video),
-            .waiting_join = wait_for_frames_body(job.pattern, job.plan.frames, video),
             .cpus = job.cpus,
             .memory_mib = job.memory_mib,
             .join_cpus = video.empty() ? 1 : job.cpus,

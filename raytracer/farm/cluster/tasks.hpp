@@ -40,16 +40,19 @@ struct ArrayPiece {
 /// @param limit exclusive limit of the numbers of an array; at least 1
 [[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit);
 
+struct Engine;
+
 /// Bash code of one kind of task, the same for every scheduler: a template of
 /// config/cluster/scripts with its values. Programs replace the shell (exec), so that signals of
 /// schedulers reach them.
 struct Body {
     std::string script;  ///< its name: "frames"
     Values values;
-    bool is_numbered = false;  ///< whether it has {{task}}
-    /// @param task the task's number from 0 on, as a bash expression: "$1"
+    bool is_numbered = false;  ///< whether it has {{task}}, the number of its task
+    /// Of a job that joins what others make: what is for {{waits}} where it has to wait for them.
+    std::string wait_word = {};
     /// @throws Error, UsageError as fill()
-    [[nodiscard]] std::string text(const std::string& task = {}) const;
+    [[nodiscard]] std::string text(const Engine& engine) const;
 };
 
 /// Runs a command.
@@ -64,9 +67,6 @@ struct Body {
 /// @throws UsageError for an invalid pattern
 [[nodiscard]] Body merge_frames_body(const std::string& pattern, util::IntRange frames,
                                      const Command& command);
-/// The same, but waits until all frames exist.
-[[nodiscard]] Body wait_for_frames_body(const std::string& pattern, util::IntRange frames,
-                                        const Command& command);
 
 /// An array of tasks that are independent of each other, and a job that joins what they have made.
 struct ArrayJob {
@@ -75,9 +75,8 @@ struct ArrayJob {
     std::string join_name;   ///< of the job at the end: "merge"
     int tasks = 1;
     Body task;
-    Body join;          ///< once all tasks have ended
-    Body waiting_join;  ///< the same where the scheduler cannot order jobs
-    int cpus = 0;       ///< per task; 0: not specified
+    Body join;     ///< once all tasks have ended
+    int cpus = 0;  ///< per task; 0: not specified
     int memory_mib = 0;
     int join_cpus = 0;
     int join_memory_mib = 0;

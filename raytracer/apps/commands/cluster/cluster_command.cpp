@@ -120,22 +120,18 @@ void add_slurm_jobs(CLI::App& command, Arguments& args) {
 
 /// Options for one picture by a coordinator and workers.
 void add_slurm_pool(CLI::App& command, Arguments& args) {
-    const char* group = "One picture by workers";
+    command.option_defaults()->group("One picture by workers");
     command
         .add_option_function<std::string>(
             "--coordinator",
             [&args](const std::string& where) { args.slurm.coordinator_in_job = where == "job"; },
             "here: a process of this machine; job: of a node")
         ->check(CLI::IsMember({"here", "job"}))
-        ->type_name("here|job")
-        ->group(group);
-    command
-        .add_option("--address", args.slurm.address,
-                    "address at which nodes reach the coordinator; default: its host name")
-        ->group(group);
+        ->type_name("here|job");
+    command.add_option("--address", args.slurm.address,
+                       "address at which nodes reach the coordinator; default: its host name");
     command.add_option("--port", args.slurm.port, "of the coordinator; default: a free one")
-        ->check(CLI::Range(1, 65535))
-        ->group(group);
+        ->check(CLI::Range(1, 65535));
 }
 
 void add_analyse(CLI::App& command, Arguments& args) {
@@ -148,27 +144,18 @@ void add_analyse(CLI::App& command, Arguments& args) {
 
 /// Options for independent tasks: frames of an animation, or parts of a picture.
 void add_slurm_batch(CLI::App& command, Arguments& args) {
-    const char* group = "Independent tasks";
-    command
-        .add_flag("--batch", args.slurm.batch,
-                  "frames of an animation: only those that are not done")
-        ->group(group);
+    command.option_defaults()->group("Independent tasks");
+    command.add_flag("--batch", args.slurm.batch,
+                     "frames of an animation: only those that are not done");
     command
         .add_option("--parts", args.slurm.parts,
                     "with --batch: one picture or analysis in so many parts, joined at the end")
-        ->check(CLI::Range(2, 65536))
-        ->group(group);
-    command
-        .add_flag_callback(
-            "--no-bake", [&args] { args.slurm.bake = false; }, "do not prepare LiDAR squares first")
-        ->group(group);
-    command
-        .add_flag_callback(
-            "--no-wait", [&args] { args.slurm.wait = false; }, "submit and return")
-        ->group(group);
+        ->check(CLI::Range(2, 65536));
+    command.add_flag_callback(
+        "--no-bake", [&args] { args.slurm.bake = false; }, "do not prepare LiDAR squares first");
+    command.add_flag_callback(
+        "--no-wait", [&args] { args.slurm.wait = false; }, "submit and return");
     add_frames(command, args);
-    for (const char* flag : {"--frames", "--frames-per-task"})
-        command.get_option(flag)->group(group);
 }
 
 CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {

@@ -132,17 +132,13 @@ ArrayJob make_job(const std::string& name, const Command& run, const std::string
     task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
     Command join = run;
     join.insert(join.end(), {"-o", out, "--join", "--quiet"});
-    Command waiting = join;
-    waiting.emplace_back("--wait");
     const int tasks = static_cast<int>(plan.shards.size());
-    const char* about = "Joins the shards.";
     return {.name = name,
             .tasks_name = "shards",
             .join_name = "join",
             .tasks = tasks,
             .task = {"shards", {{"command", task}, {"tasks", tasks}}, true},
-            .join = cluster::command_body(join, about),
-            .waiting_join = cluster::command_body(waiting, about),
+            .join = {.script = "join", .values = {{"command", join}}, .wait_word = "--wait"},
             .cpus = needs.cpus,
             .memory_mib = needs.memory_mib,
             .join_cpus = needs.cpus,
@@ -159,70 +155,55 @@ void make_logs(const fs::path& folder) {
 }  // namespace
 
 void ScriptArguments::add_to(CLI::App& command) {
-    const char* group = "Tasks for a cluster";
+    const std::string before = command.option_defaults()->get_group();
+    command.option_defaults()->group("Tasks for a cluster");
     command
         .add_option("--slurm", slurm,
                     "write a script that submits all shards and the join to Slurm: bash FILE")
-        ->type_name("FILE")
-        ->group(group);
+        ->type_name("FILE");
     command
         .add_option("--kubernetes", kubernetes,
                     "write an Indexed Job of all shards and a Job that joins them, for kubectl")
-        ->type_name("FILE")
-        ->group(group);
+        ->type_name("FILE");
     command.add_option("--openjd", openjd, "write a job template of Open Job Description")
-        ->type_name("FILE")
-        ->group(group);
+        ->type_name("FILE");
     command
         .add_option("--archive", archive,
                     "archive that the last job writes; default: the plan's name and .tvx")
-        ->type_name("FILE")
-        ->group(group);
+        ->type_name("FILE");
     command.add_option("--nodes", nodes, "number of tasks that run at the same time")
         ->check(CLI::Range(1, 100000))
-        ->capture_default_str()
-        ->group(group);
+        ->capture_default_str();
     command.add_option("--cpus-per-task", needs.cpus, "processors of each task")
         ->check(CLI::Range(1, 1024))
-        ->capture_default_str()
-        ->group(group);
+        ->capture_default_str();
     command
         .add_option("--memory-per-task", needs.memory_mib,
                     "memory that each task asks for, MiB; default: a quarter more than the sample "
                     "took")
-        ->check(CLI::Range(256, 1 << 24))
-        ->group(group);
-    command
-        .add_option("--program", program,
-                    "terravox-raytracer, where the machines find it; default: this one, in pods "
-                    "and OpenJD that of the PATH")
-        ->group(group);
-    command.add_option("--name", name, "of the job of Kubernetes or OpenJD")
-        ->capture_default_str()
-        ->group(group);
-    command.add_option("--partition", needs.partition, "of Slurm; default: its own")->group(group);
-    command.add_option("--time", needs.time, "limit of each job, as sbatch takes it: 4:00:00")
-        ->group(group);
+        ->check(CLI::Range(256, 1 << 24));
+    command.add_option("--program", program,
+                       "terravox-raytracer, where the machines find it; default: this one, in pods "
+                       "and OpenJD that of the PATH");
+    command.add_option("--name", name, "of the job of Kubernetes or OpenJD")->capture_default_str();
+    command.add_option("--partition", needs.partition, "of Slurm; default: its own");
+    command.add_option("--time", needs.time, "limit of each job, as sbatch takes it: 4:00:00");
     command
         .add_option("--sbatch", needs.extra,
                     "further options for sbatch: \"--account=map --qos=low\"; may be given several "
                     "times")
         ->expected(1)
         ->take_all()
-        ->allow_extra_args(false)
-        ->group(group);
-    command.add_option("--image", pods.image, "container image of pods, with terravox-raytracer")
-        ->group(group);
-    command
-        .add_option("--claim", pods.claim,
-                    "persistent volume claim of pods, with data and plan (ReadWriteMany)")
-        ->group(group);
+        ->allow_extra_args(false);
+    command.add_option("--image", pods.image, "container image of pods, with terravox-raytracer");
+    command.add_option("--claim", pods.claim,
+                       "persistent volume claim of pods, with data and plan (ReadWriteMany)");
     command
         .add_option("--mount", pods.mount,
                     "where it is in the pods; relative paths begin there, so the plan and its data "
                     "must be named by such")
-        ->capture_default_str()
-        ->group(group);
+        ->capture_default_str();
+    command.option_defaults()->group(before);
 }
 
 void ScriptArguments::check() const {

@@ -290,6 +290,9 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
           std::vector<std::string>{"animate", kHostile, "$(HOME) $$", "{{command}}", "--first", "4",
                                    "--last", "7"});
 
+    const std::string join =
+        frames["items"][1]["spec"]["template"]["spec"]["containers"][0]["command"][2];
+    CHECK_THAT(join, contains("until look 2>/dev/null; do sleep 30; done\n"));
     stage.place.needs.cpus = 2;
     stage.place.needs.memory_mib = 1000;
     const auto pool =
@@ -318,7 +321,7 @@ ArrayJob read_array(const Stage& stage, int tasks) {
     job.tasks = tasks;
     job.task = {
         "shards", {{"command", Command{stage.program().string(), "run"}}, {"tasks", 3}}, true};
-    job.join = command_body({stage.program().string(), "join"}, "Joins them.");
+    job.join = {"join", {{"command", Command{stage.program().string(), "join"}}}, false, "--wait"};
     return job;
 }
 
