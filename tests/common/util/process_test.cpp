@@ -10,7 +10,11 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
-using namespace terravox::util;
+using terravox::util::Error;
+using terravox::util::find_program;
+using terravox::util::Finished;
+using terravox::util::Process;
+using terravox::util::run_to_end;
 
 TEST_CASE("a program's status and output are returned whole", "[common][util][process]") {
     const Finished done = run_to_end(
