@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::voxel::archive {
@@ -41,21 +42,15 @@ public:
         : m_name(path.string()),
           // A pipe would block until it has a writer.
           m_file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-        if (m_file < 0)
+        if (m_file.get() < 0)
             fail_to_open(path, reason(errno));
-        try {
-            const std::optional<FileState> state = state_now();
-            if (!state)
-                fail_to_open(path, "not a plain file");
-            m_state = *state;
-            if (expected != nullptr && m_state != *expected)
-                throw changed("another one was put in its place meanwhile");
-        } catch (...) {
-            ::close(m_file);
-            throw;
-        }
+        const std::optional<FileState> state = state_now();
+        if (!state)
+            fail_to_open(path, "not a plain file");
+        m_state = *state;
+        if (expected != nullptr && m_state != *expected)
+            throw changed("another one was put in its place meanwhile");
     }
-    ~FileSource() override { ::close(m_file); }
 
     [[nodiscard]] const std::string& name() const noexcept override { return m_name; }
 
@@ -67,7 +62,7 @@ public:
                        "; the file has " + std::to_string(size));
         room.resize(bytes);
         for (std::size_t done = 0; done < bytes;) {
-            const ssize_t n = ::pread(m_file, room.data() + done, bytes - done,
+            const ssize_t n = ::pread(m_file.get(), room.data() + done, bytes - done,
                                       static_cast<off_t>(offset + done));
             if (n < 0 && errno == EINTR)
                 continue;
@@ -97,11 +92,11 @@ private:
     /// @return nullopt for what is not a plain file
     [[nodiscard]] std::optional<FileState> state_now() const {
         struct stat facts{};
-        return ::fstat(m_file, &facts) == 0 ? find_state(facts) : std::nullopt;
+        return ::fstat(m_file.get(), &facts) == 0 ? find_state(facts) : std::nullopt;
     }
 
     const std::string m_name;
-    const int m_file;
+    const util::Descriptor m_file;
     FileState m_state;
 };
 

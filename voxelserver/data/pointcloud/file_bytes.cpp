@@ -23,14 +23,9 @@ FileBytes::FileBytes(std::filesystem::path path) : m_path(std::move(path)) {
     m_size = std::filesystem::file_size(m_path, failed);
     if (failed)
         fail(failed.message());
-    m_file = ::open(m_path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (m_file < 0)
+    m_file = util::Descriptor(::open(m_path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (m_file.get() < 0)
         fail(std::string("cannot be opened for reading: ") + std::strerror(errno));
-}
-
-FileBytes::~FileBytes() {
-    if (m_file >= 0)
-        ::close(m_file);
 }
 
 void FileBytes::read(std::uint64_t offset, std::span<unsigned char> out) const {
@@ -38,7 +33,7 @@ void FileBytes::read(std::uint64_t offset, std::span<unsigned char> out) const {
         fail("cut short: " + std::to_string(m_size) + " bytes, but " + std::to_string(out.size()) +
              " are expected at byte " + std::to_string(offset));
     for (std::size_t done = 0; done < out.size();) {
-        const ssize_t n = ::pread(m_file, out.data() + done, out.size() - done,
+        const ssize_t n = ::pread(m_file.get(), out.data() + done, out.size() - done,
                                   static_cast<off_t>(offset + done));
         if (n < 0 && errno == EINTR)
             continue;

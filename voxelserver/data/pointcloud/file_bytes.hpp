@@ -5,6 +5,8 @@
 #include <span>
 #include <string>
 
+#include "common/util/files.hpp"
+
 namespace terravox::pointcloud {
 
 /// Random access to the bytes of a file; numbers are read as little-endian, as in LAS. Nothing is
@@ -14,9 +16,6 @@ public:
     /// @param path  a regular file
     /// @throws Error naming the file when it is missing, not a regular file, or cannot be opened
     explicit FileBytes(std::filesystem::path path);
-    ~FileBytes();
-    FileBytes(const FileBytes&) = delete;
-    FileBytes& operator=(const FileBytes&) = delete;
 
     [[nodiscard]] std::uint64_t size() const noexcept { return m_size; }
     /// @throws Error when [offset, offset + out.size()) is not entirely within the file
@@ -35,7 +34,7 @@ public:
 private:
     std::filesystem::path m_path;
     std::uint64_t m_size = 0;
-    int m_file = -1;
+    util::Descriptor m_file;
 };
 
 }  // namespace terravox::pointcloud

@@ -16,36 +16,20 @@
 namespace terravox::minecraft {
 
 DiskFile::DiskFile(const std::filesystem::path& path)
-    : m_descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)), m_name(path.string()) {
-    measure();
-}
+    : DiskFile(util::Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)), path.string()) {}
 
-DiskFile::DiskFile(int descriptor, std::string name)
-    : m_descriptor(descriptor), m_name(std::move(name)) {
-    measure();
-}
-
-DiskFile::~DiskFile() {
-    if (m_descriptor >= 0)
-        ::close(m_descriptor);
-}
-
-void DiskFile::measure() {
+DiskFile::DiskFile(util::Descriptor file, std::string name)
+    : m_file(std::move(file)), m_name(std::move(name)) {
     struct stat status{};
-    if (m_descriptor >= 0 && ::fstat(m_descriptor, &status) == 0) {
-        m_size = static_cast<std::uint64_t>(status.st_size);
-        return;
-    }
-    const int failure = errno;
-    if (m_descriptor >= 0)
-        ::close(m_descriptor);
-    throw util::Error("open {}: {}", m_name, std::strerror(failure));
+    if (m_file.get() < 0 || ::fstat(m_file.get(), &status) != 0)
+        throw util::Error("open {}: {}", m_name, std::strerror(errno));
+    m_size = static_cast<std::uint64_t>(status.st_size);
 }
 
 void DiskFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
     while (!out.empty()) {
         const ssize_t got =
-            ::pread(m_descriptor, out.data(), out.size(), static_cast<off_t>(offset));
+            ::pread(m_file.get(), out.data(), out.size(), static_cast<off_t>(offset));
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)

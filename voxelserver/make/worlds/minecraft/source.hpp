@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/util/cache.hpp"
+#include "common/util/files.hpp"
 
 namespace terravox::minecraft {
 
@@ -95,17 +96,13 @@ public:
     /// Takes over an open file.
     /// @param name for messages
     /// @throws Error
-    DiskFile(int descriptor, std::string name);
-    ~DiskFile() override;
-    DiskFile(const DiskFile&) = delete;
-    DiskFile& operator=(const DiskFile&) = delete;
+    DiskFile(util::Descriptor file, std::string name);
 
     [[nodiscard]] std::uint64_t size() const noexcept override { return m_size; }
     void read(std::uint64_t offset, std::span<std::uint8_t> out) const override;
 
 private:
-    void measure();
-    int m_descriptor = -1;
+    util::Descriptor m_file;
     std::uint64_t m_size = 0;
     std::string m_name;
 };

@@ -1,16 +1,14 @@
 #include "voxelserver/make/worlds/minecraft/source.hpp"
 
-#include <unistd.h>
 #include <zip.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <unordered_map>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/handle_pool.hpp"
 
 namespace terravox::minecraft {
@@ -40,38 +38,14 @@ private:
     std::string m_name;
 };
 
-// An unnamed file, which vanishes when it is closed.
-class TemporaryFile {
-public:
-    TemporaryFile() {
-        std::string name =
-            (std::filesystem::temp_directory_path() / "terravox-region-XXXXXX").string();
-        m_descriptor = ::mkstemp(name.data());
-        if (m_descriptor < 0)
-            throw util::Error("make a temporary file {}: {}", name, std::strerror(errno));
-        ::unlink(name.c_str());
-    }
-    ~TemporaryFile() {
-        if (m_descriptor >= 0)
-            ::close(m_descriptor);
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    void write(std::span<const std::uint8_t> bytes) {
-        while (!bytes.empty()) {
-            const ssize_t put = ::write(m_descriptor, bytes.data(), bytes.size());
-            if (put < 0 && errno == EINTR)
-                continue;
-            if (put < 0)
-                throw util::Error(std::string("write a temporary file: ") + std::strerror(errno));
-            bytes = bytes.subspan(static_cast<std::size_t>(put));
-        }
-    }
-    [[nodiscard]] int release() noexcept { return std::exchange(m_descriptor, -1); }
-
-private:
-    int m_descriptor = -1;
-};
+/// Appends to a temporary file, which is made with its first bytes.
+void append(util::Descriptor& file, std::span<const std::uint8_t> bytes) {
+    if (file.get() < 0)
+        file = util::Descriptor(util::open_unnamed(
+            std::filesystem::temp_directory_path() / "terravox-region", "make a temporary file"));
+    if (const int failed = util::write_all(file.get(), std::as_bytes(bytes)); failed != 0)
+        throw util::Error(std::string("write a temporary file: ") + std::strerror(failed));
+}
 
 struct CloseZip {
     void operator()(zip_t* zip) const noexcept { zip_discard(zip); }
@@ -124,21 +98,20 @@ private:
     Opened open_anew(std::size_t entry) override {
         const std::string name = m_path.string() + ": " + m_entries[entry].path;
         std::vector<std::uint8_t> memory;
-        std::unique_ptr<TemporaryFile> disk;
+        util::Descriptor disk;
         unpack(entry, kStepBytes, [&](std::span<const std::uint8_t> bytes) {
-            if (disk == nullptr && memory.size() + bytes.size() > kLargeBytes) {
-                disk = std::make_unique<TemporaryFile>();
-                disk->write(memory);
+            if (disk.get() < 0 && memory.size() + bytes.size() > kLargeBytes) {
+                append(disk, memory);
                 memory = {};
             }
-            if (disk != nullptr)
-                disk->write(bytes);
+            if (disk.get() >= 0)
+                append(disk, bytes);
             else
                 memory.insert(memory.end(), bytes.begin(), bytes.end());
             return true;
         });
-        if (disk != nullptr)
-            return {std::make_shared<DiskFile>(disk->release(), name), kTemporaryFileWeight};
+        if (disk.get() >= 0)
+            return {std::make_shared<DiskFile>(std::move(disk), name), kTemporaryFileWeight};
         memory.shrink_to_fit();
         const std::size_t weight = memory.size();
         return {std::make_shared<MemoryFile>(std::move(memory), name), weight};
