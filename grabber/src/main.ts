@@ -1,7 +1,7 @@
 #!/usr/bin/env node
 import { setFlagsFromString } from 'node:v8';
 import { run } from './cli/program.js';
-import { kExit } from './cli/exit-codes.js';
+import { kExit } from './cli/context.js';
 import { describeError } from './util/errors.js';
 
 // By default the heap grows to four times the live objects before garbage is collected; with twice,

@@ -5,15 +5,12 @@ import {
   needsConversion,
   type ConvertOptions,
   type ConvertTools,
+  convertTools,
 } from '../convert/convert-record.js';
-import { convertTools } from '../convert/converter-for.js';
 import { removeStaleWork } from '../convert/work-folder.js';
-import type { State, StoreRecord } from '../model/square.js';
-import type { Store } from '../model/store.js';
-import { GrabberError, describeError, systemCode } from '../util/errors.js';
-import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
-import { formatBytes, type Output } from './output.js';
+import type { State, StoreRecord, Store } from '../model/store.js';
+import { describeError, isOfFile, recordedCode } from '../util/errors.js';
+import { type CliContext, kExit, formatBytes, type Output } from './context.js';
 import { checkSource, storeOption, writeStore } from './with-store.js';
 
 type Options = { store: string; source?: string; index?: boolean; keepOriginal?: boolean };
@@ -66,19 +63,14 @@ async function convertAll(
     index: options.index ?? false,
     keepOriginal: options.keepOriginal ?? false,
   };
-  const filter = {
-    states: kConvertible,
-    ...(options.source === undefined ? {} : { source: options.source }),
-  };
-  for (const record of store.squares.list(filter)) {
+  for (const record of store.squares.list({ states: kConvertible, source: options.source })) {
     if (!needsConversion(record) && !how.index) continue;
     try {
       await convertOne(record, store, tools, how, tally, output, signal);
     } catch (error) {
       signal.throwIfAborted();
-      // Any other error is a fault in this program, and must not be recorded as a bad file.
-      if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
-      const code = error instanceof GrabberError ? error.code : 'STORE_IO';
+      if (!isOfFile(error)) throw error;
+      const code = recordedCode(error);
       store.squares.failed(record.key, code, describeError(error));
       ++tally.failed;
       output.errLine(

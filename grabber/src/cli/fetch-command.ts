@@ -1,24 +1,22 @@
-import { join } from 'node:path';
+import { join, dirname, resolve } from 'node:path';
+import { existsSync } from 'node:fs';
 import type { Command } from 'commander';
-import { createHttpClient, kNoAccess, type SourceClient } from '../fetch/http-client.js';
+import PQueue from 'p-queue';
+import { usage, GrabberError } from '../util/errors.js';
+import type { SourceClient } from '../fetch/http-client.js';
 import { redactError } from '../fetch/redact.js';
 import {
   kUsable,
   type CatalogueSquare,
   type RecordKey,
   type StoreRecord,
-} from '../model/square.js';
-import type { Store } from '../model/store.js';
+  type Store,
+} from '../model/store.js';
 import type { Reporter } from '../progress/reporter.js';
 import { select, type Selection, type SelectionOptions } from '../select/selection.js';
-import { GrabberError } from '../util/errors.js';
 import { fileSize, removeIfThere } from '../util/files.js';
-import { userAgent } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
-import { toAccess, lidarJob } from './lidar-job.js';
-import { kExit, chooseWorse } from './exit-codes.js';
-import { printPlan } from './fetch-plan.js';
+import { type CliContext, kExit, chooseWorse, formatBytes, type Output } from './context.js';
+import { conversionFor, fillStore, openClient, toAccess, lidarJob } from './fill-store.js';
 import { findOrthoSource, kDefaultMargin_m, makeOrthophotos } from './ortho-command.js';
 import {
   addRunOptions,
@@ -27,8 +25,11 @@ import {
   chooseStore,
   type RunOptions,
 } from './run-options.js';
-import { addSelectionOptions } from './selection.js';
+import { addSelectionOptions } from './options.js';
 import { makeStore, readStore } from './with-store.js';
+import { freeBytes } from '../fetch/disk-space.js';
+import { HostRateLimiter } from '../fetch/host-queues.js';
+import { kSystemClock } from '../util/clock.js';
 
 export type FetchOptions = SelectionOptions &
   RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean; ortho?: string };
@@ -46,29 +47,19 @@ export function addFetchCommand(program: Command, context: CliContext): void {
     )
     .option('--dry-run', 'only list the squares, their addresses and sizes')
     .option('--sizes', 'with --dry-run: request unknown sizes from the server')
-    .action(async (options: FetchOptions) =>
-      context.exit(await fetchCommand(options, context, conversionFor(context))),
-    );
+    .action(async (options: FetchOptions) => context.exit(await fetchCommand(options, context)));
 }
 
 /**
  * Fills a store with the requested squares.
  * @return the exit code
  */
-async function fetchCommand(
-  options: FetchOptions,
-  context: CliContext,
-  hooks: FetchHooks,
-): Promise<number> {
+async function fetchCommand(options: FetchOptions, context: CliContext): Promise<number> {
   const { output, signal } = context;
   // A wrong name is reported now rather than after hours of fetching.
   if (options.ortho !== undefined) await findOrthoSource(options.ortho, context);
   // No host may be contacted before the selection has determined the source.
-  const http = createHttpClient({
-    userAgent: userAgent(context.info),
-    timeout_ms: options.timeoutS * 1000,
-    access: kNoAccess,
-  });
+  const http = openClient(context, options);
   try {
     const monitor = monitorCatalogue(options, output);
     const selection = await select(options, await context.sources(), http, signal, monitor);
@@ -76,10 +67,8 @@ async function fetchCommand(
     if (options.dryRun !== true) chooseStore(options);
     const squares = await findSquares(selection, options, signal);
     if (options.dryRun === true) {
-      return chooseWorse(
-        await printPlan(selection, squares, http, options, output, signal),
-        monitor.code(),
-      );
+      await printPlan(selection, squares, http, options, output, signal);
+      return monitor.code();
     }
     const folder = chooseStore(options);
     const names = squares.map(({ name }) => name);
@@ -88,18 +77,14 @@ async function fetchCommand(
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
       const filled = await makeStore(folder, signal, (store) =>
-        fetchInto(store, selection, squares, http, options, hooks, reporter, signal),
+        fetchInto(store, selection, squares, http, options, reporter, context),
       );
       code = chooseWorse(filled, monitor.code());
     } finally {
       reporter.close();
     }
-    return options.ortho === undefined
-      ? code
-      : chooseWorse(
-          code,
-          await addOrthophotos(options.ortho, folder, selection, names, options, context),
-        );
+    if (options.ortho === undefined) return code;
+    return chooseWorse(code, await addOrthophotos(folder, selection, names, options, context));
   } catch (error) {
     throw redactError(error, http.redact);
   } finally {
@@ -112,11 +97,10 @@ async function fetchCommand(
  * @return the exit code
  */
 async function addOrthophotos(
-  source: string,
   store: string,
   { grid }: Selection,
   fetched: readonly string[],
-  { retries, timeoutS, json }: FetchOptions,
+  { ortho: source, retries, timeoutS, json }: FetchOptions,
   context: CliContext,
 ): Promise<number> {
   const there = new Set(
@@ -129,7 +113,7 @@ async function addOrthophotos(
   if (names.length === 0) return kExit.done;
   const options = {
     store,
-    source,
+    ...(source === undefined ? {} : { source }),
     grid,
     squares: names,
     as: grid,
@@ -159,8 +143,7 @@ async function findSquares(
     squares.push(square);
   }
   if (squares.length > 0) return squares;
-  throw new GrabberError(
-    'USAGE',
+  throw usage(
     `choose squares of ${selection.source}: none lie there; allowed: ground that the source covers`,
   );
 }
@@ -176,9 +159,8 @@ async function fetchInto(
   squares: CatalogueSquare[],
   http: SourceClient,
   options: FetchOptions,
-  hooks: FetchHooks,
   reporter: Reporter,
-  signal: AbortSignal,
+  context: CliContext,
 ): Promise<number> {
   const { source, grid, gridCrs, terms, profile, catalogue } = selection;
   const keys = squares.map(({ name }): RecordKey => ({ source, grid, name }));
@@ -189,24 +171,15 @@ async function fetchInto(
   squares.length = 0;
   store.squares.want(keys, options.refetch);
   const names = keys.map(({ name }) => name);
-  const kept = await countIntact(
-    store,
-    store.squares.list({ source, grid, names, states: kUsable }),
-    reporter,
-  );
+  const usable = store.squares.list({ source, grid, names, states: kUsable });
+  const kept = await countIntact(store, usable, reporter);
   const known_missing = store.squares.count({ source, grid, names, states: ['missing'] });
   const records = store.squares.unfinished({ source, grid, names });
-  const job = lidarJob(
-    records,
-    profile,
-    catalogue,
-    store,
-    http,
-    options.from !== undefined,
-    options,
-    hooks,
-  );
-  return fillStore([job], store, { kept, known_missing, skipped: 0 }, options, reporter, signal);
+  const local = options.from !== undefined;
+  const convert = conversionFor(context);
+  const job = lidarJob(records, profile, catalogue, store, http, local, options, convert);
+  const excluded = { kept, known_missing, skipped: 0 };
+  return fillStore([job], store, excluded, options, reporter, context.signal);
 }
 
 /**
@@ -262,4 +235,105 @@ async function countIntact(
     });
   }
   return kept;
+}
+
+/** Lists what a fetch would request, and whether it would fit on the disk. Changes nothing. */
+async function printPlan(
+  selection: Selection,
+  squares: readonly CatalogueSquare[],
+  http: SourceClient,
+  options: FetchOptions,
+  output: Output,
+  signal: AbortSignal,
+): Promise<void> {
+  const sizes =
+    options.sizes === true
+      ? await requestSizes(selection, squares, http, options, signal)
+      : new Map<string, Size>();
+  const totals = { known_bytes: 0, unknown_sizes: 0, missing: 0 };
+  for (const square of squares) {
+    const size = square.bytes ?? sizes.get(square.name) ?? null;
+    if (size === 'missing') totals.missing += 1;
+    else if (size === null) totals.unknown_sizes += 1;
+    else totals.known_bytes += size;
+    output.outLine(
+      options.json === true
+        ? JSON.stringify(squareEvent(selection.source, square, size))
+        : squareLine(square, size),
+    );
+  }
+  const free_bytes = freeBytes(nearestFolder(resolve(options.store ?? '.')));
+  const plan = { event: 'plan', files: squares.length, ...totals, free_bytes };
+  output.outLine(
+    options.json === true ? JSON.stringify(plan) : planLine(plan, options.sizes === true),
+  );
+}
+
+type Plan = {
+  readonly files: number;
+  readonly known_bytes: number;
+  readonly unknown_sizes: number;
+  readonly missing: number;
+  readonly free_bytes: number;
+};
+
+function squareEvent(source: string, square: CatalogueSquare, size: Size | null): object {
+  return {
+    event: 'square',
+    source,
+    square: square.name,
+    url: square.urls[0] ?? null,
+    bytes: size === 'missing' ? null : size,
+    missing: size === 'missing',
+  };
+}
+
+function squareLine(square: CatalogueSquare, size: Size | null): string {
+  const shown = typeof size === 'number' ? formatBytes(size) : (size ?? '?');
+  return `${square.name}\t${shown}\t${square.urls[0] ?? '(to be looked for)'}`;
+}
+
+/** @param requested whether the sizes were requested from the server */
+function planLine(plan: Plan, requested: boolean): string {
+  const hint = requested ? '' : ' (--sizes requests it)';
+  const more = plan.unknown_sizes === 0 ? '' : ` and ${plan.unknown_sizes} of unknown size${hint}`;
+  const gone = plan.missing === 0 ? '' : `, ${plan.missing} missing`;
+  const known = formatBytes(plan.known_bytes);
+  return `${plan.files} squares, ${known}${more}${gone}; ${formatBytes(plan.free_bytes)} free`;
+}
+
+type Size = number | 'missing';
+
+async function requestSizes(
+  selection: Selection,
+  squares: readonly CatalogueSquare[],
+  http: SourceClient,
+  options: FetchOptions,
+  signal: AbortSignal,
+): Promise<Map<string, Size>> {
+  const sizes = new Map<string, Size>();
+  const limiter = new HostRateLimiter(kSystemClock, options.maxWaitS * 1000);
+  const { profile } = selection;
+  const queue = new PQueue({ concurrency: options.concurrency ?? profile.max_concurrent });
+  await queue.addAll(
+    squares.map((square) => async () => {
+      const [url] = square.urls;
+      if (square.bytes !== null || url === undefined || url.startsWith('file:')) return;
+      await limiter.acquire(new URL(url).host, signal, profile.max_per_s);
+      const response = await http.head(url, { 'accept-encoding': 'identity' }, signal);
+      await response.discard();
+      const length = response.header('content-length');
+      if (profile.missing_status.includes(response.status)) {
+        sizes.set(square.name, 'missing');
+      } else if (response.status === 200 && length !== undefined && /^\d{1,15}$/.test(length)) {
+        sizes.set(square.name, Number(length));
+      }
+    }),
+  );
+  return sizes;
+}
+
+/** The store may not be there yet; its disk is. */
+function nearestFolder(folder: string): string {
+  return existsSync(folder) || dirname(folder) === folder ? folder : nearestFolder(dirname(folder));
 }

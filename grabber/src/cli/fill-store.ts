@@ -1,33 +1,27 @@
-import { converterFor } from '../convert/converter-for.js';
+import { converterFor, type Converter } from '../convert/convert-record.js';
 import { DiskSpace, freeBytes, kReserve_bytes } from '../fetch/disk-space.js';
-import type { FetchJob, FetchRun } from '../fetch/fetch-job.js';
-import { HostRateLimiter } from '../fetch/host-rate-limiter.js';
-import { HostQueues } from '../fetch/host-queues.js';
-import { runJobs, syncQueue } from '../fetch/run-jobs.js';
-import type { StoreRecord } from '../model/square.js';
-import type { Store } from '../model/store.js';
-import type { FetchEvents, Tally } from '../progress/events.js';
-import type { Reporter } from '../progress/reporter.js';
+import { type FetchJob, type FetchRun, runJobs, syncQueue } from '../fetch/run-jobs.js';
+import { HostRateLimiter, HostQueues } from '../fetch/host-queues.js';
+import type { StoreRecord, Store, Catalogue } from '../model/store.js';
+import type { FetchEvents, Tally, Reporter } from '../progress/reporter.js';
 import { kSystemClock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
-import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
+import { type CliContext, kExit } from './context.js';
 import { toPolicy, type RunOptions } from './run-options.js';
+import {
+  createHttpClient,
+  kNoAccess,
+  type Access,
+  type SourceClient,
+} from '../fetch/http-client.js';
+import { userAgent } from '../util/package-info.js';
+import { checkLidar, checkLidarStart, kLidarExtensions } from '../fetch/lidar-check.js';
+import { readSecretHeaders } from '../fetch/redact.js';
+import type { AccessProfile } from '../sources/source.js';
 
-/** What the conversion part adds to a run. */
-export type FetchHooks = {
-  /** @return brings a checked file into the form that is kept; undefined = nothing is converted */
-  readonly converter?: (
-    store: Store,
-  ) => ((record: StoreRecord, signal: AbortSignal) => Promise<void>) | undefined;
-};
-
-export function conversionFor(context: CliContext): FetchHooks {
-  const convert = converterFor({
-    configFolder: context.configFolder(),
-    packageRoot: context.info.root,
-  });
-  return { converter: (store) => (record, signal) => convert(record, store, signal) };
+/** What brings a checked file into the form that is kept. */
+export function conversionFor({ configFolder, info }: CliContext): Converter {
+  return converterFor({ configFolder: configFolder(), packageRoot: info.root });
 }
 
 /**
@@ -109,4 +103,57 @@ function toExitCode(tally: Tally, excluded: Excluded): number {
   return tally.missing > 0 || excluded.known_missing > 0 || tally.fetched > 0
     ? kExit.holes
     : kExit.done;
+}
+
+const kGib_bytes = 1024 ** 3;
+
+/** @throws GrabberError SECRET when the environment lacks one */
+export function toAccess(profile: AccessProfile): Access {
+  return {
+    hosts: profile.hosts,
+    privateOrigins: profile.privateOrigins,
+    secretHeaders: readSecretHeaders(profile.secretHeaders, process.env),
+    secretOrigins: profile.secretOrigins,
+  };
+}
+
+/** @param access permits no host when left out, until permit() is called */
+export function openClient(
+  { info }: CliContext,
+  { timeoutS }: { readonly timeoutS: number },
+  access = kNoAccess,
+): SourceClient {
+  return createHttpClient({ userAgent: userAgent(info), timeout_ms: timeoutS * 1000, access });
+}
+
+/** Squares of one source; `http` may contact its hosts. */
+export function lidarJob(
+  records: readonly StoreRecord[],
+  profile: AccessProfile,
+  catalogue: Catalogue,
+  store: Store,
+  http: SourceClient,
+  allowFiles: boolean,
+  options: RunOptions,
+  convert: Converter,
+): FetchJob {
+  return {
+    kind: 'lidar',
+    table: store.squares,
+    records,
+    http,
+    limits: {
+      max_concurrent: options.concurrency ?? profile.max_concurrent,
+      max_per_s: profile.max_per_s,
+    },
+    missingStatus: profile.missing_status,
+    max_bytes: options.maxFileGib * kGib_bytes,
+    allowFiles,
+    extensions: kLidarExtensions,
+    checkStart: checkLidarStart,
+    check: checkLidar,
+    locate: catalogue.locate?.bind(catalogue),
+    addressesExpire: catalogue.addressesExpire ?? false,
+    convert: (record, signal) => convert(record, store, signal),
+  };
 }

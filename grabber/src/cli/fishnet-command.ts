@@ -1,29 +1,22 @@
 import type { Command } from 'commander';
-import { createHttpClient } from '../fetch/http-client.js';
-import { kStates, type CatalogueSquare, type State } from '../model/square.js';
-import type { Region } from '../model/store.js';
+import { kStates, type CatalogueSquare, type State, type Region } from '../model/store.js';
 import { givenVariables } from '../select/ad-hoc.js';
 import { readFishnet } from '../select/fishnet-file.js';
-import { kAll } from '../select/region.js';
-import { chosenRegion } from '../select/region-options.js';
+import { kAll, chosenRegion } from '../select/region.js';
 import {
   findSource,
   toGridInfo,
   toRecordFields,
   type SelectionOptions,
 } from '../select/selection.js';
-import { usage } from '../select/usage.js';
+import { usage } from '../util/errors.js';
 import { isInRegion } from '../sources/catalogue/listing.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import { toProfile } from '../sources/profile.js';
-import type { Source } from '../sources/source.js';
-import { userAgent } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { toAccess } from './lidar-job.js';
-import { formatTable } from './output.js';
-import { parseNameList } from './option-parsers.js';
+import { toProfile, type Source } from '../sources/source.js';
+import { type CliContext, formatTable } from './context.js';
+import { toAccess, openClient } from './fill-store.js';
+import { parseNameList, addRegionOptions, addVariableOptions } from './options.js';
 import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
-import { addRegionOptions, addVariableOptions } from './selection.js';
 import { makeStore, readStore, storeOption } from './with-store.js';
 
 /** A whole country is more than one may fetch in a run. */
@@ -116,13 +109,8 @@ async function fromFile(
   options: ImportOptions,
   { signal }: CliContext,
 ): Promise<CatalogueSquare[]> {
-  const { nameField, blockField, xField, yField } = options;
-  const fields = {
-    ...(nameField === undefined ? {} : { name: nameField }),
-    ...(blockField === undefined ? {} : { block: blockField }),
-    ...(xField === undefined ? {} : { x: xField }),
-    ...(yField === undefined ? {} : { y: yField }),
-  };
+  const { nameField: name, blockField: block, xField: x, yField: y } = options;
+  const fields = { name, block, x, y };
   const all = await readFishnet(file, source, fields, givenVariables(options), signal);
   return all.filter((square) => isInRegion(square, region));
 }
@@ -131,8 +119,9 @@ async function fromCatalogue(
   source: Source,
   region: Region,
   options: ImportOptions,
-  { info, output, signal, exit }: CliContext,
+  context: CliContext,
 ): Promise<CatalogueSquare[]> {
+  const { output, signal, exit } = context;
   const fields = {
     '--name-field': options.nameField,
     '--block-field': options.blockField,
@@ -143,11 +132,7 @@ async function fromCatalogue(
   if (unused !== undefined) {
     throw usage(`import fishnet: ${unused[0]} without --from; allowed: only with a file`);
   }
-  const http = createHttpClient({
-    userAgent: userAgent(info),
-    timeout_ms: options.timeoutS * 1000,
-    access: toAccess(toProfile(source)),
-  });
+  const http = openClient(context, options, toAccess(toProfile(source)));
   const monitor = monitorCatalogue(options, output);
   try {
     const catalogue = openCatalogue(source, http, {
@@ -174,11 +159,7 @@ async function listCommand(options: ListOptions, { output, signal }: CliContext)
     return state;
   });
   await readStore(options.store, signal, (store) => {
-    const filter = {
-      ...(options.source === undefined ? {} : { source: options.source }),
-      ...(states === undefined ? {} : { states }),
-    };
-    const records = store.squares.list(filter);
+    const records = store.squares.list({ source: options.source, states });
     if (options.json === true) {
       for (const record of records) output.outLine(JSON.stringify(record));
       return;

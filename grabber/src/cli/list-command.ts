@@ -1,14 +1,12 @@
+import { join } from 'node:path';
 import type { Command } from 'commander';
-import { createHttpClient, kNoAccess } from '../fetch/http-client.js';
 import { select, type SelectionOptions } from '../select/selection.js';
-import { listHosts } from '../sources/hosts.js';
-import { listVariables, type Source } from '../sources/source.js';
-import { userAgent } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { toAccess } from './lidar-job.js';
-import { formatTable } from './output.js';
+import { listHosts, listVariables, type Source } from '../sources/source.js';
+import { type CliContext, formatTable } from './context.js';
+import { toAccess, openClient } from './fill-store.js';
 import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
-import { addSelectionOptions } from './selection.js';
+import { addSelectionOptions } from './options.js';
+import { measureExtent, loadAreas } from '../select/areas.js';
 
 type ListOptions = SelectionOptions & RequestOptions & { json?: boolean };
 
@@ -42,20 +40,11 @@ export function addSourcesCommand(program: Command, context: CliContext): void {
  */
 async function listCommand(options: ListOptions, context: CliContext): Promise<void> {
   const { output, signal } = context;
-  const http = createHttpClient({
-    userAgent: userAgent(context.info),
-    timeout_ms: options.timeoutS * 1000,
-    access: kNoAccess,
-  });
+  const http = openClient(context, options);
   try {
     const monitor = monitorCatalogue(options, output);
-    const { source, profile, catalogue, region } = await select(
-      options,
-      await context.sources(),
-      http,
-      signal,
-      monitor,
-    );
+    const selection = await select(options, await context.sources(), http, signal, monitor);
+    const { source, profile, catalogue, region } = selection;
     http.permit(toAccess(profile));
     for await (const square of catalogue.find(region, signal)) {
       if (options.json === true) output.outLine(JSON.stringify({ source, ...square }));
@@ -74,14 +63,8 @@ function sourcesCommand(
 ): void {
   const all = [...sources.values()];
   if (json) {
-    output.out(
-      `${JSON.stringify(
-        all.map((source) => ({ ...source, hosts: listHosts(source) })),
-        undefined,
-        2,
-      )}\n`,
-    );
-    return;
+    const shown = all.map((source) => ({ ...source, hosts: listHosts(source) }));
+    return output.out(`${JSON.stringify(shown, undefined, 2)}\n`);
   }
   const rows = all.map((source) => [
     source.id,
@@ -94,12 +77,8 @@ function sourcesCommand(
     source.licence,
     source.title,
   ]);
-  output.out(
-    formatTable(
-      ['id', 'crs', 'square', 'classes', 'access', 'at once', 'needs', 'licence', 'title'],
-      rows,
-    ),
-  );
+  const title = 'id,crs,square,classes,access,at once,needs,licence,title';
+  output.out(formatTable(title.split(','), rows));
 }
 
 /** Variables without a value in the configuration: the user has to give one. */
@@ -108,4 +87,30 @@ function listNeeds(source: Source): string {
     ([, { value, values }]) => value === undefined && values === undefined,
   );
   return open.map(([name]) => name).join(' ') || '-';
+}
+
+export function addAreasCommand(program: Command, context: CliContext): void {
+  program
+    .command('areas')
+    .description('list the areas for --area')
+    .option('--json', 'print JSON')
+    .action(async ({ json }: { json?: boolean }) => {
+      const areas = await loadAreas(join(context.configFolder(), 'areas'), context.signal);
+      if (json === true) return context.output.out(`${JSON.stringify(areas, undefined, 2)}\n`);
+      const rows = areas.map((area) => {
+        const { lon, lat, width_m, height_m } = measureExtent(area);
+        return [
+          area.name,
+          `${lat.toFixed(3)} N`,
+          `${lon.toFixed(3)} E`,
+          `${km(width_m)} x ${km(height_m)} km`,
+          area.title,
+        ];
+      });
+      context.output.out(formatTable(['name', 'latitude', 'longitude', 'size', 'title'], rows));
+    });
+}
+
+function km(metres: number): string {
+  return (metres / 1000).toFixed(1);
 }

@@ -1,36 +1,32 @@
 import { join } from 'node:path';
 import { InvalidArgumentError, type Command } from 'commander';
+import { usage, describeError, isOfFile, recordedCode } from '../util/errors.js';
 import { loadConfigFolder } from '../config/toml-file.js';
 import { removeStaleWork, withWorkFolder } from '../convert/work-folder.js';
 import { DiskSpace } from '../fetch/disk-space.js';
-import { HostRateLimiter } from '../fetch/host-rate-limiter.js';
-import { createHttpClient, kNoAccess, type Access, type HttpClient } from '../fetch/http-client.js';
-import type { Redact } from '../fetch/redact.js';
-import { kBackoff } from '../fetch/retry.js';
-import { readSecretHeaders } from '../fetch/secret-headers.js';
-import { kUsable, type State, type StoreRecord } from '../model/square.js';
-import type { Store } from '../model/store.js';
+import { HostRateLimiter } from '../fetch/host-queues.js';
+import { kNoAccess, type Access, type HttpClient } from '../fetch/http-client.js';
+import { type Redact, readSecretHeaders } from '../fetch/redact.js';
+import { kBackoff, type RetryNotice } from '../fetch/retry.js';
+import { type StoreRecord, type Store, kStates } from '../model/store.js';
 import { downloader } from '../ortho/download.js';
-import { gatherFor } from '../ortho/gather-for.js';
-import { localGather } from '../ortho/local.js';
 import {
+  gatherFor,
   isMade,
   learnOrthophotos,
   makeOrthophoto,
   orthoKey,
   type OrthoSettings,
+  type Made,
 } from '../ortho/make-orthophoto.js';
+import { localGather } from '../ortho/local.js';
 import { kOrthoKind, orthoHosts, orthoPrivateOrigins, type OrthoSource } from '../ortho/schema.js';
-import { originOfTemplate } from '../sources/hosts.js';
-import { kPlaces } from '../store/layout.js';
+import { originOfTemplate } from '../sources/source.js';
 import { kSystemClock } from '../util/clock.js';
-import { GrabberError, describeError, systemCode } from '../util/errors.js';
-import { userAgent } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
-import { integerIn, parseNameList, parseSourceId } from './option-parsers.js';
-import { orthoReporter, type OrthoReporter, type OrthoTally } from './ortho-reporter.js';
+import { type CliContext, kExit, formatBytes, type Output } from './context.js';
+import { parseNameList, parseSourceId, kSilence, limit } from './options.js';
 import { storeOption, writeStore } from './with-store.js';
+import { openClient } from './fill-store.js';
 
 export type OrthoOptions = {
   store: string;
@@ -59,14 +55,7 @@ const kMaxWait_ms = 600_000;
 /** Resolution for local pictures, for which no source states one. */
 const kLocalResolution_m = 0.25;
 /** States of LiDAR squares that --all takes. */
-const kUsableOrWanted: readonly State[] = [
-  ...kUsable,
-  'known',
-  'wanted',
-  'fetching',
-  'fetched',
-  'failed',
-];
+const kUsableOrWanted = kStates.filter((state) => state !== 'missing');
 
 export function addOrthoCommand(program: Command, context: CliContext): void {
   program
@@ -98,18 +87,8 @@ export function addOrthoCommand(program: Command, context: CliContext): void {
     .option('--time <t>', 'pictures of this year or date, for sources that have several', parseTime)
     .option('--lossless', 'DEFLATE instead of JPEG')
     .option('--again', 'make again what is there')
-    .option(
-      '--retries <n>',
-      'tries after the first, 0 to 20',
-      integerIn(0, 20, 'tries after the first'),
-      5,
-    )
-    .option(
-      '--timeout-s <s>',
-      'longest silence of a server, seconds, 1 to 3600',
-      integerIn(1, 3600, 'seconds'),
-      60,
-    )
+    .addOption(limit('--retries <n>', 'tries after the first', 0, 20, 'tries after the first', 5))
+    .addOption(limit('--timeout-s <s>', kSilence, 1, 3600, 'seconds', 60))
     .option('--dry-run', 'list what would be made')
     .option('--json', 'one JSON object a line on standard output')
     .action(async (options: OrthoOptions) => context.exit(await makeOrthophotos(options, context)));
@@ -123,11 +102,7 @@ export async function makeOrthophotos(options: OrthoOptions, context: CliContext
   const { signal } = context;
   const source = await chooseSource(options, context);
   const reporter = orthoReporter(context.output, options.json ?? false);
-  const http = createHttpClient({
-    userAgent: userAgent(context.info),
-    timeout_ms: options.timeoutS * 1000,
-    access: accessTo(source),
-  });
+  const http = openClient(context, options, accessTo(source));
   try {
     return await writeStore(options.store, signal, async (store) => {
       const squares = chooseSquares(store, options);
@@ -222,9 +197,8 @@ async function makeOne(
     reporter.made(square.key.name, made);
   } catch (error) {
     signal.throwIfAborted();
-    // Any other error is a fault in this program, and must not be recorded as a bad picture.
-    if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
-    const code = error instanceof GrabberError ? error.code : 'STORE_IO';
+    if (!isOfFile(error)) throw error;
+    const code = recordedCode(error);
     const message = redact(describeError(error));
     store.orthophotos.failed(orthoKey(settings.source, square), code, message);
     ++tally.failed;
@@ -261,7 +235,6 @@ function makeOrthoSettings(
     resolution_m: options.resolutionM ?? source?.resolution_m ?? kLocalResolution_m,
     margin_m: options.marginM,
     cut: { lossless: options.lossless ?? false, nearInfrared: source?.bands === 'rgbi' },
-    places: kPlaces,
     cache,
   };
 }
@@ -272,16 +245,12 @@ async function chooseSource(
 ): Promise<OrthoSource | undefined> {
   if (options.source === undefined && options.from !== undefined) return undefined;
   if (options.from !== undefined) {
-    throw new GrabberError(
-      'USAGE',
-      'choose orthophotos: --source and --from; allowed: one of them',
-    );
+    throw usage('choose orthophotos: --source and --from; allowed: one of them');
   }
   const given = { '--licence': options.licence, '--attribution': options.attribution };
   const term = Object.entries(given).find(([, value]) => value !== undefined)?.[0];
   if (options.source !== undefined && term !== undefined) {
-    throw new GrabberError(
-      'USAGE',
+    throw usage(
       `choose orthophotos: ${term} with --source, which has its own; allowed: with --from`,
     );
   }
@@ -300,37 +269,31 @@ export async function findOrthoSource(
   );
   const names = [...sources.keys()].join(', ') || 'none, the folder is empty';
   if (id === undefined) {
-    throw new GrabberError(
-      'USAGE',
+    throw usage(
       'choose orthophotos: neither --source nor --from is given; allowed: --from <path>, ' +
         `or --source of ${names}`,
     );
   }
   const source = sources.get(id);
   if (source === undefined) {
-    throw new GrabberError('USAGE', `choose orthophotos: "${id}"; allowed: ${names}`);
+    throw usage(`choose orthophotos: "${id}"; allowed: ${names}`);
   }
   return source;
 }
 
 function chooseSquares(store: Store, options: OrthoOptions): StoreRecord[] {
-  const filter = {
-    ...(options.all === true ? { states: kUsableOrWanted } : { usable: true as const }),
-    ...(options.grid === undefined ? {} : { source: options.grid }),
-    ...(options.squares === undefined ? {} : { names: options.squares }),
-  };
-  const squares = store.squares.list(filter);
+  const { all, grid: source, squares: names } = options;
+  const which = all === true ? { states: kUsableOrWanted } : { usable: true as const };
+  const squares = store.squares.list({ ...which, source, names });
   const grids = [...new Set(squares.map((square) => square.key.source))];
   if (grids.length > 1) {
-    throw new GrabberError(
-      'USAGE',
+    throw usage(
       `choose squares: the store has those of ${grids.join(', ')}; allowed: one of them ` +
         'with --grid',
     );
   }
   if (squares.length === 0) {
-    throw new GrabberError(
-      'USAGE',
+    throw usage(
       `choose squares of ${store.root}: none; allowed: squares that are fetched and ` +
         'verified (--all takes others too)',
     );
@@ -349,4 +312,62 @@ function metres(low: number, high: number): (text: string) => number {
 function parseTime(text: string): string {
   if (/^\d{4}(-\d{2}(-\d{2})?)?$/.test(text)) return text;
   throw new InvalidArgumentError('allowed: a year or a date, such as 2023 or 2023-06-21');
+}
+
+export type OrthoTally = {
+  readonly made: number;
+  readonly kept: number;
+  readonly missing: number;
+  readonly failed: number;
+};
+
+/** Reports the progress of orthophotos, as text or as JSON. */
+export type OrthoReporter = {
+  would(square: string): void;
+  made(square: string, made: Made): void;
+  failed(square: string, code: string, message: string): void;
+  retry(notice: RetryNotice): void;
+  summary(tally: OrthoTally): void;
+};
+
+/**
+ * @param json  one object a line to standard output; else results there and troubles to standard
+ * error
+ */
+export function orthoReporter(output: Output, json: boolean): OrthoReporter {
+  return json ? jsonReporter(output) : textReporter(output);
+}
+
+function textReporter(output: Output): OrthoReporter {
+  return {
+    would: (square) => output.outLine(square),
+    made(square, made) {
+      if (made.state === 'missing') return output.errLine(`hole: ${made.reason}`);
+      const { file, image } = made;
+      output.outLine(
+        `made ${square}  ${formatBytes(file.bytes)}  ${image.width_px} x ` +
+          `${image.height_px} pixels  ${file.path}`,
+      );
+      for (const warning of made.warnings) output.errLine(`warning: ${square}: ${warning}`);
+    },
+    failed: (square, code, message) => output.errLine(`error: ${square} ${code}: ${message}`),
+    retry: ({ error, retry, wait_ms }) =>
+      output.errLine(`retry ${retry} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`),
+    summary: ({ made, kept, missing, failed }) =>
+      output.outLine(`${made} made, ${kept} already there, ${missing} missing, ${failed} failed`),
+  };
+}
+
+function jsonReporter(output: Output): OrthoReporter {
+  const line = (fields: Readonly<Record<string, unknown>>): void =>
+    output.outLine(JSON.stringify(fields));
+  return {
+    would: (square) => line({ event: 'would', square }),
+    made: (square, made) => line({ event: 'orthophoto', square, ...made }),
+    failed: (square, code, message) =>
+      line({ event: 'orthophoto', state: 'failed', square, code, message }),
+    retry: ({ error, retry, wait_ms }) =>
+      line({ event: 'retry', retry, wait_ms, code: error.code, message: error.message }),
+    summary: (tally) => line({ event: 'summary', ...tally }),
+  };
 }

@@ -2,9 +2,7 @@ import { join } from 'node:path';
 import { Command, CommanderError } from 'commander';
 import { GrabberError, describeError, type ErrorCode } from '../util/errors.js';
 import { readPackageInfo, shippedConfig } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
-import { outputTo, type Output, type Streams } from './output.js';
+import { type CliContext, kExit, outputTo, type Output, type Streams } from './context.js';
 
 /** Codes of errors that the user corrects: in the command line, or in a configuration file. */
 const kUsageCodes: readonly ErrorCode[] = ['USAGE', 'CONFIG'];
@@ -17,7 +15,7 @@ type AddCommand = (program: Command, context: CliContext) => void;
  */
 const kCommands: Readonly<Record<string, () => Promise<AddCommand>>> = {
   sources: async () => (await import('./list-command.js')).addSourcesCommand,
-  areas: async () => (await import('./area-command.js')).addAreasCommand,
+  areas: async () => (await import('./list-command.js')).addAreasCommand,
   list: async () => (await import('./list-command.js')).addListCommand,
   fishnet: async () => (await import('./fishnet-command.js')).addFishnetCommand,
   fetch: async () => (await import('./fetch-command.js')).addFetchCommand,
@@ -95,10 +93,7 @@ async function buildProgram(
     info,
     configFolder,
     sources: async () =>
-      (await import('../sources/load-sources.js')).loadSources(
-        join(configFolder(), 'sources'),
-        signal,
-      ),
+      (await import('../sources/source.js')).loadSources(join(configFolder(), 'sources'), signal),
     exit: (code) => {
       state.exitCode = code;
     },

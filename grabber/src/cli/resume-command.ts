@@ -1,18 +1,12 @@
 import type { Command } from 'commander';
-import type { FetchJob } from '../fetch/fetch-job.js';
-import { createHttpClient, type SourceClient } from '../fetch/http-client.js';
-import type { StoreRecord } from '../model/square.js';
-import type { Store } from '../model/store.js';
+import type { FetchJob } from '../fetch/run-jobs.js';
+import type { SourceClient } from '../fetch/http-client.js';
+import type { StoreRecord, Store } from '../model/store.js';
 import type { Reporter } from '../progress/reporter.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import { toProfile } from '../sources/profile.js';
-import type { Source } from '../sources/source.js';
-import { userAgent } from '../util/package-info.js';
-import type { CliContext } from './context.js';
-import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
-import { kExit, chooseWorse } from './exit-codes.js';
-import { toAccess, lidarJob } from './lidar-job.js';
-import type { Output } from './output.js';
+import { toProfile, type Source } from '../sources/source.js';
+import { type CliContext, kExit, chooseWorse } from './context.js';
+import { conversionFor, fillStore, toAccess, lidarJob, openClient } from './fill-store.js';
 import {
   addRunOptions,
   monitorCatalogue,
@@ -34,54 +28,29 @@ export function addResumeCommand(program: Command, context: CliContext): void {
     'finish the squares that earlier runs have begun, and report unfinished orthophotos';
   addRunOptions(program.command('resume').description(about), 'store to continue')
     .option('--source <id>', 'only the squares of this source')
-    .action(async (options: ResumeOptions) =>
-      context.exit(await resumeCommand(options, context, conversionFor(context))),
-    );
+    .action(async (options: ResumeOptions) => context.exit(await resumeCommand(options, context)));
 }
 
 /**
  * Continues everything that is unfinished in a store.
  * @return the exit code
  */
-async function resumeCommand(
-  options: ResumeOptions,
-  context: CliContext,
-  hooks: FetchHooks,
-): Promise<number> {
+async function resumeCommand(options: ResumeOptions, context: CliContext): Promise<number> {
   const sources = await context.sources();
   const reporter = chooseReporter(options, context.output);
   const clients: SourceClient[] = [];
   const makeClient = (source: Source): SourceClient => {
-    const client = createHttpClient({
-      userAgent: userAgent(context.info),
-      timeout_ms: options.timeoutS * 1000,
-      access: toAccess(toProfile(source)),
-    });
+    const client = openClient(context, options, toAccess(toProfile(source)));
     clients.push(client);
     return client;
   };
   const continueIn = async (store: Store): Promise<number> => {
     checkSource(store, options.source);
-    const { jobs, skipped } = makeJobs(
-      store,
-      sources,
-      makeClient,
-      options,
-      hooks,
-      reporter,
-      context.output,
-    );
-    const code = await fillStore(
-      jobs,
-      store,
-      { kept: 0, known_missing: 0, skipped },
-      options,
-      reporter,
-      context.signal,
-    );
-    return reportOrthophotos(store, options.source, reporter) > 0
-      ? chooseWorse(code, kExit.holes)
-      : code;
+    const { jobs, skipped } = makeJobs(store, sources, makeClient, options, reporter, context);
+    const excluded = { kept: 0, known_missing: 0, skipped };
+    const code = await fillStore(jobs, store, excluded, options, reporter, context.signal);
+    const left = reportOrthophotos(store, options.source, reporter);
+    return left > 0 ? chooseWorse(code, kExit.holes) : code;
   };
   try {
     return await writeStore(chooseStore(options), context.signal, continueIn);
@@ -97,7 +66,7 @@ async function resumeCommand(
  * @return how many are unfinished
  */
 function reportOrthophotos(store: Store, grid: string | undefined, reporter: Reporter): number {
-  const records = store.orthophotos.unfinished(grid === undefined ? {} : { grid });
+  const records = store.orthophotos.unfinished({ grid });
   const groups = new Map<string, { source: string; grid: string; count: number }>();
   for (const { key } of records) {
     const id = `${key.source}/${key.grid}`;
@@ -120,10 +89,10 @@ function makeJobs(
   sources: ReadonlyMap<string, Source>,
   makeClient: (source: Source) => SourceClient,
   options: ResumeOptions,
-  hooks: FetchHooks,
   reporter: Reporter,
-  output: Output,
+  context: CliContext,
 ): { jobs: FetchJob[]; skipped: number } {
+  const convert = conversionFor(context);
   const jobs: FetchJob[] = [];
   let skipped = 0;
   const skip = (id: string, records: readonly StoreRecord[], why: string): void => {
@@ -140,28 +109,19 @@ function makeJobs(
     skip(id, local, kFromFolder);
     const http = makeClient(source);
     const rest = records.filter((record) => !local.includes(record));
-    jobs.push(
-      lidarJob(
-        rest,
-        toProfile(source),
-        openCatalogue(source, http, monitorCatalogue(options, output)),
-        store,
-        http,
-        false,
-        options,
-        hooks,
-      ),
-    );
+    const catalogue = openCatalogue(source, http, monitorCatalogue(options, context.output));
+    const profile = toProfile(source);
+    jobs.push(lidarJob(rest, profile, catalogue, store, http, false, options, convert));
   }
   return { jobs, skipped };
 }
 
 function bySource(store: Store, only: string | undefined): Map<string, StoreRecord[]> {
   const groups = new Map<string, StoreRecord[]>();
-  for (const record of store.squares.unfinished(only === undefined ? {} : { source: only })) {
-    const group = groups.get(record.key.source);
-    if (group === undefined) groups.set(record.key.source, [record]);
-    else group.push(record);
+  for (const record of store.squares.unfinished({ source: only })) {
+    const group = groups.get(record.key.source) ?? [];
+    group.push(record);
+    groups.set(record.key.source, group);
   }
   return groups;
 }

@@ -1,14 +1,10 @@
 import { Option, type Command } from 'commander';
+import { usage, type GrabberError } from '../util/errors.js';
 import { kBackoff, type RetryNotice, type RetryPolicy } from '../fetch/retry.js';
-import { jsonReporter } from '../progress/json-reporter.js';
-import { barReporter } from '../progress/bar-reporter.js';
-import type { Reporter } from '../progress/reporter.js';
-import { textReporter } from '../progress/text-reporter.js';
-import type { CatalogueOptions } from '../sources/catalogue/options.js';
-import { GrabberError } from '../util/errors.js';
-import { kExit } from './exit-codes.js';
-import { integerIn } from './option-parsers.js';
-import type { Output } from './output.js';
+import { jsonReporter, barReporter, type Reporter, textReporter } from '../progress/reporter.js';
+import type { CatalogueOptions } from '../sources/catalogue/listing.js';
+import { kExit, type Output } from './context.js';
+import { integerIn, kSilence, limit } from './options.js';
 
 /** Limits for requests to servers; every command that contacts one has these options. */
 export type RequestOptions = { retries: number; timeoutS: number; maxWaitS: number };
@@ -21,6 +17,8 @@ export type RunOptions = RequestOptions & {
   json?: boolean;
 };
 
+const kLongestWait = 'longest Retry-After to obey, seconds';
+
 /** @param store help text of --store, whose presence the caller checks */
 export function addRunOptions(command: Command, store: string): Command {
   return addRequestOptions(
@@ -31,35 +29,15 @@ export function addRunOptions(command: Command, store: string): Command {
       "files at a time, 1 to 32 (default: the source's, else 4)",
       integerIn(1, 32, 'files at a time'),
     )
-    .option(
-      '--max-file-gib <n>',
-      'largest file to take, GiB, 1 to 1024',
-      integerIn(1, 1024, 'GiB'),
-      16,
-    )
+    .addOption(limit('--max-file-gib <n>', 'largest file to take, GiB', 1, 1024, 'GiB', 16))
     .option('--json', 'log one JSON object a line to standard output');
 }
 
 export function addRequestOptions(command: Command): Command {
   return command
-    .option(
-      '--retries <n>',
-      'tries after the first, 0 to 20',
-      integerIn(0, 20, 'tries after the first'),
-      5,
-    )
-    .option(
-      '--timeout-s <s>',
-      'longest silence of a server, seconds, 1 to 3600',
-      integerIn(1, 3600, 'seconds'),
-      60,
-    )
-    .option(
-      '--max-wait-s <s>',
-      'longest Retry-After to obey, seconds, 1 to 86400',
-      integerIn(1, 86_400, 'seconds'),
-      600,
-    );
+    .addOption(limit('--retries <n>', 'tries after the first', 0, 20, 'tries after the first', 5))
+    .addOption(limit('--timeout-s <s>', kSilence, 1, 3600, 'seconds', 60))
+    .addOption(limit('--max-wait-s <s>', kLongestWait, 1, 86_400, 'seconds', 600));
 }
 
 export function toPolicy({ retries, maxWaitS }: Omit<RequestOptions, 'timeoutS'>): RetryPolicy {
@@ -99,8 +77,7 @@ export function monitorCatalogue(options: RequestOptions, output: Output): Catal
 /** @throws GrabberError USAGE without a store */
 export function chooseStore(options: { readonly store?: string }): string {
   if (options.store !== undefined) return options.store;
-  throw new GrabberError(
-    'USAGE',
+  throw usage(
     'choose store: none given; allowed: --store FOLDER, or the environment variable TERRAVOX_STORE',
   );
 }

@@ -1,19 +1,21 @@
 import { rm } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { Command } from 'commander';
-import type { Store } from '../model/store.js';
+import type { Store, RecordKey, StoredFile, StoreRecord } from '../model/store.js';
+import { type CliContext, kExit, formatBytes, type Output } from './context.js';
+import { parseSourceId } from './options.js';
 import {
+  checkSource,
+  readStore,
+  storeOption,
+  writeStore,
+  type StoreOption,
   chooseTable,
-  verifyFiles,
-  wholeFiles,
-  type BadFile,
-  type VerifyProgress,
-} from '../report/verify-store.js';
-import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
-import { parseSourceId } from './option-parsers.js';
-import { formatBytes, type Output } from './output.js';
-import { checkSource, readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
+} from './with-store.js';
+import { kPlaces, type FileKind } from '../store/layout.js';
+import { verifyLasFile } from '../las/verify.js';
+import { describeError } from '../util/errors.js';
+import { fileSize, sha256OfFile, readStart } from '../util/files.js';
 
 type VerifyOptions = StoreOption & {
   readonly source?: string;
@@ -85,4 +87,160 @@ function progressTo(output: Output, terminal: boolean): VerifyProgress {
     if (terminal) output.drawn.err(`\r${text}${done === total ? '\n' : ''}`);
     else output.errLine(text);
   };
+}
+
+export type FileToCheck = {
+  readonly kind: FileKind;
+  readonly key: RecordKey;
+  readonly file: StoredFile;
+  /**
+   * False: a run that was cut off, or is not through yet, may have left it under its unfinished
+   * name.
+   */
+  readonly placed: boolean;
+};
+export type BadFile = FileToCheck & { readonly reason: string };
+export type VerifyProgress = (done: number, total: number, bytes: number) => void;
+
+/** Two files at a time keep a disk and the hash of the other file busy. */
+const kConcurrency = 2;
+
+/** Usable files, and whole ones that have not been checked yet. */
+export function wholeFiles(store: Store, source: string | undefined): FileToCheck[] {
+  const of = source === undefined ? {} : { source };
+  return (['lidar', 'ortho'] as const).flatMap((kind) => {
+    const table = chooseTable(store, kind);
+    return [
+      ...table.list({ ...of, usable: true }),
+      ...table.list({ ...of, states: ['fetched'] }),
+    ].flatMap((record) => toCheck(kind, record) ?? []);
+  });
+}
+
+function toCheck(
+  kind: FileKind,
+  { key, file, state, verifiedAt }: StoreRecord,
+): FileToCheck | undefined {
+  const whole = verifiedAt !== null || state === 'fetched';
+  return file === null || !whole ? undefined : { kind, key, file, placed: state !== 'fetched' };
+}
+
+/** @return the bad ones, in the order of `files` */
+export async function verifyFiles(
+  store: Store,
+  files: readonly FileToCheck[],
+  progress: VerifyProgress,
+  signal: AbortSignal,
+): Promise<BadFile[]> {
+  const bad: (BadFile | undefined)[] = [];
+  const waiting = files.entries();
+  let done = 0;
+  let bytes = 0;
+  const work = async (): Promise<void> => {
+    // All workers take from one iterator.
+    for (const [index, one] of waiting) {
+      bad[index] = await checkOne(store, one, signal);
+      ++done;
+      bytes += one.file.bytes;
+      progress(done, files.length, bytes);
+    }
+  };
+  await Promise.all(Array.from({ length: kConcurrency }, work));
+  return bad.filter((one) => one !== undefined);
+}
+
+/**
+ * A fetch may replace a file while it is read, so a fault is reported only of a file that the
+ * store still has like this.
+ */
+async function checkOne(
+  store: Store,
+  one: FileToCheck,
+  signal: AbortSignal,
+): Promise<BadFile | undefined> {
+  let now: FileToCheck | undefined = one;
+  while (now !== undefined) {
+    signal.throwIfAborted();
+    if (!now.placed && (await liesUnfinished(store, now, signal))) return undefined;
+    const reason = await findProblem(store.root, now.file, now.kind, signal);
+    if (reason === undefined) return undefined;
+    const later = findCurrent(store, now);
+    if (later?.file.sha256 === now.file.sha256 && later.file.path === now.file.path) {
+      return { ...now, reason };
+    }
+    now = later;
+  }
+  return undefined;
+}
+
+async function liesUnfinished(
+  store: Store,
+  { kind, key, file }: FileToCheck,
+  signal: AbortSignal,
+): Promise<boolean> {
+  return (
+    (await wrongBytes(store.root, { ...file, path: kPlaces.unfinished(kind, key) }, signal)) ===
+    undefined
+  );
+}
+
+function findCurrent(store: Store, { kind, key }: FileToCheck): FileToCheck | undefined {
+  const record = chooseTable(store, kind).get(key);
+  return record === undefined ? undefined : toCheck(kind, record);
+}
+
+/**
+ * Reads all of a file of the store again: length, hash, and whether it opens as what it is.
+ * @return what is wrong with it, undefined when nothing is
+ * @throws the signal's reason when it aborts
+ */
+export async function findProblem(
+  root: string,
+  file: StoredFile,
+  kind: FileKind,
+  signal: AbortSignal,
+): Promise<string | undefined> {
+  const path = join(root, file.path);
+  try {
+    const wrong = await wrongBytes(root, file, signal);
+    // zLAS is Esri's own format, and its header is not published.
+    if (wrong !== undefined || file.path.endsWith('.zlas')) return wrong;
+    if (kind === 'ortho') return await tiffProblem(path, file.bytes);
+    await verifyLasFile(path, file.path, signal);
+    return undefined;
+  } catch (error) {
+    signal.throwIfAborted();
+    return describeError(error);
+  }
+}
+
+/** @return in what way its bytes are not those that are recorded */
+export async function wrongBytes(
+  root: string,
+  file: StoredFile,
+  signal: AbortSignal,
+): Promise<string | undefined> {
+  const path = join(root, file.path);
+  const bytes = await fileSize(path);
+  if (bytes === undefined) return 'it is not there';
+  if (bytes !== file.bytes) return `it has ${bytes} bytes; recorded: ${file.bytes}`;
+  const sha256 = await sha256OfFile(path, signal);
+  return sha256 === file.sha256 ? undefined : `its SHA-256 is ${sha256}; recorded: ${file.sha256}`;
+}
+
+/** Ref: Adobe, "TIFF Revision 6.0", 1992, section 2; BigTIFF has version 43 and 8-byte offsets. */
+async function tiffProblem(path: string, bytes: number): Promise<string | undefined> {
+  const start = await readStart(path, 16);
+  const order = start.toString('latin1', 0, 2);
+  if (start.length < 16 || (order !== 'II' && order !== 'MM')) return 'it is no TIFF file';
+  // Little-endian from here on.
+  if (order === 'MM') start.subarray(2, 4).swap16();
+  const version = start.readUInt16LE(2);
+  if (version !== 42 && version !== 43) return `its TIFF version is ${version}; allowed: 42, 43`;
+  if (order === 'MM' && version === 42) start.subarray(4, 8).swap32();
+  if (order === 'MM') start.subarray(8, 16).swap64();
+  const offset = version === 43 ? Number(start.readBigUInt64LE(8)) : start.readUInt32LE(4);
+  return offset < 8 || offset >= bytes
+    ? `its directory is at ${offset}; allowed: 8 to ${bytes - 1}`
+    : undefined;
 }

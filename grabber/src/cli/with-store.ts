@@ -1,11 +1,10 @@
 import { resolve } from 'node:path';
 import { Option } from 'commander';
-import type { Store } from '../model/store.js';
+import { usage, causedError } from '../util/errors.js';
+import type { RecordTable, Store } from '../model/store.js';
 import { checkIsThere } from '../store/database.js';
-import { storeLayout } from '../store/layout.js';
-import { lockStore } from '../store/lock.js';
-import { openStore } from '../store/open-store.js';
-import { GrabberError, describeError } from '../util/errors.js';
+import { storeLayout, type FileKind } from '../store/layout.js';
+import { lockStore, openStore } from '../store/open-store.js';
 import { makeFolder } from '../util/files.js';
 
 export type StoreOption = { readonly store: string };
@@ -25,8 +24,7 @@ export function checkSource(store: Store, source: string | undefined): void {
     [...store.squares.tally(), ...store.orthophotos.tally()].map((row) => row.source),
   );
   if (known.has(source)) return;
-  throw new GrabberError(
-    'USAGE',
+  throw usage(
     `choose source: the store ${store.root} has nothing of "${source}"; allowed: ` +
       `${[...known].join(', ') || 'none yet'}`,
   );
@@ -74,13 +72,8 @@ export async function makeStore<T>(
   try {
     await makeFolder(root);
   } catch (error) {
-    throw new GrabberError(
-      'STORE_IO',
-      `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`,
-      {
-        cause: error,
-      },
-    );
+    const allowed = 'a folder that can be written';
+    throw causedError('STORE_IO', `make store folder ${root}`, error, allowed);
   }
   const unlock = lockStore(lock, signal);
   try {
@@ -93,4 +86,8 @@ export async function makeStore<T>(
   } finally {
     unlock();
   }
+}
+
+export function chooseTable(store: Store, kind: FileKind): RecordTable {
+  return kind === 'lidar' ? store.squares : store.orthophotos;
 }

@@ -2,7 +2,7 @@ import { readFile } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { parse } from 'smol-toml';
 import type { z } from 'zod';
-import { GrabberError, describeError } from '../util/errors.js';
+import { GrabberError, causedError } from '../util/errors.js';
 import { namesInFolder } from '../util/files.js';
 
 /** A kind of configuration file: one a thing, named after its id. */
@@ -31,12 +31,8 @@ export async function loadConfigFolder<T extends { readonly id: string }>(
   try {
     names = await namesInFolder(folder, '.toml');
   } catch (error) {
-    throw new GrabberError(
-      'CONFIG',
-      `read ${kind.what}s folder ${folder}: ${describeError(error)}; allowed: a folder of ` +
-        '*.toml files',
-      { cause: error },
-    );
+    const attempt = `read ${kind.what}s folder ${folder}`;
+    throw causedError('CONFIG', attempt, error, 'a folder of *.toml files');
   }
   const found = new Map<string, T>();
   for (const name of names) {
@@ -57,11 +53,7 @@ export function parseConfig<T extends { readonly id: string }>(
   try {
     raw = parse(toml);
   } catch (error) {
-    throw new GrabberError(
-      'CONFIG',
-      `read ${kind.what} ${path}: not TOML: ${describeError(error)}`,
-      { cause: error },
-    );
+    throw causedError('CONFIG', `read ${kind.what} ${path}: not TOML`, error);
   }
   const result = kind.schema.safeParse(raw);
   // The schema's own words are for programmers, and would follow the message as its cause.

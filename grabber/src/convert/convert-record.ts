@@ -1,13 +1,19 @@
 import { mkdir, rename } from 'node:fs/promises';
 import { basename, dirname, extname, join } from 'node:path';
-import type { LasHeader } from '../las/header.js';
+import { type LasHeader, toPointFacts } from '../las/header.js';
 import { verifyLasFile, type LasFile } from '../las/verify.js';
-import type { PointFacts, StoreRecord, StoredFile } from '../model/square.js';
-import type { Store } from '../model/store.js';
+import type { StoreRecord, StoredFile, Store } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 import { fileSize, removeIfThere, sha256OfFile } from '../util/files.js';
-import { noZlasConverter, type Converters } from './converters.js';
-import { missingLazTool, type LazTool } from './laz-tool.js';
+import {
+  noZlasConverter,
+  type Converters,
+  missingLazTool,
+  type LazTool,
+  loadConverters,
+  findLazTool,
+  lazTool,
+} from './converters.js';
 import { flushFile, withWorkFolder } from './work-folder.js';
 import { unpackZlas } from './zlas.js';
 
@@ -77,7 +83,7 @@ export async function convertRecord(
     await rename(made.path, final);
     const warnings = [...record.warnings, ...made.warnings];
     store.squares.converted(record.key, stored, {
-      points: toFacts(made.header),
+      points: toPointFacts(made.header),
       image: null,
       crs: made.header.crs ?? null,
       warnings,
@@ -183,7 +189,47 @@ function sameBounds(a: LasHeader, b: LasHeader): boolean {
   });
 }
 
-export function toFacts(header: LasHeader): PointFacts {
-  const { pointCount, version, pointFormat, min, max } = header;
-  return { pointCount, lasVersion: version, pointFormat, min, max };
+/**
+ * What to do with a record whose file was fetched or verified. Nothing, where the file is in its
+ * kept form already.
+ */
+export type Converter = (record: StoreRecord, store: Store, signal: AbortSignal) => Promise<void>;
+
+export type ConverterConfig = {
+  readonly configFolder: string;
+  /** Folder of the grabber's package.json. */
+  readonly packageRoot: string;
+};
+
+const kDefaultTimeLimit_s = 3600;
+
+export async function convertTools(
+  config: ConverterConfig,
+  signal: AbortSignal,
+): Promise<ConvertTools> {
+  const converters = await loadConverters(config.configFolder, signal);
+  const program = await findLazTool(converters, config.packageRoot);
+  const time_limit_s = converters.laz?.time_limit_s ?? kDefaultTimeLimit_s;
+  return {
+    converters,
+    laz: program === undefined ? undefined : lazTool(program, time_limit_s),
+    configFolder: config.configFolder,
+  };
+}
+
+/**
+ * Makes the conversion that follows a download. Programs are searched once, when the first file
+ * needs one. Without them a LAS file stays as it is, which is usable too, and a zLAS file stays in
+ * the state fetched; `convert` reports what is missing.
+ * @throws by the returned function: GrabberError COMMAND, CONVERTER; the caller records it with
+ *   failed()
+ */
+export function converterFor(config: ConverterConfig): Converter {
+  let tools: Promise<ConvertTools> | undefined;
+  return async (record, store, signal) => {
+    if (!needsConversion(record)) return;
+    const found = await (tools ??= convertTools(config, signal));
+    if (!canConvert(record, found)) return;
+    await convertRecord(record, store, found, { index: false, keepOriginal: false }, signal);
+  };
 }

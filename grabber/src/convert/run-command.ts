@@ -1,9 +1,8 @@
 import { spawn, type ChildProcess } from 'node:child_process';
 import { existsSync } from 'node:fs';
-import { basename } from 'node:path';
+import { basename, join } from 'node:path';
+import { lstat, readdir } from 'node:fs/promises';
 import { GrabberError, oneLine } from '../util/errors.js';
-import { programEnvironment } from '../util/environment.js';
-import { watchFolder } from './folder-size.js';
 
 /** Limits for an external program, which reads untrusted files. */
 export type CommandLimits = {
@@ -30,7 +29,7 @@ export type Command = {
   /** Added to a minimal environment. */
   readonly environment?: Readonly<Record<string, string>>;
   /** For its standard input; none = an empty one. */
-  readonly input?: string;
+  readonly input?: string | undefined;
 };
 
 export type CommandOutput = { readonly out: string; readonly err: string };
@@ -178,11 +177,76 @@ function failure(command: Command, how: string, err: string, cause?: unknown): G
     `${command.what}: ${program} ${how}${said === '' ? '' : `: ${said}`}; allowed: exit ` +
       `code 0 within ${command.limits.time_limit_s} s and ${command.limits.disk_bytes} bytes ` +
       'of disk',
-    cause === undefined ? {} : { cause },
+    { cause },
   );
 }
 
 function lastLines(text: string): string {
   const lines = text.split('\n').filter((line) => line.trim() !== '');
   return oneLine(lines.slice(-3).join(' | ')).slice(-600);
+}
+
+const kPollInterval_ms = 250;
+
+/**
+ * Sums the bytes of all files below `folder`. Links are not followed, and files that vanish
+ * meanwhile count as 0.
+ */
+export async function folderBytes(folder: string): Promise<number> {
+  let bytes = 0;
+  for (const entry of await readdir(folder, { withFileTypes: true }).catch(() => [])) {
+    const path = join(folder, entry.name);
+    if (entry.isDirectory()) bytes += await folderBytes(path);
+    else {
+      bytes += await lstat(path).then(
+        (found) => found.size,
+        () => 0,
+      );
+    }
+  }
+  return bytes;
+}
+
+/**
+ * Calls `stop` once when the folder holds more than `max_bytes`.
+ * @return ends the watch
+ */
+export function watchFolder(
+  folder: string,
+  max_bytes: number,
+  stop: (why: string) => void,
+): () => void {
+  let looking = false;
+  const timer = setInterval(() => {
+    if (looking) return;
+    looking = true;
+    void folderBytes(folder).then((bytes) => {
+      looking = false;
+      if (bytes > max_bytes) stop(`it filled its folder with ${bytes} bytes`);
+    });
+  }, kPollInterval_ms);
+  return () => clearInterval(timer);
+}
+
+/** Variables with the data folders of GDAL's programs, for installations that were moved. */
+const kData = ['GDAL_DATA', 'PROJ_DATA', 'PROJ_LIB'] as const;
+
+/**
+ * The environment of external programs, which read untrusted files: no tokens, proxies or library
+ * paths are passed on.
+ * @param home a folder in which the program may write
+ */
+export function programEnvironment(home: string): Record<string, string> {
+  const path = process.env['PATH'] ?? '/usr/local/bin:/usr/bin:/bin';
+  const data = kData.flatMap((name) =>
+    process.env[name] === undefined ? [] : [[name, process.env[name]] as const],
+  );
+  return {
+    PATH: path,
+    HOME: home,
+    TMPDIR: home,
+    LANG: 'C.UTF-8',
+    LC_ALL: 'C.UTF-8',
+    ...Object.fromEntries(data),
+  };
 }

@@ -36,7 +36,7 @@ export async function removeStaleWork(storeRoot: string): Promise<void> {
 export async function flushFile(path: string): Promise<void> {
   const file = await open(path, 'r+');
   try {
-    await file.sync();
+    await file.datasync();
   } finally {
     await file.close();
   }

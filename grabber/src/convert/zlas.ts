@@ -1,12 +1,13 @@
-import { lstat, stat } from 'node:fs/promises';
+import { lstatSync } from 'node:fs';
+import { stat } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import type { LasHeader } from '../las/header.js';
 import { verifyLasFile, type LasFile } from '../las/verify.js';
-import type { StoreRecord } from '../model/square.js';
-import { GrabberError, systemCode } from '../util/errors.js';
+import type { StoreRecord, BoundsM } from '../model/store.js';
+import { GrabberError } from '../util/errors.js';
 import { runCommand } from './run-command.js';
 import type { Converters } from './converters.js';
-import { readZlasFacts } from './zlas-header.js';
+import { readStart } from '../util/files.js';
 
 export type Unpacked = {
   readonly path: string;
@@ -35,15 +36,10 @@ export async function unpackZlas(
   const shown = basename(input);
   const output = join(folder, 'converted.laz');
   const before = await stat(input);
-  const limits = {
-    time_limit_s: converter.time_limit_s,
-    disk_bytes: before.size * kMaxGrowth + kSlack_bytes,
-  };
+  const { command: argv, time_limit_s } = converter;
+  const limits = { time_limit_s, disk_bytes: before.size * kMaxGrowth + kSlack_bytes };
   const values = { input, output, folder };
-  await runCommand(
-    { what: `convert ${shown}`, argv: converter.command, values, folder, limits },
-    signal,
-  );
+  await runCommand({ what: `convert ${shown}`, argv, values, folder, limits }, signal);
   const after = await stat(input).catch(() => undefined);
   if (after?.size !== before.size || after.mtimeMs !== before.mtimeMs) {
     throw new GrabberError(
@@ -52,27 +48,22 @@ export async function unpackZlas(
         'fetch it again',
     );
   }
-  await requireFile(output, shown);
+  requireFile(output, shown);
   const header = await verifyLasFile(output, `what the converter made of ${shown}`, signal);
   return { path: output, header, warnings: await countWarnings(input, shown, record, header) };
 }
 
 /** Refuses a link, which could lead to any file. */
-async function requireFile(path: string, shown: string): Promise<void> {
-  try {
-    if ((await lstat(path)).isFile()) return;
-  } catch (error) {
-    if (systemCode(error) !== 'ENOENT') throw error;
-    throw new GrabberError(
-      'CONVERTER',
-      `convert ${shown}: the converter ended well but wrote nothing to {output}; allowed: ` +
-        'a LAS or LAZ file',
-    );
-  }
+function requireFile(path: string, shown: string): void {
+  const found = lstatSync(path, { throwIfNoEntry: false });
+  if (found?.isFile() === true) return;
+  const what =
+    found === undefined
+      ? 'ended well but wrote nothing to {output}'
+      : 'left a link or a folder at {output}';
   throw new GrabberError(
     'CONVERTER',
-    `convert ${shown}: the converter left a link or a folder at {output}; allowed: a LAS ` +
-      'or LAZ file',
+    `convert ${shown}: the converter ${what}; allowed: a LAS or LAZ file`,
   );
 }
 
@@ -82,7 +73,7 @@ async function countWarnings(
   record: StoreRecord,
   header: LasHeader,
 ): Promise<string[]> {
-  const wanted = (await readZlasFacts(input)).pointCount ?? record.points?.pointCount;
+  const wanted = parsePointCount(await readStart(input, kHeaderBytes)) ?? record.points?.pointCount;
   if (wanted !== undefined) {
     if (header.pointCount === wanted) return [];
     throw new GrabberError(
@@ -105,15 +96,31 @@ async function countWarnings(
   ];
 }
 
-function liesElsewhere(
-  header: LasHeader,
-  [west, south, east, north]: readonly number[] & { length: 4 },
-): boolean {
+function liesElsewhere({ min, max }: LasHeader, [west, south, east, north]: BoundsM): boolean {
   const slack = kBoundsSlack_m;
-  return (
-    header.min[0] < (west ?? 0) - slack ||
-    header.min[1] < (south ?? 0) - slack ||
-    header.max[0] > (east ?? 0) + slack ||
-    header.max[1] > (north ?? 0) + slack
-  );
+  const isBelow = min[0] < west - slack || min[1] < south - slack;
+  return isBelow || max[0] > east + slack || max[1] > north + slack;
+}
+
+const kHeaderBytes = 375;
+const kMinHeaderBytes = 227;
+
+/**
+ * What can be read of a zLAS file without its decoder: the format is not published. Some files
+ * begin with a plain LAS header, which then states the number of points. Nothing is concluded from
+ * a file that begins with anything else, or whose header makes no sense as one of LAS. Ref: ASPRS,
+ * "LAS Specification 1.4 - R15", 2019, section 2.4.
+ */
+export function parsePointCount(start: Buffer): number | undefined {
+  if (start.length < kMinHeaderBytes || start.toString('latin1', 0, 4) !== 'LASF') {
+    return undefined;
+  }
+  const minor = start.readUInt8(25);
+  if (start.readUInt8(24) !== 1 || minor > 4 || start.readUInt16LE(94) < kMinHeaderBytes) {
+    return undefined;
+  }
+  const legacy = start.readUInt32LE(107);
+  const wide = minor === 4 && start.length >= kHeaderBytes ? Number(start.readBigUInt64LE(247)) : 0;
+  const count = wide === 0 ? legacy : wide;
+  return Number.isSafeInteger(count) && count > 0 ? count : undefined;
 }

@@ -1,5 +1,5 @@
 import { statfsSync } from 'node:fs';
-import { GrabberError, describeError, systemCode } from '../util/errors.js';
+import { GrabberError, systemCode, causedError } from '../util/errors.js';
 
 /** Left free for everything else that lives on the disk. */
 export const kReserve_bytes = 256 * 1024 * 1024;
@@ -125,11 +125,7 @@ export function withStoreErrorsSync<T>(path: string, action: () => T): T {
 export function storeError(path: string, error: unknown): GrabberError {
   if (error instanceof GrabberError) return error;
   const full = ['ENOSPC', 'EDQUOT'].includes(systemCode(error) ?? '');
-  return new GrabberError(
-    full ? 'DISK_FULL' : 'STORE_IO',
-    `write ${path}: ${describeError(error)}`,
-    { cause: error },
-  );
+  return causedError(full ? 'DISK_FULL' : 'STORE_IO', `write ${path}`, error);
 }
 
 /** Whether an error ends the whole run, because every other file would fail in the same way. */

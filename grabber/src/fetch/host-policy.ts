@@ -3,7 +3,7 @@ import type { LookupFunction } from 'node:net';
 import ipaddr from 'ipaddr.js';
 import { buildConnector } from 'undici';
 import { GrabberError } from '../util/errors.js';
-import { shownUrl } from './shown-url.js';
+import { shownUrl } from './redact.js';
 
 /** The hosts that the requests of one source may contact. */
 export type HostAccess = {

@@ -1,9 +1,9 @@
-import { looksLikeLas } from '../las/header.js';
+import { looksLikeLas, toPointFacts } from '../las/header.js';
 import { verifyLasFile, type LasFile } from '../las/verify.js';
-import type { StoreRecord } from '../model/square.js';
-import { GrabberError, describeError } from '../util/errors.js';
-import type { Checked } from './fetch-job.js';
-import { shownUrl } from './shown-url.js';
+import type { StoreRecord } from '../model/store.js';
+import { GrabberError, causedError } from '../util/errors.js';
+import type { Checked } from './run-jobs.js';
+import { shownUrl } from './redact.js';
 
 export const kLidarExtensions = ['laz', 'las', 'zlas'] as const;
 
@@ -39,18 +39,12 @@ export async function checkLidar(
   } catch (error) {
     signal.throwIfAborted();
     if (error instanceof GrabberError) throw error;
-    throw new GrabberError('STORE_IO', `read ${path}: ${describeError(error)}`, { cause: error });
+    throw causedError('STORE_IO', `read ${path}`, error);
   }
   return {
     extension: header.compressed ? 'laz' : 'las',
     facts: {
-      points: {
-        pointCount: header.pointCount,
-        lasVersion: header.version,
-        pointFormat: header.pointFormat,
-        min: header.min,
-        max: header.max,
-      },
+      points: toPointFacts(header),
       image: null,
       crs: header.crs ?? null,
       warnings: [...placeWarnings(record, header), ...crsWarnings(record, header)],

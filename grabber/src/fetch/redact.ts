@@ -41,11 +41,8 @@ export function redactError<T>(error: T, redact: Redact): T | GrabberError {
   const text = describeError(error);
   const safe = redact(text);
   if (safe === text) return error;
-  const { retryable, retryAfterMs } = error;
-  return new GrabberError(error.code, safe, {
-    retryable,
-    ...(retryAfterMs === undefined ? {} : { retryAfterMs }),
-  });
+  const { code, retryable, retryAfterMs } = error;
+  return new GrabberError(code, safe, { retryable, retryAfterMs });
 }
 
 /** What `action` throws shows no secret. */
@@ -55,4 +52,54 @@ export async function withoutSecrets<T>(redact: Redact, action: () => Promise<T>
   } catch (error) {
     throw redactError(error, redact);
   }
+}
+
+/**
+ * An address as it may stand in messages: without a password, and with its query hidden where the
+ * query looks like a signature or key, which redirects to object stores carry.
+ */
+export function shownUrl(text: string): string {
+  if (!URL.canParse(text)) return text.slice(0, 200);
+  const url = new URL(text);
+  if (url.username !== '' || url.password !== '') {
+    url.username = '';
+    url.password = '';
+  }
+  for (const name of [...url.searchParams.keys()]) {
+    if (/sig|token|key|secret|credential|password|auth/i.test(name)) {
+      url.searchParams.set(name, '...');
+    }
+  }
+  return url.href;
+}
+
+/**
+ * Reads the secret headers of a source from the environment, so that they stand in no file of the
+ * project.
+ * @param names header = name of an environment variable
+ */
+export function readSecretHeaders(
+  names: Readonly<Record<string, string>>,
+  environment: Readonly<Record<string, string | undefined>>,
+): Record<string, string> {
+  const headers: Record<string, string> = {};
+  for (const [header, variable] of Object.entries(names)) {
+    const value = environment[variable];
+    if (value === undefined || value === '') {
+      throw new GrabberError(
+        'SECRET',
+        `read header ${header}: environment variable ${variable} is not set; allowed: its secret`,
+      );
+    }
+    // Never shown, not even in part.
+    if (!/^[\x20-\x7e]{1,4096}$/.test(value)) {
+      throw new GrabberError(
+        'SECRET',
+        `read header ${header}: environment variable ${variable} holds characters that no ` +
+          'header may have; allowed: printable ASCII, at most 4096',
+      );
+    }
+    headers[header.toLowerCase()] = value;
+  }
+  return headers;
 }

@@ -1,12 +1,13 @@
 import { createHash, type Hash } from 'node:crypto';
-import { closeSync } from 'node:fs';
+import { closeSync, constants } from 'node:fs';
+import { copyFile, stat } from 'node:fs/promises';
+import { fileURLToPath } from 'node:url';
 import type { Clock } from '../util/clock.js';
-import { GrabberError } from '../util/errors.js';
-import { hashFileInto } from '../util/files.js';
-import { tooLarge, writeBody } from './body-writer.js';
-import { decoded } from './content-coding.js';
-import type { DiskSpace, Reservation } from './disk-space.js';
-import type { HostRateLimiter } from './host-rate-limiter.js';
+import { GrabberError, systemCode, causedError } from '../util/errors.js';
+import { hashFileInto, sha256OfFile } from '../util/files.js';
+import { tooLarge, writeBody, decoded } from './body-writer.js';
+import { type DiskSpace, type Reservation, withStoreErrors } from './disk-space.js';
+import type { HostRateLimiter } from './host-queues.js';
 import type { HttpClient, HttpResponse } from './http-client.js';
 import {
   findPartial,
@@ -17,10 +18,15 @@ import {
   removePartial,
   type Resumable,
 } from './partial.js';
-import { withoutSecrets } from './redact.js';
-import { bodyPlan, isWhole, kRangeRefused, type BodyPlan } from './response-check.js';
-import { htmlError, statusError } from './response-error.js';
-import { shownUrl } from './shown-url.js';
+import { withoutSecrets, shownUrl } from './redact.js';
+import {
+  bodyPlan,
+  isWhole,
+  kRangeRefused,
+  type BodyPlan,
+  htmlError,
+  statusError,
+} from './response-check.js';
 
 export type TransferContext = {
   readonly http: HttpClient;
@@ -234,8 +240,40 @@ function refuseLength(url: string, partial: string, bytes: number, total: number
   throw new GrabberError(
     'LENGTH',
     `fetch ${shownUrl(url)}: got ${bytes} bytes; allowed: ${total}, as announced`,
-    {
-      retryable: true,
-    },
+    { retryable: true },
   );
+}
+
+/** Takes a file of this machine. File systems that can share blocks copy nothing (reflink). */
+export async function copyLocal(
+  url: string,
+  partial: string,
+  context: TransferContext,
+  signal: AbortSignal,
+): Promise<TransferResult> {
+  const path = fileURLToPath(url);
+  let bytes: number;
+  try {
+    const found = await stat(path);
+    if (!found.isFile()) throw new Error('not a file');
+    bytes = found.size;
+  } catch (error) {
+    if (systemCode(error) === 'ENOENT') {
+      return { kind: 'missing', reason: 'no such file in the folder' };
+    }
+    throw causedError('LOCAL_FILE', `copy ${path}`, error, 'a file that can be read');
+  }
+  if (bytes > context.max_bytes) throw tooLarge(path, bytes, context.max_bytes);
+  const release = context.disk.reserve(bytes, path);
+  try {
+    signal.throwIfAborted();
+    removePartial(partial);
+    await withStoreErrors(partial, () =>
+      copyFile(path, partial, constants.COPYFILE_FICLONE | constants.COPYFILE_EXCL),
+    );
+    context.onBytes(bytes, bytes, bytes);
+    return { kind: 'complete', bytes, sha256: await sha256OfFile(partial, signal) };
+  } finally {
+    release();
+  }
 }

@@ -4,8 +4,7 @@ import { crc32 } from 'node:zlib';
 import { openPromise, type Entry, type ZipFile } from 'yauzl';
 import type { Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
-import { tooLarge, writeBody } from './body-writer.js';
-import { checkGrowth } from './content-coding.js';
+import { tooLarge, writeBody, checkGrowth } from './body-writer.js';
 import type { DiskSpace } from './disk-space.js';
 import { openPartial } from './partial.js';
 

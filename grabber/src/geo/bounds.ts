@@ -1,4 +1,4 @@
-import type { BoundsM } from '../model/square.js';
+import type { BoundsM } from '../model/store.js';
 import type { Point, Projection } from './crs.js';
 
 /** West, south, east, north in degrees of WGS 84; west < east, so none crosses the date line. */
@@ -62,17 +62,7 @@ export function ringOfBox([west, south, east, north]: BoundsM, pieces = 1): Poin
     [west, north],
     [west, south],
   ];
-  return densified(corners, pieces);
-}
-
-function densified(corners: readonly Point[], pieces: number): Point[] {
-  const ring: Point[] = [];
-  corners.slice(1).forEach((to, index) => {
-    const from = corners[index] ?? to;
-    for (let piece = 0; piece < pieces; ++piece) ring.push(between(from, to, piece / pieces));
-  });
-  const last = corners.at(-1);
-  return last === undefined ? ring : [...ring, last];
+  return withPieces(corners, () => pieces);
 }
 
 function between(from: Point, to: Point, share: number): Point {
@@ -94,10 +84,14 @@ function piecesBetween(from: Point, to: Point, longest: number): number {
 
 /** A closed or open line with points at most `longest` apart. */
 export function withShortEdges(line: readonly Point[], longest: number): Point[] {
+  return withPieces(line, (from, to) => piecesBetween(from, to, longest));
+}
+
+function withPieces(line: readonly Point[], count: (from: Point, to: Point) => number): Point[] {
   const out: Point[] = line[0] === undefined ? [] : [line[0]];
   line.slice(1).forEach((to, index) => {
     const from = line[index] ?? to;
-    const pieces = piecesBetween(from, to, longest);
+    const pieces = count(from, to);
     for (let piece = 1; piece < pieces; ++piece) out.push(between(from, to, piece / pieces));
     out.push(to);
   });

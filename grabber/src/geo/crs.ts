@@ -1,6 +1,6 @@
 import { createRequire } from 'node:module';
 import type proj4 from 'proj4';
-import { GrabberError, describeError } from '../util/errors.js';
+import { GrabberError, describeError, causedError } from '../util/errors.js';
 
 /** East and north in the CRS's own unit, or longitude and latitude in degrees: always x first. */
 export type Point = readonly [x: number, y: number];
@@ -23,6 +23,7 @@ type Entry = { readonly kind: string; readonly proj4: string | null };
 
 const kCode = /^EPSG:(\d{4,6})$/;
 const kWgs84 = 'WGS84';
+const kCovered = 'points the projection is made for';
 
 /**
  * Datum shifts that the index has in other units and with other signs than proj4 reads them, which
@@ -34,7 +35,7 @@ const kDatumShifts: Readonly<Record<string, string>> = {
   'EPSG:28992': '565.4171,50.3319,465.5524,-0.398957,0.343988,-1.877403,4.0725',
 };
 const require = createRequire(import.meta.url);
-const known = new Map<string, Projection>();
+const known = new Map<string, Projection | GrabberError>();
 
 /**
  * @param code `EPSG:n`
@@ -43,19 +44,20 @@ const known = new Map<string, Projection>();
 export function findProjection(code: string): Projection {
   const found = known.get(code) ?? makeProjection(code);
   known.set(code, found);
+  if (found instanceof GrabberError) throw found;
   return found;
 }
 
-function makeProjection(code: string): Projection {
-  const definition = findDefinition(code);
+/** @return the error, which is kept too: a whole catalogue may be in a CRS that is not known */
+function makeProjection(code: string): Projection | GrabberError {
   // Loaded when the first place is projected: commands that only read the store start faster
   // without.
   const project = require('proj4') as typeof proj4;
   let converter: proj4.Converter;
   try {
-    converter = project(kWgs84, definition);
+    converter = project(kWgs84, findDefinition(code));
   } catch (error) {
-    throw unknownCrs(code, describeError(error), error);
+    return error instanceof GrabberError ? error : unknownCrs(code, describeError(error), error);
   }
   return {
     code,
@@ -100,20 +102,12 @@ function unknownCrs(code: string, why: string, cause?: unknown): GrabberError {
 
 /** proj4 throws for some points out of range and returns NaN or infinity for others. */
 function checked(attempt: string, action: () => number[]): Point {
-  let x: number | undefined;
-  let y: number | undefined;
+  let [x, y]: (number | undefined)[] = [];
   try {
     [x, y] = action();
   } catch (error) {
-    throw new GrabberError(
-      'CRS',
-      `${attempt}: ${describeError(error)}; allowed: points the projection is made for`,
-      { cause: error },
-    );
+    throw causedError('CRS', attempt, error, kCovered);
   }
   if (x !== undefined && y !== undefined && Number.isFinite(x) && Number.isFinite(y)) return [x, y];
-  throw new GrabberError(
-    'CRS',
-    `${attempt}: no finite value; allowed: points the projection is made for`,
-  );
+  throw new GrabberError('CRS', `${attempt}: no finite value; allowed: ${kCovered}`);
 }

@@ -3,7 +3,7 @@ import { stat } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { resolve } from 'node:path';
 import { z } from 'zod';
-import { programEnvironment } from '../util/environment.js';
+import { programEnvironment } from '../convert/run-command.js';
 import {
   GrabberError,
   describeError,

@@ -1,3 +1,4 @@
+import type { PointFacts } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 
 /**
@@ -148,7 +149,7 @@ function readPointCount(view: Buffer, minor: number): number {
 
 function readBounds(
   view: Buffer,
-  fail: (field: string, value: unknown, allowed: string) => never,
+  fail: Fail,
 ): { min: [number, number, number]; max: [number, number, number] } {
   const min: [number, number, number] = [0, 0, 0];
   const max: [number, number, number] = [0, 0, 0];
@@ -186,4 +187,10 @@ function printable(start: Buffer): string {
   return start.length === 0
     ? 'nothing (0 bytes)'
     : JSON.stringify(start.subarray(0, 12).toString('latin1'));
+}
+
+/** What a store records of a header. */
+export function toPointFacts(header: LasHeader): PointFacts {
+  const { pointCount, version, pointFormat, min, max } = header;
+  return { pointCount, lasVersion: version, pointFormat, min, max };
 }

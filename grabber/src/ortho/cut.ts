@@ -1,10 +1,9 @@
 import { join } from 'node:path';
 import { GrabberError } from '../util/errors.js';
 import { boundsOfRaster, type Gdal, type RasterFacts } from './gdal.js';
-import { kGeoTiff } from './image-kind.js';
-import { makeMosaic } from './mosaic.js';
-import type { Gathered } from './piece.js';
+import { kGeoTiff, type Gathered, type Channels, type Piece } from './piece.js';
 import type { Target } from './target.js';
+import { runAll } from './download.js';
 
 export type CutOptions = {
   /** DEFLATE instead of JPEG. */
@@ -54,26 +53,16 @@ export async function cutOrthophoto(
   }
   const path = join(folder, 'orthophoto.tif');
   const holes = alpha.min !== alpha.max;
-  await gdal.run(
-    'write the orthophoto',
-    translateWords(mosaic, path, colours.length, holes, facts, gathered.date, options),
-    signal,
-  );
+  const words = translateWords(mosaic, path, colours.length, holes, facts, gathered.date, options);
+  await gdal.run('write the orthophoto', words, signal);
   const levels = overviewLevels(target);
   if (levels.length > 0) {
     await gdal.run('add overviews', ['gdaladdo', '-q', '-r', 'average', path, ...levels], signal);
   }
   await checkResult(path, target, levels.length, gdal, signal);
-  const empty = colours.every((band) => band.min === band.max);
-  return {
-    path,
-    warnings: empty
-      ? [
-          'the orthophoto is empty: every pixel has the value ' +
-            `${colours.map((band) => band.min).join(' ')}`,
-        ]
-      : [],
-  };
+  if (colours.some((band) => band.min !== band.max)) return { path, warnings: [] };
+  const value = colours.map((band) => band.min).join(' ');
+  return { path, warnings: [`the orthophoto is empty: every pixel has the value ${value}`] };
 }
 
 function translateWords(
@@ -88,44 +77,26 @@ function translateWords(
   const bytes = facts.bands.every((band) => band.type === 'Byte');
   const jpeg = !options.lossless && bytes && (colours === 3 || colours === 1);
   const packing = jpeg
-    ? [
-        'COMPRESS=JPEG',
-        `JPEG_QUALITY=${kJpegQuality}`,
-        ...(colours === 3 ? ['PHOTOMETRIC=YCBCR'] : []),
-      ]
-    : ['COMPRESS=DEFLATE', 'PREDICTOR=2', ...(colours >= 3 ? ['PHOTOMETRIC=RGB'] : [])];
+    ? ['COMPRESS=JPEG', `JPEG_QUALITY=${kJpegQuality}`]
+    : ['COMPRESS=DEFLATE', 'PREDICTOR=2'];
+  if (colours >= 3) packing.push(`PHOTOMETRIC=${jpeg ? 'YCBCR' : 'RGB'}`);
+  const made = ['TILED=YES', 'BIGTIFF=IF_SAFER', 'ALPHA=NO', ...packing];
   const bands = Array.from({ length: colours }, (_unused, band) => ['-b', String(band + 1)]).flat();
   const year = /^(\d{4})(?:-(\d{2})-(\d{2}))?/.exec(date ?? '');
+  const day = year === null ? '' : `${year[1]}:${year[2] ?? '01'}:${year[3] ?? '01'}`;
   return [
-    'gdal_translate',
-    '-q',
-    '-if',
-    'GTiff',
-    ...bands,
-    '-mask',
-    holes ? String(colours + 1) : 'none',
-    ...['TILED=YES', 'BIGTIFF=IF_SAFER', 'ALPHA=NO', ...packing].flatMap((option) => [
-      '-co',
-      option,
-    ]),
-    ...(year === null
-      ? []
-      : ['-mo', `TIFFTAG_DATETIME=${year[1]}:${year[2] ?? '01'}:${year[3] ?? '01'} 00:00:00`]),
-    from,
-    to,
+    ...['gdal_translate', '-q', '-if', 'GTiff', ...bands],
+    ...['-mask', holes ? String(colours + 1) : 'none'],
+    ...made.flatMap((option) => ['-co', option]),
+    ...(year === null ? [] : ['-mo', `TIFFTAG_DATETIME=${day} 00:00:00`]),
+    ...[from, to],
   ];
 }
 
 function overviewLevels(target: Target): string[] {
-  const levels: string[] = [];
-  for (
-    let level = 2;
-    Math.max(target.width_px, target.height_px) / level >= kMinOverview_px / 2 && level <= 64;
-    level *= 2
-  ) {
-    levels.push(String(level));
-  }
-  return levels;
+  const longest_px = Math.max(target.width_px, target.height_px);
+  const levels = [2, 4, 8, 16, 32, 64].filter((level) => longest_px / level >= kMinOverview_px / 2);
+  return levels.map(String);
 }
 
 async function checkResult(
@@ -154,4 +125,130 @@ async function checkResult(
       `${target.width_px} x ${target.height_px} at ${target.bounds.join(', ')} in ` +
       `${target.crs}`,
   );
+}
+
+/** Two grids have the same pixels when they are this near, in parts of a pixel. */
+const kGridTolerance = 1e-6;
+/** From this ratio on several pixels become one, and all of them count. */
+const kMinAveragingRatio = 1.5;
+/** GDAL's programs at a time. */
+const kMaxPrograms = 4;
+
+/**
+ * Lays pieces over each other and brings them to the target's pixels. Pieces of one grid are joined
+ * pixel by pixel first, so that resampling sees across their edges; where that grid is the
+ * target's, nothing is resampled at all.
+ * @return a GeoTIFF: the colours, and last how opaque each pixel is
+ */
+export async function makeMosaic(
+  gathered: Gathered,
+  target: Target,
+  nearInfrared: boolean,
+  gdal: Gdal,
+  folder: string,
+  signal: AbortSignal,
+): Promise<string> {
+  const { grid } = gathered;
+  let pieces = await sameChannels(gathered.pieces, nearInfrared, gdal, folder, signal);
+  if (grid !== undefined) {
+    const joined = join(folder, 'joined.tif');
+    await warp(pieces, grid, joined, 'near', nearInfrared, gdal, signal);
+    if (samePixels(grid, target)) return joined;
+    pieces = [{ path: joined, kind: kGeoTiff, channels: 'other', crs: null }];
+  }
+  const mosaic = join(folder, 'laid.tif');
+  const ratio = target.resolution_m / (gathered.resolution_m ?? target.resolution_m);
+  const method = ratio >= kMinAveragingRatio ? 'average' : 'bilinear';
+  const noAlpha = nearInfrared && grid === undefined;
+  await warp(pieces, target, mosaic, method, noAlpha, gdal, signal);
+  return mosaic;
+}
+
+function samePixels(a: Target, b: Target): boolean {
+  const near = (x: number, y: number): boolean => Math.abs(x - y) < kGridTolerance * b.resolution_m;
+  return (
+    a.crs === b.crs &&
+    a.width_px === b.width_px &&
+    a.height_px === b.height_px &&
+    a.bounds.every((edge, i) => near(edge, b.bounds[i] ?? 0))
+  );
+}
+
+/** Pieces of one CRS go in one run; later runs lay theirs over what is there. */
+async function warp(
+  pieces: readonly Piece[],
+  target: Target,
+  to: string,
+  method: string,
+  nearInfrared: boolean,
+  gdal: Gdal,
+  signal: AbortSignal,
+): Promise<void> {
+  const made = [
+    ...['-dstalpha', '-t_srs', target.crs, '-te', ...target.bounds.map(String)],
+    ...['-ts', String(target.width_px), String(target.height_px)],
+    ...['-of', 'GTiff', '-co', 'TILED=YES', '-co', 'BIGTIFF=IF_SAFER', '-co', 'COMPRESS=NONE'],
+  ];
+  for (const [index, run] of runsOfOneCrs(pieces).entries()) {
+    const words = [
+      ...['gdalwarp', '-q', '-wm', '256', '-et', '0.01', '-r', method],
+      ...(nearInfrared ? ['-nosrcalpha'] : []),
+      ...(run.crs === null ? [] : ['-s_srs', run.crs]),
+      ...(index === 0 ? made : []),
+      ...run.drivers.flatMap((driver) => ['-if', driver]),
+      ...run.paths,
+      to,
+    ];
+    await gdal.run('lay pictures together', words, signal);
+  }
+}
+
+type Run = { readonly crs: string | null; readonly drivers: string[]; readonly paths: string[] };
+
+function runsOfOneCrs(pieces: readonly Piece[]): Run[] {
+  const runs: Run[] = [];
+  for (const piece of pieces) {
+    let run = runs.at(-1);
+    if (run === undefined || run.crs !== piece.crs) {
+      runs.push((run = { crs: piece.crs, drivers: [], paths: [] }));
+    }
+    if (!run.drivers.includes(piece.kind.driver)) run.drivers.push(piece.kind.driver);
+    run.paths.push(piece.path);
+  }
+  return runs;
+}
+
+/**
+ * Servers send a tile of one colour as a palette or as grey among coloured ones: all become alike.
+ */
+async function sameChannels(
+  pieces: readonly Piece[],
+  nearInfrared: boolean,
+  gdal: Gdal,
+  folder: string,
+  signal: AbortSignal,
+): Promise<Piece[]> {
+  const kinds = new Set(pieces.map((piece) => piece.channels));
+  const plain: readonly Channels[] = ['rgb', 'rgba', 'grey', 'other'];
+  if (kinds.size === 1 && plain.includes(pieces[0]?.channels ?? 'palette')) return [...pieces];
+  return runAll(
+    pieces.map((piece, index) => async (signal: AbortSignal): Promise<Piece> => {
+      if (piece.channels === 'rgba' || (nearInfrared && piece.channels === 'other')) return piece;
+      const path = join(folder, `piece-${index}.tif`);
+      const from = ['gdal_translate', '-q', '-if', piece.kind.driver];
+      const words = [...from, ...expansion(piece.channels), piece.path, path];
+      await gdal.run('expand a picture', words, signal);
+      return { ...piece, path, kind: kGeoTiff, channels: 'rgba' };
+    }),
+    kMaxPrograms,
+    signal,
+  );
+}
+
+function expansion(channels: Channels): string[] {
+  if (channels === 'palette') return ['-expand', 'rgba'];
+  const bands = channels === 'grey' || channels === 'greya' ? ['1', '1', '1'] : ['1', '2', '3'];
+  const colours = ['red', 'green', 'blue', 'alpha'];
+  const names = colours.flatMap((name, index) => [`-colorinterp_${index + 1}`, name]);
+  return [...bands, 'mask'].flatMap((band) => ['-b', band]).concat(names);
 }

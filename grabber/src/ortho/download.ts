@@ -1,12 +1,16 @@
-import { open } from 'node:fs/promises';
+import { open, mkdir, rm } from 'node:fs/promises';
+import { createHash } from 'node:crypto';
+import { join } from 'node:path';
+import PQueue from 'p-queue';
 import { withStoreErrors, type DiskSpace, type Reservation } from '../fetch/disk-space.js';
-import type { HostRateLimiter } from '../fetch/host-rate-limiter.js';
+import type { HostRateLimiter } from '../fetch/host-queues.js';
 import type { HttpClient, HttpResponse } from '../fetch/http-client.js';
 import { withoutSecrets } from '../fetch/redact.js';
-import { statusError } from '../fetch/response-error.js';
+import { statusError } from '../fetch/response-check.js';
 import { withRetries, type RetryNotice, type RetryPolicy } from '../fetch/retry.js';
 import type { Clock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
+import { fileSize, decodeText } from '../util/files.js';
 
 export type DownloadSettings = {
   readonly http: HttpClient;
@@ -115,9 +119,7 @@ async function reserve(url: string, response: HttpResponse, disk: DiskSpace): Pr
 async function readText(url: string, response: HttpResponse, max_bytes: number): Promise<string> {
   const parts: Uint8Array[] = [];
   for await (const part of limited(url, response, max_bytes)) parts.push(part);
-  return Buffer.concat(parts)
-    .toString('utf8')
-    .replace(/^\uFEFF/, '');
+  return decodeText(parts);
 }
 
 /** The body, which must be as long as announced and no longer than allowed. */
@@ -150,4 +152,96 @@ async function* limited(
 function announcedBytes(response: HttpResponse): number | undefined {
   const announced = Number(response.header('content-length') ?? Number.NaN);
   return Number.isInteger(announced) && announced >= 0 ? announced : undefined;
+}
+
+const kMaxAsset_bytes = 16 * 2 ** 30;
+const kMaxKept_bytes = 24 * 2 ** 30;
+
+/**
+ * Whole files that squares side by side need; the oldest go when there are too many. One a run and
+ * source.
+ */
+export class AssetCache {
+  readonly #folder: string;
+  /** In the order of their last use. */
+  readonly #kept = new Map<string, { readonly path: Promise<string | undefined>; bytes: number }>();
+
+  constructor(folder: string) {
+    this.#folder = folder;
+  }
+
+  /**
+   * @return where the file lies, undefined where the server says that there is none; callers at
+   * once share one download
+   */
+  async get(url: string, download: Downloader, signal: AbortSignal): Promise<string | undefined> {
+    const known = this.#kept.get(url) ?? { path: this.#fetch(url, download, signal), bytes: 0 };
+    this.#kept.delete(url);
+    this.#kept.set(url, known);
+    try {
+      const path = await known.path;
+      known.bytes = path === undefined ? 0 : ((await fileSize(path)) ?? 0);
+      return path;
+    } catch (error) {
+      this.#kept.delete(url);
+      throw error;
+    }
+  }
+
+  /** Call between squares: what is in use is never removed. */
+  async trim(): Promise<void> {
+    let bytes = [...this.#kept.values()].reduce((sum, one) => sum + one.bytes, 0);
+    for (const [url, one] of this.#kept) {
+      if (bytes <= kMaxKept_bytes) return;
+      const path = await one.path;
+      if (path !== undefined) await rm(path, { force: true });
+      bytes -= one.bytes;
+      this.#kept.delete(url);
+    }
+  }
+
+  async #fetch(
+    url: string,
+    download: Downloader,
+    signal: AbortSignal,
+  ): Promise<string | undefined> {
+    await mkdir(this.#folder, { recursive: true });
+    const path = join(this.#folder, `${createHash('sha256').update(url).digest('hex')}.asset`);
+    return (await download.toFile(url, path, kMaxAsset_bytes, signal)) ? path : undefined;
+  }
+}
+
+/**
+ * Runs tasks, some at a time. The first failure stops the others, and is thrown only when none of
+ * them runs any more: their files are about to be removed.
+ * @return the results in the order of the tasks
+ */
+export async function runAll<T>(
+  tasks: readonly ((signal: AbortSignal) => Promise<T>)[],
+  concurrency: number,
+  signal: AbortSignal,
+): Promise<T[]> {
+  signal.throwIfAborted();
+  const stop = new AbortController();
+  const both = AbortSignal.any([signal, stop.signal]);
+  const queue = new PQueue({ concurrency });
+  let failed = false;
+  let reason: unknown;
+  const results: T[] = [];
+  tasks.forEach((task, index) => {
+    void queue.add(async () => {
+      if (both.aborted) return;
+      try {
+        results[index] = await task(both);
+      } catch (error) {
+        if (!failed) reason = error;
+        failed = true;
+        stop.abort();
+      }
+    });
+  });
+  await queue.onIdle();
+  signal.throwIfAborted();
+  if (failed) throw reason;
+  return results;
 }

@@ -1,8 +1,8 @@
 import { writeFile } from 'node:fs/promises';
 import { runCommand, type CommandLimits } from '../convert/run-command.js';
-import type { BoundsM } from '../model/square.js';
+import type { BoundsM } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
-import type { ImageKind } from './image-kind.js';
+import type { ImageKind } from './piece.js';
 
 /**
  * Drivers that read a picture and nothing else: none follows a reference to another file or an
@@ -65,20 +65,11 @@ export async function openGdal(folder: string, signal: AbortSignal): Promise<Gda
     signal: AbortSignal,
     input?: string,
   ): Promise<{ out: string }> =>
-    runCommand(
-      { what, argv, folder, limits, environment, ...(input === undefined ? {} : { input }) },
-      signal,
-    );
+    runCommand({ what, argv, folder, limits, environment, input }, signal);
   return {
     async info(path, kind, options, signal) {
-      const words = [
-        'gdalinfo',
-        '-json',
-        '-if',
-        kind.driver,
-        ...(options.statistics === true ? ['-stats'] : []),
-        path,
-      ];
+      const statistics = options.statistics === true ? ['-stats'] : [];
+      const words = ['gdalinfo', '-json', '-if', kind.driver, ...statistics, path];
       return toFacts(JSON.parse((await run(`look into ${path}`, words, signal)).out) as GdalInfo);
     },
     async run(what, argv, signal) {
@@ -86,12 +77,8 @@ export async function openGdal(folder: string, signal: AbortSignal): Promise<Gda
     },
     async transform(points, from, to, signal) {
       const text = points.map(([x, y]) => `${x} ${y}\n`).join('');
-      const { out } = await run(
-        `transform ${from} to ${to}`,
-        ['gdaltransform', '-output_xy', '-s_srs', from, '-t_srs', to],
-        signal,
-        text,
-      );
+      const words = ['gdaltransform', '-output_xy', '-s_srs', from, '-t_srs', to];
+      const { out } = await run(`transform ${from} to ${to}`, words, signal, text);
       const found = parsePoints(out);
       const good = found.every(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
       if (good && found.length === points.length) return found;

@@ -1,14 +1,13 @@
 import { stat } from 'node:fs/promises';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import type { BoundsM } from '../model/square.js';
-import { GrabberError, describeError } from '../util/errors.js';
+import { usage, GrabberError, causedError } from '../util/errors.js';
+import type { BoundsM } from '../model/store.js';
 import { namesInFolder } from '../util/files.js';
 import { boundsOfRaster, type Gdal } from './gdal.js';
-import { readImageKind } from './image-kind.js';
-import { toChannels, type Gather, type Piece } from './piece.js';
-import { boundsIn } from './request-grid.js';
-import { overlaps } from './target.js';
+import { readImageKind, toChannels, type Gather, type Piece } from './piece.js';
+import { overlap } from '../geo/bounds.js';
+import { boundsIn } from './target.js';
 
 const kEndings = ['.tif', '.tiff', '.jpg', '.jpeg', '.png', '.jp2'];
 
@@ -26,7 +25,7 @@ export function localGather(from: string, crs: string | null): Gather {
     const touching: LocalImage[] = [];
     for (const image of found) {
       const { bounds } = await boundsIn(target, image.crs ?? target.crs, context.gdal, signal);
-      if (overlaps(bounds, image.bounds)) touching.push(image);
+      if (overlap(bounds, image.bounds)) touching.push(image);
     }
     if (touching.length === 0) return undefined;
     const finest = Math.min(...touching.map((image) => image.resolution_m));
@@ -95,16 +94,9 @@ async function listPaths(path: string): Promise<string[]> {
         .map((name) => join(path, name));
     }
   } catch (error) {
-    throw new GrabberError(
-      'USAGE',
-      `read --from ${path}: ${describeError(error)}; allowed: a picture or a folder of pictures`,
-      { cause: error },
-    );
+    throw causedError('USAGE', `read --from ${path}`, error, 'a picture or a folder of pictures');
   }
-  throw new GrabberError(
-    'USAGE',
-    `read --from ${path}: no pictures; allowed: a folder of ${kEndings.join(' ')}`,
-  );
+  throw usage(`read --from ${path}: no pictures; allowed: a folder of ${kEndings.join(' ')}`);
 }
 
 /** The number of a system, when its text ends with one. */

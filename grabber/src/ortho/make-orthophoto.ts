@@ -9,15 +9,21 @@ import {
   type StoredFile,
   type StoreRecord,
   type Terms,
-} from '../model/square.js';
-import type { FilePlaces, Store } from '../model/store.js';
+  type Store,
+} from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 import { fileSize, sha256OfFile } from '../util/files.js';
 import { cutOrthophoto, type CutOptions } from './cut.js';
-import type { Downloader } from './download.js';
+import { type Downloader, AssetCache } from './download.js';
 import { openGdal } from './gdal.js';
 import type { Gather } from './piece.js';
 import { makeTarget } from './target.js';
+import type { OrthoSource } from './schema.js';
+import { stacGather } from './stac.js';
+import { templateGather } from './template.js';
+import { wmsGather } from './wms.js';
+import { wmtsGather } from './wmts.js';
+import { kPlaces } from '../store/layout.js';
 
 /** What pictures are made of, and how; one for a run. */
 export type OrthoSettings = {
@@ -30,7 +36,6 @@ export type OrthoSettings = {
   readonly resolution_m: number;
   readonly margin_m: number;
   readonly cut: CutOptions;
-  readonly places: FilePlaces;
   /** Of files that several squares need; inside the store. */
   readonly cache: string;
 };
@@ -149,7 +154,7 @@ export async function makeOrthophoto(
     }
     store.orthophotos.begin(key, gathered.url);
     const cut = await cutOrthophoto(gathered, target, settings.cut, gdal, folder, signal);
-    const path = settings.places.finished('ortho', key, 'tif');
+    const path = kPlaces.finished('ortho', key, 'tif');
     const file = {
       path,
       bytes: (await fileSize(cut.path)) ?? 0,
@@ -171,4 +176,23 @@ export async function makeOrthophoto(
     store.orthophotos.verified(key, { points: null, image, crs: ground.crs, warnings });
     return { state: 'made', file, image, warnings };
   });
+}
+
+/** How pictures of a source are gathered, and the whole files that it keeps meanwhile. */
+export function gatherFor(
+  source: OrthoSource,
+  cacheFolder: string,
+): { readonly gather: Gather; readonly cache: AssetCache } {
+  const cache = new AssetCache(cacheFolder);
+  const { access } = source;
+  switch (access.kind) {
+    case 'wms':
+      return { gather: wmsGather(source, access), cache };
+    case 'wmts':
+      return { gather: wmtsGather(source, access), cache };
+    case 'stac':
+      return { gather: stacGather(source, access, cache), cache };
+    case 'template':
+      return { gather: templateGather(source, access, cache), cache };
+  }
 }

@@ -1,8 +1,8 @@
-import { GrabberError } from '../util/errors.js';
+import { GrabberError, oneLine } from '../util/errors.js';
 import type { Downloader } from './download.js';
 import type { Gdal } from './gdal.js';
-import { readImageKind, readStart, type ImageKind } from './image-kind.js';
 import type { Target } from './target.js';
+import { decodeText, readStart } from '../util/files.js';
 
 /** What the samples of a pixel are. */
 export type Channels = 'rgb' | 'rgba' | 'grey' | 'greya' | 'palette' | 'other';
@@ -119,17 +119,13 @@ export function toChannels(bands: readonly string[]): Channels {
   return all === 'Palette' ? 'palette' : 'other';
 }
 
+/** By the type of colour in a PNG's header. */
+const kPngChannels = ['grey', undefined, 'rgb', 'palette', 'greya', undefined, 'rgba'] as const;
+
 /** Ref: ISO/IEC 15948:2004 (PNG), 11.2.2 and 11.3.2.1. */
 function pngFacts(bytes: Buffer): Omit<ImageProbe, 'kind'> | undefined {
   if (bytes.length < 45 || bytes.toString('latin1', 12, 16) !== 'IHDR') return undefined;
-  const names: Readonly<Record<number, Channels>> = {
-    0: 'grey',
-    2: 'rgb',
-    3: 'palette',
-    4: 'greya',
-    6: 'rgba',
-  };
-  const channels = names[bytes.readUInt8(25)];
+  const channels = kPngChannels[bytes.readUInt8(25)];
   if (channels === undefined) return undefined;
   // A colour that stands for "nothing" becomes a mask band, which the plain kinds do not have.
   const marked =
@@ -164,4 +160,74 @@ function jpegFacts(bytes: Buffer): Omit<ImageProbe, 'kind'> | undefined {
     at += 2 + bytes.readUInt16BE(at + 2);
   }
   return undefined;
+}
+
+/** A picture by its first bytes, never by its name. `driver` is GDAL's name for it. */
+export type ImageKind = {
+  readonly driver: 'GTiff' | 'JPEG' | 'PNG' | 'JP2OpenJPEG';
+  readonly extension: 'tif' | 'jpg' | 'png' | 'jp2';
+  /** Ending of its world file. */
+  readonly world: 'tfw' | 'jgw' | 'pgw' | 'j2w';
+};
+
+const kSniffBytes = 4096;
+const kKinds: { readonly magic: readonly string[]; readonly kind: ImageKind }[] = [
+  {
+    magic: ['49492a00', '4d4d002a', '49492b00', '4d4d002b'],
+    kind: { driver: 'GTiff', extension: 'tif', world: 'tfw' },
+  },
+  { magic: ['ffd8ff'], kind: { driver: 'JPEG', extension: 'jpg', world: 'jgw' } },
+  { magic: ['89504e470d0a1a0a'], kind: { driver: 'PNG', extension: 'png', world: 'pgw' } },
+  {
+    magic: ['0000000c6a502020', 'ff4fff51'],
+    kind: { driver: 'JP2OpenJPEG', extension: 'jp2', world: 'j2w' },
+  },
+];
+
+export const kGeoTiff: ImageKind = { driver: 'GTiff', extension: 'tif', world: 'tfw' };
+
+export function detectImageKind(start: Uint8Array): ImageKind | undefined {
+  const hex = Buffer.from(start.subarray(0, 8)).toString('hex');
+  return kKinds.find(({ magic }) => magic.some((one) => hex.startsWith(one)))?.kind;
+}
+
+/**
+ * @throws GrabberError NOT_IMAGE; or MAP_SERVICE with its words, where a server reports an
+ * exception with status 200
+ */
+export function requireImage(start: Uint8Array, shown: string): ImageKind {
+  const kind = detectImageKind(start);
+  if (kind !== undefined) return kind;
+  const text = decodeText([start.subarray(0, kSniffBytes)]).trimStart();
+  const exception = /Exception/i.test(text) ? exceptionText(text) : undefined;
+  if (exception !== undefined) {
+    throw new GrabberError(
+      'MAP_SERVICE',
+      `request the picture ${shown}: the server says "${exception}"; allowed: a picture`,
+    );
+  }
+  const begins =
+    start.length === 0 ? 'nothing (0 bytes)' : JSON.stringify(oneLine(text.slice(0, 60)));
+  throw new GrabberError(
+    'NOT_IMAGE',
+    `read the picture ${shown}: it starts with ${begins}; allowed: TIFF, JPEG, PNG or JPEG 2000`,
+  );
+}
+
+export async function readImageKind(path: string, shown: string): Promise<ImageKind> {
+  return requireImage(await readStart(path, kSniffBytes), shown);
+}
+
+/** The words of a WMS ServiceException or an OWS ExceptionReport. */
+function exceptionText(xml: string): string | undefined {
+  const element = /<(?:\w+:)?(?:ServiceException|ExceptionText)\b([^>]*)>([\s\S]*?)<\//i.exec(xml);
+  if (element === null) return undefined;
+  const code = /(?:code|exceptionCode)="([^"]{1,60})"/i.exec(xml)?.[1];
+  const said = oneLine((element[2] ?? '').replace(/<!\[CDATA\[|\]\]>/g, ''))
+    .replace(/ +/g, ' ')
+    .slice(0, 300);
+  return (
+    [code, said].filter((part) => part !== undefined && part !== '').join(': ') ||
+    'exception without a text'
+  );
 }

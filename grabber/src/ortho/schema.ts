@@ -1,7 +1,13 @@
 import { z } from 'zod';
 import type { ConfigKind } from '../config/toml-file.js';
-import { originOfTemplate, originsOfHost } from '../sources/hosts.js';
-import { hostName, kSourceId, kSourceIdAllowed } from '../sources/source.js';
+import {
+  originOfTemplate,
+  originsOfHost,
+  hostName,
+  kSourceId,
+  kSourceIdAllowed,
+} from '../sources/source.js';
+import { isRegExp } from '../sources/access-schema.js';
 
 export const kAllowed = {
   id: `${kSourceIdAllowed}, the same as the file name`,
@@ -145,13 +151,4 @@ export function orthoPrivateOrigins(source: OrthoSource): string[] {
   return [
     ...new Set([originOfTemplate(source.access.url), ...source.hosts.flatMap(originsOfHost)]),
   ];
-}
-
-function isRegExp(pattern: string): boolean {
-  try {
-    new RegExp(pattern);
-    return true;
-  } catch {
-    return false;
-  }
 }

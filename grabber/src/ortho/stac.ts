@@ -1,10 +1,9 @@
 import { z } from 'zod';
 import { GrabberError, describeError } from '../util/errors.js';
-import { compareText } from '../util/order.js';
-import { runAll } from './run-all.js';
-import type { AssetCache } from './asset-cache.js';
+import { compareText } from '../util/text.js';
+import { runAll, type AssetCache } from './download.js';
 import { probeImage, type Gather, type GatherContext, type Piece } from './piece.js';
-import { boundsIn } from './request-grid.js';
+import { boundsIn } from './target.js';
 import type { OrthoSource, StacAccess } from './schema.js';
 
 const kMaxPage_bytes = 64 << 20;

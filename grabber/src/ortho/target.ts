@@ -1,5 +1,6 @@
-import type { BoundsM } from '../model/square.js';
-import { GrabberError } from '../util/errors.js';
+import { usage } from '../util/errors.js';
+import type { BoundsM } from '../model/store.js';
+import type { Gdal } from './gdal.js';
 
 /** The picture to make: a grid of square pixels in one CRS. */
 export type Target = {
@@ -31,8 +32,7 @@ export function makeTarget(
   const width_px = across + 2 * around;
   const height_px = up + 2 * around;
   if (!(width_px >= 1 && height_px >= 1 && width_px <= kMaxPixels && height_px <= kMaxPixels)) {
-    throw new GrabberError(
-      'USAGE',
+    throw usage(
       `cut an orthophoto of ${square.join(', ')} at ${resolution_m} m: ${width_px} x ` +
         `${height_px} pixels; allowed: 1 to ${kMaxPixels} each (--resolution-m, --margin-m)`,
     );
@@ -84,13 +84,58 @@ export function boundsOfBlock(target: Target, block: Block): BoundsM {
   ];
 }
 
-export function overlaps(a: BoundsM, b: BoundsM): boolean {
-  return a[0] < b[2] && a[2] > b[0] && a[1] < b[3] && a[3] > b[1];
-}
-
 function edges(length_px: number, max_px: number): number[] {
   const parts = Math.ceil(length_px / max_px);
   return Array.from({ length: parts + 1 }, (_unused, part) =>
     Math.round((length_px * part) / parts),
   );
+}
+
+const kPointsPerEdge = 8;
+const kPad_px = 4;
+
+/**
+ * The pixels to request from a server that draws in another CRS than the target's: they enclose it,
+ * and are as fine. In the target's own CRS it is the target itself, pixel by pixel.
+ */
+export async function requestGrid(
+  target: Target,
+  crs: string,
+  gdal: Gdal,
+  signal: AbortSignal,
+): Promise<Target> {
+  if (crs === target.crs) return target;
+  const { bounds, stretch } = await boundsIn(target, crs, gdal, signal);
+  const step = target.resolution_m * stretch;
+  const [west, south, east, north] = bounds;
+  const pad = kPad_px * step;
+  return makeTarget([west - pad, south - pad, east + pad, north + pad], crs, step, 0);
+}
+
+/**
+ * @return the box of the target in another CRS, and how many of its units a metre of the target has
+ */
+export async function boundsIn(
+  target: Target,
+  crs: string,
+  gdal: Gdal,
+  signal: AbortSignal,
+): Promise<{ bounds: BoundsM; stretch: number }> {
+  if (crs === target.crs) return { bounds: target.bounds, stretch: 1 };
+  const [west, south, east, north] = target.bounds;
+  const ring: [number, number][] = [];
+  for (let i = 0; i < kPointsPerEdge; ++i) {
+    const t = i / kPointsPerEdge;
+    const x = west + (east - west) * t;
+    const y = south + (north - south) * t;
+    ring.push([x, south], [east, y], [east - (x - west), north], [west, north - (y - south)]);
+  }
+  const projected = await gdal.transform(ring, target.crs, crs, signal);
+  const xs = projected.map(([x]) => x);
+  const ys = projected.map(([, y]) => y);
+  // Along the southern edge, so that a turned grid is not taken for a coarse one.
+  const first = projected[0] ?? [0, 0];
+  const corner = projected[1] ?? [0, 0];
+  const stretch = Math.hypot(corner[0] - first[0], corner[1] - first[1]) / (east - west);
+  return { bounds: [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], stretch };
 }

@@ -1,12 +1,11 @@
 import { link } from 'node:fs/promises';
 import { join } from 'node:path';
-import type { BoundsM } from '../model/square.js';
+import type { BoundsM } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
-import { runAll } from './run-all.js';
-import type { AssetCache } from './asset-cache.js';
+import { runAll, type AssetCache } from './download.js';
 import { writeWorldFile } from './gdal.js';
 import { probeImage, type Gather, type Piece } from './piece.js';
-import { boundsIn } from './request-grid.js';
+import { boundsIn } from './target.js';
 import type { OrthoSource, TemplateAccess } from './schema.js';
 
 const kMaxSquares = 400;

@@ -1,12 +1,11 @@
 import { rename } from 'node:fs/promises';
 import { join } from 'node:path';
-import type { BoundsM } from '../model/square.js';
-import { runAll } from './run-all.js';
+import type { BoundsM } from '../model/store.js';
+import { runAll } from './download.js';
 import { writeWorldFile } from './gdal.js';
 import { probeImage, requireSize, type Gather, type Piece } from './piece.js';
-import { requestGrid } from './request-grid.js';
+import { requestGrid, makeBlocks, boundsOfBlock, type Block } from './target.js';
 import type { OrthoSource, WmsAccess } from './schema.js';
-import { makeBlocks, boundsOfBlock, type Block } from './target.js';
 
 /** Four bytes a pixel and as many again for what surrounds them. */
 const kBytesPerPixel = 8;

@@ -1,11 +1,24 @@
-import type { Terms } from '../model/square.js';
+import type { Terms, CatalogueSquare, Catalogue, Region } from '../model/store.js';
 import type { SourceVariable } from '../sources/access-schema.js';
-import { hostOfTemplate, originOfTemplate } from '../sources/hosts.js';
-import type { AccessProfile } from '../sources/profile.js';
-import { listVariables, type Source } from '../sources/source.js';
-import { listPlaceholders, templateProblem, type Variables } from '../sources/url-template.js';
+import {
+  hostOfTemplate,
+  originOfTemplate,
+  type AccessProfile,
+  listVariables,
+  type Source,
+} from '../sources/source.js';
+import {
+  listPlaceholders,
+  templateProblem,
+  type Variables,
+  kMaxSquares,
+  type Square,
+  expandTemplate,
+  parseSquare,
+} from '../sources/square.js';
 import type { SelectionOptions } from './selection.js';
-import { usage } from './usage.js';
+import { usage } from '../util/errors.js';
+import { gridSquare, gridSquares, inOrder } from '../sources/catalogue/template-catalogue.js';
 
 /** Grid of addresses that were typed. */
 export const kAdHocSquareM = 1000;
@@ -83,5 +96,67 @@ export function withTemplate(source: Source, template: string, given: Variables)
     ...source,
     hosts: [...source.hosts, hostOfTemplate(template)],
     access: { kind: 'template', urls: [template], variables },
+  };
+}
+
+/**
+ * Squares at an address that was typed.
+ * @param plainNames names are just names, no places of a grid
+ */
+export function adHocCatalogue(template: string, given: Variables, plainNames: boolean): Catalogue {
+  const toUrls = (square: Square): string[] => [expandTemplate(template, square, given)];
+  function* list(region: Region): Generator<CatalogueSquare> {
+    if (plainNames && region.names !== undefined) {
+      for (const name of region.names) {
+        yield nameOnlySquare(name, toUrls({ name, corner: undefined }));
+      }
+      return;
+    }
+    for (const square of gridSquares(region, { square_m: kAdHocSquareM, extent_m: undefined })) {
+      yield gridSquare(square, kAdHocSquareM, null, toUrls(square));
+    }
+  }
+  return {
+    find: (region, signal) => inOrder(`list ${template}`, kMaxSquares, list(region), signal),
+  };
+}
+
+/** A file of which only the name is known. */
+export function nameOnlySquare(name: string, urls: readonly string[]): CatalogueSquare {
+  return gridSquare({ name, corner: undefined }, kAdHocSquareM, null, urls);
+}
+
+/**
+ * Adds the squares that were requested by name and that the catalogue lacks, last and without
+ * addresses; locate() finds none for them, so that they are reported as missing.
+ * @param complete called at the end: false when unreadable entries may hold a square, which then
+ *   must not be reported as missing
+ */
+export function withRequestedNames(
+  catalogue: Catalogue,
+  square_m: number | null,
+  complete: () => boolean,
+): Catalogue {
+  const unlisted = new Set<string>();
+  async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
+    const left = new Set(region.names);
+    for await (const square of catalogue.find(region, signal)) {
+      left.delete(square.name);
+      yield square;
+    }
+    if (!complete()) return;
+    for (const name of left) {
+      unlisted.add(name);
+      yield square_m === null
+        ? nameOnlySquare(name, [])
+        : gridSquare(parseSquare(name, { square_m, extent_m: undefined }), square_m, null, []);
+    }
+  }
+  return {
+    find,
+    locate: async (square, near, exists, signal) =>
+      unlisted.has(square.name)
+        ? undefined
+        : await catalogue.locate?.(square, near, exists, signal),
   };
 }

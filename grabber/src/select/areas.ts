@@ -1,11 +1,9 @@
 import { z } from 'zod';
 import { loadConfigFolder, type ConfigKind } from '../config/toml-file.js';
 import { measureBounds, ringOfBox } from '../geo/bounds.js';
-import { circlePolygonDeg } from '../geo/circle.js';
+import { circlePolygonDeg, type Polygon } from '../geo/polygon.js';
 import type { Point } from '../geo/crs.js';
-import type { Polygon } from '../geo/polygon.js';
-import type { Area } from '../model/store.js';
-import { usage } from './usage.js';
+import { usage } from '../util/errors.js';
 
 const kAllowed = {
   id: 'lower-case letters, digits and "-", at most 40, the same as the file name',
@@ -47,8 +45,14 @@ const areaSchema = z
 type AreaFile = z.infer<typeof areaSchema>;
 const kKind: ConfigKind<AreaFile> = { what: 'area', schema: areaSchema, allowed: kAllowed };
 
-/** An area of the configuration, with all its names. */
-export type NamedArea = Area & { readonly aliases: readonly string[] };
+/** A named range of ground of the configuration, with all its names. */
+export type NamedArea = {
+  readonly name: string;
+  readonly title: string;
+  readonly aliases: readonly string[];
+  /** Degrees of WGS 84. */
+  readonly polygon: Polygon;
+};
 
 const kNearest = 3;
 
@@ -138,7 +142,7 @@ export function editDistance(a: string, b: string): number {
 }
 
 /** Middle and size of an area's box, for lists. */
-export function measureExtent(area: Area): {
+export function measureExtent(area: NamedArea): {
   readonly lon: number;
   readonly lat: number;
   readonly width_m: number;

@@ -1,13 +1,11 @@
 import { readVectorFile, type VectorFeature } from '../geo/vector-file.js';
-import type { CatalogueSquare } from '../model/square.js';
-import { makeAddresses } from '../sources/catalogue/probe.js';
+import type { CatalogueSquare } from '../model/store.js';
+import { makeAddresses, findBlockVariable } from '../sources/addresses.js';
 import { gridSquare } from '../sources/catalogue/template-catalogue.js';
 import { byPlace } from '../sources/catalogue/listing.js';
 import { onGrid } from '../sources/naming.js';
 import { listVariables, type Source } from '../sources/source.js';
-import type { Square } from '../sources/square.js';
-import { findBlockVariable, chooseVariables } from '../sources/variables.js';
-import type { Variables } from '../sources/url-template.js';
+import type { Square, Variables } from '../sources/square.js';
 import { GrabberError } from '../util/errors.js';
 
 /**
@@ -15,10 +13,7 @@ import { GrabberError } from '../util/errors.js';
  * may lack.
  */
 export type FishnetFields = {
-  readonly name?: string;
-  readonly block?: string;
-  readonly x?: string;
-  readonly y?: string;
+  readonly [field in keyof typeof kOfficial]?: string | undefined;
 };
 
 const kOfficial = { name: 'NAME', block: 'BLOK', x: 'CENTERX', y: 'CENTERY' } as const;
@@ -76,9 +71,8 @@ function rowReader(
     x: findColumn('x', fields, columns, false, file),
     y: findColumn('y', fields, columns, false, file),
   };
-  const chosen = chooseVariables(source, given);
+  const addresses = makeAddresses(source, given);
   const blockVariable = findBlockVariable(source);
-  const addresses = makeAddresses(source, chosen, blockVariable);
   return (feature: VectorFeature, row: number): CatalogueSquare => {
     const name = cell(feature, column.name);
     const square = squareFromName(name, size);

@@ -1,16 +1,16 @@
 import { pathToFileURL } from 'node:url';
-import type { CatalogueSquare } from '../model/square.js';
-import type { Catalogue, Region } from '../model/store.js';
+import { readdir } from 'node:fs/promises';
+import { join } from 'node:path';
+import type { CatalogueSquare, Catalogue, Region } from '../model/store.js';
 import { byPlace, isInRegion } from '../sources/catalogue/listing.js';
 import { gridSquare, gridSquares } from '../sources/catalogue/template-catalogue.js';
 import { fileNameReader } from '../sources/naming.js';
 import type { Source } from '../sources/source.js';
 import type { Square } from '../sources/square.js';
-import { GrabberError } from '../util/errors.js';
-import { nameOnlySquare } from './ad-hoc-catalogue.js';
-import { chooseBest, findPointFiles, type PointFile } from './point-files.js';
-import { plainSquareOrNone } from './square-names.js';
-import { usage } from './usage.js';
+import { GrabberError, usage, causedError } from '../util/errors.js';
+import { nameOnlySquare } from './ad-hoc.js';
+import { plainSquareOrNone } from './region.js';
+import { toGrid } from '../sources/addresses.js';
 
 export type FolderCatalogue = {
   readonly catalogue: Catalogue;
@@ -41,9 +41,8 @@ export async function openFolder(
       ignored.push(file.path);
       continue;
     }
-    const same = bySquare.get(square.name);
-    if (same === undefined) bySquare.set(square.name, { square, files: [file] });
-    else same.files.push(file);
+    const { files } = bySquare.get(square.name) ?? { files: [] };
+    bySquare.set(square.name, { square, files: [...files, file] });
   }
   if (bySquare.size === 0) {
     const named = source === undefined ? '' : ` named as those of ${source.id}`;
@@ -86,11 +85,57 @@ function chooseAddress(name: string, files: readonly PointFile[]): string {
 /** All squares a region of limited size should have. */
 function* listHoles(region: Region, source: Source | undefined): Generator<CatalogueSquare> {
   if (source?.square_m === undefined || !Number.isFinite(region.bounds[0])) return;
-  for (const square of gridSquares(region, {
-    square_m: source.square_m,
-    extent_m: source.extent_m,
-  })) {
-    const one = gridSquare(square, source.square_m, null, []);
-    if (isInRegion(one, region)) yield one;
+  for (const square of gridSquares(region, toGrid(source))) {
+    yield gridSquare(square, source.square_m, null, []);
   }
+}
+
+/** Best first: of one square's files the one that can be used as it is and is smallest. */
+const kExtensions = ['laz', 'las', 'zlas'] as const;
+type Extension = (typeof kExtensions)[number];
+
+const kPointFile = /^(.+?)(?:\.copc)?\.(laz|las|zlas)$/i;
+
+export type PointFile = {
+  readonly path: string;
+  readonly stem: string;
+  readonly extension: Extension;
+};
+
+/**
+ * Every LAZ, LAS and zLAS file below a folder, sorted by path; files and folders whose name starts
+ * with a dot are none.
+ */
+export async function findPointFiles(folder: string, signal: AbortSignal): Promise<PointFile[]> {
+  const files: PointFile[] = [];
+  const waiting = [folder];
+  for (let next = waiting.pop(); next !== undefined; next = waiting.pop()) {
+    signal.throwIfAborted();
+    for (const entry of await listFolder(next)) {
+      if (entry.name.startsWith('.')) continue;
+      const path = join(next, entry.name);
+      if (entry.isDirectory()) waiting.push(path);
+      const match = entry.isDirectory() ? null : kPointFile.exec(entry.name);
+      if (match?.[1] === undefined || match[2] === undefined) continue;
+      files.push({ path, stem: match[1], extension: match[2].toLowerCase() as Extension });
+    }
+  }
+  return files.sort((a, b) => (a.path < b.path ? -1 : 1));
+}
+
+async function listFolder(folder: string) {
+  try {
+    return await readdir(folder, { withFileTypes: true });
+  } catch (error) {
+    throw causedError('USAGE', `read folder ${folder}`, error, 'a folder that can be read');
+  }
+}
+
+/**
+ * Those of the best kind there is.
+ * @param files of one square
+ */
+export function chooseBest(files: readonly PointFile[]): readonly PointFile[] {
+  const extension = kExtensions.find((wanted) => files.some((file) => file.extension === wanted));
+  return files.filter((file) => file.extension === extension);
 }

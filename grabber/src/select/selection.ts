@@ -1,17 +1,21 @@
 import { resolve } from 'node:path';
 import type { BoundsDeg } from '../geo/bounds.js';
 import type { HttpClient } from '../fetch/http-client.js';
-import type { Catalogue, Region } from '../model/store.js';
-import type { BoundsM, Terms } from '../model/square.js';
-import type { GrabberError } from '../util/errors.js';
+import type { Catalogue, Region, BoundsM, Terms } from '../model/store.js';
+import { type GrabberError, usage } from '../util/errors.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import type { CatalogueOptions } from '../sources/catalogue/options.js';
-import { originOfTemplate, listSecretOrigins } from '../sources/hosts.js';
-import { toProfile, toTerms, type AccessProfile } from '../sources/profile.js';
-import type { Source } from '../sources/source.js';
-import type { Variables } from '../sources/url-template.js';
-import { adHocCatalogue } from './ad-hoc-catalogue.js';
+import type { CatalogueOptions } from '../sources/catalogue/listing.js';
 import {
+  originOfTemplate,
+  listSecretOrigins,
+  toProfile,
+  toTerms,
+  type AccessProfile,
+  type Source,
+} from '../sources/source.js';
+import type { Variables } from '../sources/square.js';
+import {
+  adHocCatalogue,
   adHocProfile,
   adHocTerms,
   checkTemplate,
@@ -19,17 +23,16 @@ import {
   kAdHocSquareM,
   needsCorner,
   withTemplate,
+  withRequestedNames,
 } from './ad-hoc.js';
-import { withRequestedNames } from './requested-names.js';
 import { openFolder } from './folder-catalogue.js';
-import { kAll } from './region.js';
 import {
+  kAll,
   chosenRegion,
   chosenRegionOption,
   kRegionOptionNames,
   type GridInfo,
-} from './region-options.js';
-import { usage } from './usage.js';
+} from './region.js';
 
 /**
  * The options of the command line for sources and ground; cli/selection.ts makes them

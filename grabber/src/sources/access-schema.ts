@@ -134,7 +134,7 @@ export function matches(pattern: string, text: string): boolean {
   return new RegExp(`^(?:${pattern})$`).test(text);
 }
 
-function isRegExp(pattern: string): boolean {
+export function isRegExp(pattern: string): boolean {
   try {
     new RegExp(pattern);
     return true;

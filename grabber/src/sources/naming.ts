@@ -1,7 +1,6 @@
-import type { BoundsM } from '../model/square.js';
-import { squareAt, type Square } from './square.js';
+import type { BoundsM } from '../model/store.js';
+import { squareAt, type Square, stemReader } from './square.js';
 import { listTemplates, type Source } from './source.js';
-import { stemReader } from './url-template.js';
 
 /**
  * Reads the place of a square out of the name a source gives it; undefined when the name is not of

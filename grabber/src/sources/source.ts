@@ -1,6 +1,8 @@
 import { z } from 'zod';
 import { accessSchema, kAccessAllowed, type SourceVariables } from './access-schema.js';
-import { listPlaceholders, templateProblem } from './url-template.js';
+import { listPlaceholders, templateProblem } from './square.js';
+import { loadConfigFolder, parseConfig, type ConfigKind } from '../config/toml-file.js';
+import type { Terms } from '../model/store.js';
 
 /** Folder names in the store, so no dots, slashes or capitals. */
 export const kSourceId = /^[a-z0-9][a-z0-9-]{0,39}$/;
@@ -119,4 +121,122 @@ function addressProblem(access: Source['access']): { field: string; message: str
     };
   }
   return undefined;
+}
+
+const kKind: ConfigKind<Source> = { what: 'source', schema: sourceSchema, allowed: kAllowed };
+
+export function loadSources(
+  folder: string,
+  signal: AbortSignal,
+): Promise<ReadonlyMap<string, Source>> {
+  return loadConfigFolder(folder, kKind, signal);
+}
+
+/** @param path used for messages, and its stem must be the source's id */
+export function parseSource(toml: string, path: string): Source {
+  return parseConfig(toml, path, kKind);
+}
+
+/** Limits and permissions for requests to the hosts of a source. */
+export type AccessProfile = {
+  /** Requests at a time, 1 to 32. */
+  readonly max_concurrent: number;
+  /** Requests a second, null = as fast as `max_concurrent` allows. */
+  readonly max_per_s: number | null;
+  /** HTTP statuses that mean "no such square". */
+  readonly missing_status: readonly number[];
+  /** Host names in lower case that may be contacted (sources/hosts.ts). */
+  readonly hosts: readonly string[];
+  /** Origins that may lead to loopback, link-local and private addresses (sources/hosts.ts). */
+  readonly privateOrigins: readonly string[];
+  /**
+   * Header name -> NAME of the environment variable that holds its value; neither value nor header
+   * is ever logged.
+   */
+  readonly secretHeaders: Readonly<Record<string, string>>;
+  /** Origins that may receive the secret headers, as URL.origin writes them (sources/hosts.ts). */
+  readonly secretOrigins: readonly string[];
+  /** Edge of a square; null where files have no grid. */
+  readonly square_m: number | null;
+};
+
+export function toProfile(source: Source): AccessProfile {
+  return {
+    max_concurrent: source.max_concurrent,
+    max_per_s: source.max_per_s ?? null,
+    missing_status: source.missing_status,
+    hosts: listHosts(source),
+    privateOrigins: listPrivateOrigins(source),
+    secretHeaders: source.secret_headers,
+    secretOrigins: listSecretOrigins(source),
+    square_m: source.square_m ?? null,
+  };
+}
+
+/** What is recorded with the files of a source. */
+export function toTerms(source: Source): Terms {
+  return {
+    crs: source.crs_in_files ? null : source.crs,
+    classTable: source.class_table,
+    licence: source.licence,
+    attribution: source.attribution,
+  };
+}
+
+/**
+ * Replaces the variables of an address. None can stand in its host, so that a value cannot choose
+ * the host.
+ */
+function withoutVariables(template: string): URL {
+  return new URL(template.replace(/\{[^}]*\}/g, '0'));
+}
+
+export function hostOfTemplate(template: string): string {
+  return withoutVariables(template).hostname.toLowerCase();
+}
+
+export function originOfTemplate(template: string): string {
+  return withoutVariables(template).origin;
+}
+
+/** Origins of a host without a scheme: its port if it has one, else those of http and https. */
+export function originsOfHost(host: string): string[] {
+  return ['http', 'https'].map((scheme) => new URL(`${scheme}://${host}`).origin);
+}
+
+/**
+ * Hosts that a source may contact, in lower case, without a port unless the source names one;
+ * sorted.
+ */
+export function listHosts(source: Source): string[] {
+  return [...new Set([...listAddresses(source).map(hostOfTemplate), ...source.hosts])].sort();
+}
+
+/**
+ * Origins that may receive the source's secrets: those of its own addresses, not all permitted
+ * hosts.
+ */
+export function listSecretOrigins(source: Source): string[] {
+  return [...new Set(listAddresses(source).map(originOfTemplate))].sort();
+}
+
+/**
+ * Origins that may resolve to private addresses: all that a source names when it allows them, else
+ * none.
+ */
+export function listPrivateOrigins(source: Source): string[] {
+  if (!source.allow_private_addresses) return [];
+  return [
+    ...new Set([...listSecretOrigins(source), ...source.hosts.flatMap(originsOfHost)]),
+  ].sort();
+}
+
+function listAddresses(source: Source): string[] {
+  const { access } = source;
+  const addresses = [...listTemplates(source)];
+  if (access.kind === 'stac') {
+    addresses.push(access.items, ...(access.sign === undefined ? [] : [access.sign]));
+  }
+  if (access.kind === 'wfs') addresses.push(access.url);
+  return addresses;
 }

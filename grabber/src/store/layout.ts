@@ -1,21 +1,10 @@
 import { join } from 'node:path';
-import type { RecordKey } from '../model/square.js';
-import type { FilePlaces } from '../model/store.js';
+import type { RecordKey } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 
 /** Where things lie in a store folder. */
-export type StoreLayout = {
-  readonly root: string;
-  readonly database: string;
-  readonly lock: string;
-};
-
-export function storeLayout(root: string): StoreLayout {
-  return {
-    root,
-    database: join(root, 'fishnet.gpkg'),
-    lock: join(root, '.grabber.lock'),
-  };
+export function storeLayout(root: string): { root: string; database: string; lock: string } {
+  return { root, database: join(root, 'fishnet.gpkg'), lock: join(root, '.grabber.lock') };
 }
 
 export type FileKind = 'lidar' | 'ortho';
@@ -47,13 +36,16 @@ export const kFileExtensions: Readonly<Record<FileKind, readonly string[]>> = {
 };
 
 /** Relative to the store with forward slashes, so that a store can be moved between systems. */
-export const kPlaces: FilePlaces = {
-  finished(kind, key, extension) {
+export const kPlaces = {
+  /** @param extension without its dot: "laz", "las", "zlas", "tif" */
+  finished(kind: FileKind, key: RecordKey, extension: string): string {
     const allowed = kFileExtensions[kind];
     if (!allowed.includes(extension)) throw refuse('extension', extension, allowed.join(', '));
     return `${toFolder(kind, key)}/${checkedName('name', key.name)}.${extension}`;
   },
-  unfinished: (kind, key) => `${toFolder(kind, key)}/.${checkedName('name', key.name)}.part`,
+  /** The dot keeps it out of listings that look for LAZ files and images. */
+  unfinished: (kind: FileKind, key: RecordKey): string =>
+    `${toFolder(kind, key)}/.${checkedName('name', key.name)}.part`,
 };
 
 /** Of an unfinished file that comes as a member of an archive: where the archive arrives. */

@@ -1,20 +1,8 @@
-import type { CatalogueSquare, RecordKey, Terms } from '../model/square.js';
-import type { Learned } from '../model/store.js';
-import type { Contents } from './contents.js';
-import { Extent } from './contents.js';
-import type { FootprintEncoder } from './footprints.js';
+import type { CatalogueSquare, RecordKey, Terms, Learned } from '../model/store.js';
+import { type Contents, Extent, encodeFootprint } from './geometry.js';
 import { checkedName } from './layout.js';
-import {
-  toColumns,
-  differs,
-  isNewerFile,
-  keepLocatedAddress,
-  kNewerFile,
-  withWarning,
-  type LearnedColumn,
-} from './learning.js';
 import { kLearned, type RecordSql } from './record-sql.js';
-import { RowReader, type Row } from './row-reader.js';
+import { RowReader, type Row } from './record-row.js';
 import type { Database, Statement } from './sqlite.js';
 
 const kPlaced: readonly LearnedColumn[] = ['west', 'south', 'east', 'north', 'grid_crs'];
@@ -34,16 +22,13 @@ export class Learner {
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
   readonly #contents: Contents;
   readonly #anyOf: Statement;
-  readonly #footprints: FootprintEncoder;
 
   constructor(
     db: Database,
     table: string,
     sql: Readonly<Record<keyof RecordSql, Statement>>,
     contents: Contents,
-    footprints: FootprintEncoder,
   ) {
-    this.#footprints = footprints;
     this.#table = table;
     this.#sql = sql;
     this.#contents = contents;
@@ -83,7 +68,7 @@ export class Learner {
 
   /** @return false when it is there already */
   #add(key: RecordKey, square: CatalogueSquare, from: Catalogued, extent: Extent): boolean {
-    const geom = this.#footprints.polygon(square.bounds, from.gridCrs);
+    const geom = encodeFootprint(square.bounds, from.gridCrs);
     const { crs } = from.terms;
     const columns = toColumns(square, from.gridCrs, from.terms);
     const values = kLearned.map((name) => columns[name]);
@@ -118,9 +103,75 @@ export class Learner {
     this.#sql.relearn.run({ ...columns, warnings, fid: old['fid'] });
     if (!differs(columns, old, kPlaced)) return 'changed';
     this.#sql.redraw.run({
-      geom: this.#footprints.polygon(square.bounds, from.gridCrs),
+      geom: encodeFootprint(square.bounds, from.gridCrs),
       fid: old['fid'],
     });
     return 'moved';
   }
+}
+
+export type LearnedColumn = (typeof kLearned)[number];
+export type LearnedColumns = Record<LearnedColumn, string | number | null>;
+
+export const kNewerFile = 'the source has a newer file';
+
+/** What a catalogue says of a square, as columns. */
+export function toColumns(
+  square: CatalogueSquare,
+  gridCrs: string | null,
+  terms: Terms,
+): LearnedColumns {
+  const [west, south, east, north] = square.bounds ?? [null, null, null, null];
+  return {
+    block: square.block,
+    west,
+    south,
+    east,
+    north,
+    grid_crs: gridCrs,
+    urls: JSON.stringify(square.urls),
+    expected_bytes: square.bytes,
+    expected_sha256: square.sha256?.toLowerCase() ?? null,
+    member: square.member,
+    published: square.published,
+    source_crs: terms.crs,
+    class_table: terms.classTable,
+    licence: terms.licence,
+    attribution: terms.attribution,
+  };
+}
+
+/**
+ * A catalogue without the address must not erase the one that was found by trying.
+ */
+export function keepLocatedAddress(columns: LearnedColumns, old: Row): LearnedColumns {
+  if (columns.urls !== '[]') return columns;
+  return {
+    ...columns,
+    urls: old['urls'] as string,
+    block: columns.block ?? (old['block'] as string | null),
+  };
+}
+
+export function differs(
+  columns: LearnedColumns,
+  old: Row,
+  names: readonly LearnedColumn[],
+): boolean {
+  return names.some((name) => columns[name] !== old[name]);
+}
+
+/**
+ * Whether the catalogue has a newer file. Compares only what is known on both sides: a catalogue
+ * that begins to give lengths has no newer files for that reason.
+ */
+export function isNewerFile(columns: LearnedColumns, old: Row): boolean {
+  const changed = (name: LearnedColumn): boolean =>
+    old[name] !== null && columns[name] !== null && old[name] !== columns[name];
+  return old['file_path'] !== null && (changed('expected_bytes') || changed('expected_sha256'));
+}
+
+/** @return the warnings of the row as JSON, with `warning` once */
+export function withWarning(warnings: readonly string[], warning: string): string {
+  return JSON.stringify(warnings.includes(warning) ? warnings : [...warnings, warning]);
 }

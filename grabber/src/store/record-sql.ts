@@ -1,4 +1,4 @@
-import { kUsable } from '../model/square.js';
+import { kUsable } from '../model/store.js';
 
 const kKey = 'source = @source AND grid = @grid AND name = @name';
 const kUsableStates = kUsable.map((state) => `'${state}'`).join(', ');

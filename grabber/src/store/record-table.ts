@@ -7,26 +7,25 @@ import {
   type StoredFile,
   type StoreRecord,
   type Terms,
-} from '../model/square.js';
-import type {
-  Learned,
-  Place,
-  RecordFilter,
-  RecordTable as RecordTableContract,
-  Verified,
+  type Learned,
+  type Place,
+  type RecordFilter,
+  type RecordTable as RecordTableContract,
+  type Verified,
 } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
-import { inTransaction, withReadErrors, type Connection } from './connection.js';
-import { Contents, Extent } from './contents.js';
-import { FootprintEncoder } from './footprints.js';
+import {
+  inTransaction,
+  withReadErrors,
+  type Connection,
+  recordedMessage,
+  type Statement,
+} from './sqlite.js';
+import { Contents, Extent, encodeFootprint } from './geometry.js';
 import type { FileKind } from './layout.js';
 import { Learner } from './learner.js';
-import { toFacts, toKey } from './record-parameters.js';
-import { recordOfRow } from './record-row.js';
+import { toFacts, toKey, recordOfRow, RowReader, type Row } from './record-row.js';
 import { recordSql, type RecordSql } from './record-sql.js';
-import { RowReader, type Row } from './row-reader.js';
-import { recordedMessage } from './store-error.js';
-import type { Statement } from './sqlite.js';
 
 /**
  * How long a square counts as missing. A source may publish it later, but requesting all holes in
@@ -44,7 +43,6 @@ export class RecordTable implements RecordTableContract {
   readonly #kind: FileKind;
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
   readonly #contents: Contents;
-  readonly #footprints = new FootprintEncoder();
   readonly #learner: Learner;
 
   constructor(connection: Connection, table: 'squares' | 'orthophotos') {
@@ -56,7 +54,7 @@ export class RecordTable implements RecordTableContract {
     );
     this.#sql = Object.fromEntries(entries) as Record<keyof RecordSql, Statement>;
     this.#contents = new Contents(connection.db, table);
-    this.#learner = new Learner(connection.db, table, this.#sql, this.#contents, this.#footprints);
+    this.#learner = new Learner(connection.db, table, this.#sql, this.#contents);
   }
 
   learn(
@@ -216,7 +214,7 @@ export class RecordTable implements RecordTableContract {
     const record = this.#record(this.#sql.get.get(toKey(key)) as Row);
     if (record.bounds !== null) return;
     const ground = findGround(record);
-    const geom = this.#footprints.polygon(ground?.bounds ?? null, ground?.crs ?? null);
+    const geom = encodeFootprint(ground?.bounds ?? null, ground?.crs ?? null);
     const { fid, geom: old } = this.#sql.learned.get(toKey(key)) as {
       fid: number;
       geom: Uint8Array | null;

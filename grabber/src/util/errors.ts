@@ -1,53 +1,22 @@
-import { kHarmful } from './printable.js';
+import { kHarmful } from './text.js';
 
 /** What went wrong, for programs; the message is for people. */
-export type ErrorCode =
-  | 'USAGE'
-  | 'CONFIG'
-  | 'TEMPLATE'
-  | 'NETWORK'
-  | 'HTTP_STATUS'
-  | 'HTTP_PROTOCOL'
-  | 'REDIRECT'
-  | 'HTML_BODY'
-  | 'LENGTH'
-  | 'RESUME_REFUSED'
-  | 'NOT_LAS'
-  | 'LAS_HEADER'
-  | 'LAS_TRUNCATED'
-  | 'ZLAS_UNSUPPORTED'
-  | 'AMBIGUOUS_FILE'
-  | 'RETRY_AFTER_TOO_LONG'
-  | 'STORE_CONFLICT'
-  | 'STORE_LOCKED'
-  | 'STORE_IO'
-  | 'STORE_FORMAT'
-  | 'STORE_DAMAGED'
-  | 'CATALOGUE'
-  | 'CRS'
-  | 'POLYGON_FILE'
-  | 'FISHNET'
-  | 'HOST_REFUSED'
-  | 'SECRET'
-  | 'DISK_FULL'
-  | 'TOO_LARGE'
-  | 'TOO_SLOW'
-  | 'CHECKSUM'
-  | 'ARCHIVE'
-  | 'LOCAL_FILE'
-  | 'COMMAND'
-  | 'NO_CONVERTER'
-  | 'CONVERTER'
-  | 'NOT_IMAGE'
-  | 'MAP_SERVICE'
-  | 'ORTHO';
+export type ErrorCode = UserCode | HttpCode | FileCode | StoreCode | PictureCode;
+type UserCode = 'USAGE' | 'CONFIG' | 'TEMPLATE' | 'SECRET' | 'CRS' | 'POLYGON_FILE' | 'FISHNET';
+type HttpCode = RefusedCode | 'NETWORK' | 'HTTP_STATUS' | 'HTTP_PROTOCOL' | 'LENGTH' | 'TOO_SLOW';
+type RefusedCode = 'HOST_REFUSED' | 'REDIRECT' | 'RESUME_REFUSED' | 'RETRY_AFTER_TOO_LONG';
+type FileCode = LasCode | 'HTML_BODY' | 'TOO_LARGE' | 'CHECKSUM' | 'ARCHIVE' | 'LOCAL_FILE';
+type LasCode = 'NOT_LAS' | 'LAS_HEADER' | 'LAS_TRUNCATED' | 'AMBIGUOUS_FILE' | ConverterCode;
+type ConverterCode = 'COMMAND' | 'NO_CONVERTER' | 'CONVERTER';
+type StoreCode = `STORE_${'CONFLICT' | 'LOCKED' | 'IO' | 'FORMAT' | 'DAMAGED'}` | 'DISK_FULL';
+type PictureCode = 'CATALOGUE' | 'NOT_IMAGE' | 'MAP_SERVICE' | 'ORTHO';
 
 export type GrabberErrorOptions = {
   readonly cause?: unknown;
   /** Whether the same attempt may succeed later without any change. */
-  readonly retryable?: boolean;
+  readonly retryable?: boolean | undefined;
   /** Wait that the server requested (Retry-After), in milliseconds. */
-  readonly retryAfterMs?: number;
+  readonly retryAfterMs?: number | undefined;
 };
 
 /** Message form: attempt, object, value, allowed range; always one line. */
@@ -107,4 +76,29 @@ export function systemCode(error: unknown): string | undefined {
     return error.code;
   }
   return undefined;
+}
+
+export function usage(message: string, cause?: unknown): GrabberError {
+  return new GrabberError('USAGE', message, { cause });
+}
+
+/** An error for what was thrown while `attempt` was made; its message is part of the new one. */
+export function causedError(
+  code: ErrorCode,
+  attempt: string,
+  cause: unknown,
+  allowed?: string,
+): GrabberError {
+  const end = allowed === undefined ? '' : `; allowed: ${allowed}`;
+  return new GrabberError(code, `${attempt}: ${describeError(cause)}${end}`, { cause });
+}
+
+/** The code to record of an error that ends the work on one file, not the run. */
+export function recordedCode(error: unknown): ErrorCode {
+  return error instanceof GrabberError ? error.code : 'STORE_IO';
+}
+
+/** Any other error is a fault in this program, and must not be recorded as a bad file. */
+export function isOfFile(error: unknown): boolean {
+  return error instanceof GrabberError || systemCode(error) !== undefined;
 }

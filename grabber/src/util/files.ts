@@ -78,3 +78,22 @@ export async function namesInFolder(folder: string, extension: string): Promise<
     .map((entry) => entry.name)
     .sort();
 }
+
+/** The first bytes of a file; all, where it has no more than these. */
+export async function readStart(path: string, max_bytes: number): Promise<Buffer> {
+  const file = await open(path, 'r');
+  try {
+    const length = Math.min((await file.stat()).size, max_bytes);
+    const { buffer, bytesRead } = await file.read(Buffer.alloc(length), 0, length, 0);
+    return buffer.subarray(0, bytesRead);
+  } finally {
+    await file.close();
+  }
+}
+
+/** The text of a file or a reply, without the mark of its byte order. */
+export function decodeText(pieces: readonly Uint8Array[]): string {
+  return Buffer.concat(pieces)
+    .toString('utf8')
+    .replace(/^\uFEFF/, '');
+}

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { mkdir, readFile, stat, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { kUsable, type State } from '../../../grabber/src/model/square.js';
+import { kUsable, type State } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { parseFaults } from '../portal/faults.js';
 import { startPortal, type Portal } from '../portal/portal.js';

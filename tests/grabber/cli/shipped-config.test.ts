@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { mkdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { findLazTool } from '../../../grabber/src/convert/laz-tool.js';
+import { findLazTool } from '../../../grabber/src/convert/converters.js';
 import { shippedConfig } from '../../../grabber/src/util/package-info.js';
 import { temporaryFolder } from '../support/store-fixture.js';
 

@@ -3,11 +3,9 @@ import { existsSync } from 'node:fs';
 import { readFile, readdir, rm, symlink, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
-import type { CatalogueSquare, State } from '../../../grabber/src/model/square.js';
-import type { Store } from '../../../grabber/src/model/store.js';
+import type { CatalogueSquare, State, Store } from '../../../grabber/src/model/store.js';
 import { kPlaces } from '../../../grabber/src/store/layout.js';
-import { openStore } from '../../../grabber/src/store/open-store.js';
-import { lockStore } from '../../../grabber/src/store/lock.js';
+import { openStore, lockStore } from '../../../grabber/src/store/open-store.js';
 import { cli, words } from '../support/cli.js';
 import { makeLaz } from '../support/las-fixture.js';
 import {

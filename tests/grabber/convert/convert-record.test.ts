@@ -6,13 +6,11 @@ import {
   convertRecord,
   indexRecord,
   type ConvertTools,
+  converterFor,
 } from '../../../grabber/src/convert/convert-record.js';
-import { converterFor } from '../../../grabber/src/convert/converter-for.js';
-import { parseConverters } from '../../../grabber/src/convert/converters.js';
-import { lazTool } from '../../../grabber/src/convert/laz-tool.js';
-import { parsePointCount } from '../../../grabber/src/convert/zlas-header.js';
-import type { StoreRecord } from '../../../grabber/src/model/square.js';
-import type { Store } from '../../../grabber/src/model/store.js';
+import { parseConverters, lazTool } from '../../../grabber/src/convert/converters.js';
+import { parsePointCount } from '../../../grabber/src/convert/zlas.js';
+import type { StoreRecord, Store } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
 import {

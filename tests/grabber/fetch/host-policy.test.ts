@@ -11,11 +11,14 @@ import {
   policedLookup,
   type HostAccess,
 } from '../../../grabber/src/fetch/host-policy.js';
-import { readSecretHeaders } from '../../../grabber/src/fetch/secret-headers.js';
-import { redactError, makeRedactor } from '../../../grabber/src/fetch/redact.js';
-import { shownUrl } from '../../../grabber/src/fetch/shown-url.js';
+import {
+  readSecretHeaders,
+  redactError,
+  makeRedactor,
+  shownUrl,
+} from '../../../grabber/src/fetch/redact.js';
 import { GrabberError, describeError } from '../../../grabber/src/util/errors.js';
-import { toProfile } from '../../../grabber/src/sources/profile.js';
+import { toProfile } from '../../../grabber/src/sources/source.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
 import { regionOfBox } from '../../../grabber/src/select/region.js';
 import { found, sourceWith } from '../support/catalogue-fixture.js';

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
+import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
 import { backoffMs, parseRetryAfter, withRetries } from '../../../grabber/src/fetch/retry.js';
 import { kSystemClock } from '../../../grabber/src/util/clock.js';
 import { GrabberError } from '../../../grabber/src/util/errors.js';

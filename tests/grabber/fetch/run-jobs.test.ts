@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { fetchFixture, toKey, kNever, makeSquare } from '../support/store-fixture.js';
-import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
+import type { CatalogueSquare } from '../../../grabber/src/model/store.js';
 
 const kLaz = makeLaz();
 const kNames = Array.from({ length: 7 }, (_unused, index) => `${460 + index}_101`);

@@ -5,7 +5,7 @@ import { test, type TestContext } from 'node:test';
 import { sendFile, sendPart, sendRest, serve } from '../support/http-fixture.js';
 import { makeLas, makeLaz } from '../support/las-fixture.js';
 import { computeSha256 } from '../support/record-fixture.js';
-import type { Outcome } from '../../../grabber/src/progress/events.js';
+import type { Outcome } from '../../../grabber/src/progress/reporter.js';
 import {
   fetchFixture,
   kName,

@@ -3,7 +3,6 @@ import { mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-
 import { bothEnds } from '../../../grabber/src/util/errors.js';
 
 /** What the process of a target reports: before each series of inputs, and at its end. */

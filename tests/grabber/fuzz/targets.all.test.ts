@@ -1,4 +1,5 @@
 import { test } from 'node:test';
+
 import * as fc from 'fast-check';
 import { allTargets } from './targets.js';
 

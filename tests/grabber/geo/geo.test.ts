@@ -8,10 +8,15 @@ import {
   ringOfBox,
   withShortEdges,
 } from '../../../grabber/src/geo/bounds.js';
-import { circlePolygonDeg, circleTouchesSquare } from '../../../grabber/src/geo/circle.js';
+import {
+  circlePolygonDeg,
+  circleTouchesSquare,
+  PolygonIndex,
+  touchesSquare,
+  type Polygon,
+} from '../../../grabber/src/geo/polygon.js';
 import { findProjection, type Point } from '../../../grabber/src/geo/crs.js';
-import { PolygonIndex, touchesSquare, type Polygon } from '../../../grabber/src/geo/polygon.js';
-import type { BoundsM } from '../../../grabber/src/model/square.js';
+import type { BoundsM } from '../../../grabber/src/model/store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 import { seededRandom as seeded } from '../portal/random.js';
 

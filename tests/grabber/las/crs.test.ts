@@ -2,8 +2,7 @@ import assert from 'node:assert/strict';
 import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { parseWktCode } from '../../../grabber/src/las/crs.js';
-import { verifyLasFile } from '../../../grabber/src/las/verify.js';
+import { parseWktCode, verifyLasFile } from '../../../grabber/src/las/verify.js';
 import { makeKeys, makeLas, makeLaz, makeWkt } from '../support/las-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 

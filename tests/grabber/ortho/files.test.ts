@@ -7,7 +7,7 @@ import { test, type TestContext } from 'node:test';
 import { promisify } from 'node:util';
 import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import { DiskSpace, kReserve_bytes } from '../../../grabber/src/fetch/disk-space.js';
-import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
+import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
 import { downloader, type Downloader } from '../../../grabber/src/ortho/download.js';
 import { openGdal } from '../../../grabber/src/ortho/gdal.js';
 import { localGather } from '../../../grabber/src/ortho/local.js';

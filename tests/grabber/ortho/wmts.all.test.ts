@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
-import { parseCapabilities } from '../../../grabber/src/ortho/wmts-capabilities.js';
-import { chooseMatrix, tilesIn } from '../../../grabber/src/ortho/wmts-matrix.js';
+import { parseCapabilities, chooseMatrix, tilesIn } from '../../../grabber/src/ortho/wmts.js';
 import { wmtsHandler, type WmtsOptions } from '../portal/wmts.js';
 import { serve, type HttpFixture } from '../support/http-fixture.js';
 import {

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { StoreRecord } from '../../../grabber/src/model/square.js';
-import { attributionText } from '../../../grabber/src/report/attribution.js';
+import type { StoreRecord } from '../../../grabber/src/model/store.js';
+import { attributionText } from '../../../grabber/src/cli/attribution-command.js';
 import { toKey } from '../support/store-fixture.js';
 
 const kNames = { titles: new Map(), addresses: new Map() };

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { State } from '../../../grabber/src/model/square.js';
-import { drawSquares, type PlacedState } from '../../../grabber/src/report/square-picture.js';
+import type { State } from '../../../grabber/src/model/store.js';
+import { drawSquares, type PlacedState } from '../../../grabber/src/cli/status-command.js';
 
 /** Squares of 1 km from rows of letters, north first; a blank is no square. */
 function makeSquares(rows: readonly string[], west = 462_000, south = 101_000): PlacedState[] {

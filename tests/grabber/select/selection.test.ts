@@ -17,7 +17,7 @@ import {
   type Selection,
   type SelectionOptions,
 } from '../../../grabber/src/select/selection.js';
-import { loadSources } from '../../../grabber/src/sources/load-sources.js';
+import { loadSources } from '../../../grabber/src/sources/source.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 import { clientFor, found } from '../support/catalogue-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';

@@ -3,12 +3,14 @@ import { access, readFile, readdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
-import { listHosts } from '../../../grabber/src/sources/hosts.js';
-import { loadSources, parseSource } from '../../../grabber/src/sources/load-sources.js';
+import {
+  listHosts,
+  loadSources,
+  parseSource,
+  listVariables,
+} from '../../../grabber/src/sources/source.js';
 import { fileNameReader } from '../../../grabber/src/sources/naming.js';
-import { listVariables } from '../../../grabber/src/sources/source.js';
-import type { GrabberError } from '../../../grabber/src/util/errors.js';
-import { describeError } from '../../../grabber/src/util/errors.js';
+import { type GrabberError, describeError } from '../../../grabber/src/util/errors.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 import { regionOfSquares } from '../../../grabber/src/select/region.js';
 import { squareAt } from '../../../grabber/src/sources/square.js';

@@ -1,11 +1,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { parseSquare, squareAt, type Grid } from '../../../grabber/src/sources/square.js';
 import {
+  parseSquare,
+  squareAt,
+  type Grid,
   expandTemplate,
   stemReader,
   templateProblem,
-} from '../../../grabber/src/sources/url-template.js';
+} from '../../../grabber/src/sources/square.js';
 
 const kGrid: Grid = { square_m: 1000, extent_m: [370_000, 25_000, 630_000, 200_000] };
 

@@ -4,16 +4,12 @@ import { copyFile, mkdir, readdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { promisify } from 'node:util';
-import {
-  decodePolygon,
-  encodePolygon,
-  envelopeOfBlob,
-} from '../../../grabber/src/store/geopackage-geometry.js';
-import { migrationsFolder } from '../../../grabber/src/store/migrations.js';
+import { envelopeOfBlob } from '../../../grabber/src/store/geometry.js';
+import { migrationsFolder } from '../../../grabber/src/store/database.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync, readValue } from '../../../grabber/src/store/sqlite.js';
 import { fakeClock } from '../support/fake-clock.js';
-import { catalogueSquare, kTerms, keyOfSquare, seeded } from '../support/record-fixture.js';
+import { catalogueSquare, kTerms, keyOfSquare } from '../support/record-fixture.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 const run = promisify(execFile);
@@ -38,18 +34,6 @@ test('GDAL opens the store as a GeoPackage: layers, CRS, geometry and extent', a
   store.squares.learn('adhoc', 'adhoc', null, kTerms, [
     { ...catalogueSquare(1, 1), name: 'nowhere', bounds: null },
   ]);
-  store.areas.put({
-    name: 'bled',
-    title: 'Bled',
-    polygon: [
-      [
-        [14, 46],
-        [14.2, 46],
-        [14.2, 46.2],
-        [14, 46],
-      ],
-    ],
-  });
   store.close();
   const file = join(root, 'fishnet.gpkg');
   const all = await ogrinfo(['-so', '-al', file]);
@@ -66,10 +50,6 @@ test('GDAL opens the store as a GeoPackage: layers, CRS, geometry and extent', a
       String.raw`Layer name: squares\n[^]*?Feature Count: 3\nExtent: \(14\.50\d*, 46\.04` +
         String.raw`\d*\) - \(14\.53\d*, 46\.05\d*\)`,
     ),
-  );
-  assert.match(
-    all,
-    /Layer name: areas\n[^]*?Extent: \(14\.000000, 46\.000000\) - \(14\.200000, 46\.200000\)/,
   );
   const one = await ogrinfo(['-al', '-where', "name = '462_101'", file, 'squares']);
   assert.match(one ?? '', /state \(String\) = known/);
@@ -151,19 +131,6 @@ test('the tables of the standard are as it demands, also after squares move', as
   assert.equal(contents()['last_change'], '2026-06-21T12:00:02.000Z', 'nothing has changed');
   store.squares.want([keyOfSquare('a')]);
   assert.equal(contents()['last_change'], '2026-06-21T12:00:03.000Z');
-});
-
-test('polygons survive the way to the blob and back; damaged blobs are refused', () => {
-  for (let seed = 1; seed <= 50; ++seed) {
-    const random = seeded(seed);
-    const ring = (): [number, number][] =>
-      Array.from({ length: 4 + random(5) }, () => [random(360) - 180.25, random(180) - 90.5]);
-    const rings = Array.from({ length: 1 + random(3) }, ring);
-    const blob = encodePolygon(rings);
-    assert.deepEqual(decodePolygon(blob, 'x'), rings, `seed ${seed}`);
-    const cut = blob.subarray(0, random(blob.length));
-    assert.throws(() => decodePolygon(cut, 'x'), { code: 'STORE_DAMAGED' }, `seed ${seed}`);
-  }
 });
 
 test('older stores are migrated in one step, newer and foreign ones refused', async (t) => {

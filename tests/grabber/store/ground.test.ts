@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { decodePolygon } from '../../../grabber/src/store/geopackage-geometry.js';
-import { FootprintEncoder } from '../../../grabber/src/store/footprints.js';
+import { encodeFootprint } from '../../../grabber/src/store/geometry.js';
+import { readRing } from '../support/record-fixture.js';
 
 /**
  * South-west corners as PROJ has them, by gdaltransform. A tenth of an arc second is three metres.
@@ -18,9 +18,9 @@ const kCorners: readonly {
 test('squares lie on the map where PROJ has them', () => {
   for (const { crs, corner, degrees } of kCorners) {
     const [west, south] = corner;
-    const blob = new FootprintEncoder().polygon([west, south, west + 1000, south + 1000], crs);
+    const blob = encodeFootprint([west, south, west + 1000, south + 1000], crs);
     assert.ok(blob, crs);
-    const [longitude, latitude] = decodePolygon(blob, crs)[0]?.[0] ?? [0, 0];
+    const [longitude, latitude] = readRing(blob)[0] ?? [0, 0];
     assert.ok(
       Math.abs(longitude - degrees[0]) < 3e-5 && Math.abs(latitude - degrees[1]) < 3e-5,
       `${crs}: ${longitude} ${latitude}`,
@@ -30,7 +30,7 @@ test('squares lie on the map where PROJ has them', () => {
 
 test('ground in a CRS without a known projection has no polygon', () => {
   for (const crs of ['EPSG:999999', 'EPSG:4326', 'here', null]) {
-    assert.equal(new FootprintEncoder().polygon([0, 0, 1, 1], crs), null);
+    assert.equal(encodeFootprint([0, 0, 1, 1], crs), null);
   }
-  assert.equal(new FootprintEncoder().polygon(null, 'EPSG:3794'), null);
+  assert.equal(encodeFootprint(null, 'EPSG:3794'), null);
 });

@@ -3,7 +3,7 @@ import { spawn } from 'node:child_process';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import type { State } from '../../../grabber/src/model/square.js';
+import type { State } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync, readValue } from '../../../grabber/src/store/sqlite.js';
 import { keyOfSquare, seeded } from '../support/record-fixture.js';

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
+import type { CatalogueSquare } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { program, words } from '../support/cli.js';
 import { catalogueSquare, kTerms, keyOfSquare } from '../support/record-fixture.js';

@@ -5,11 +5,11 @@ import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { lockStore } from '../../../grabber/src/store/lock.js';
+import { lockStore } from '../../../grabber/src/store/open-store.js';
 import { makeFolder } from '../../../grabber/src/util/files.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
-const kModule = new URL('../../../grabber/src/store/lock.js', import.meta.url).href;
+const kModule = new URL('../../../grabber/src/store/open-store.js', import.meta.url).href;
 
 test('a store has one grabber at a time', async (t) => {
   const path = join(await temporaryFolder(t), '.lock');

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { State } from '../../../grabber/src/model/square.js';
-import { openStore, type OpenStore } from '../../../grabber/src/store/open-store.js';
+import type { State, Store } from '../../../grabber/src/model/store.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
 import {
   catalogueSquare,
   kTerms,
@@ -132,7 +132,7 @@ function apply(model: Model, call: (typeof kCalls)[number], bytes: number): bool
   }
 }
 
-function checkRecord(store: OpenStore, name: string, expected: Model, shown: string): void {
+function checkRecord(store: Store, name: string, expected: Model, shown: string): void {
   const record = store.squares.get(keyOfSquare(name));
   assert.deepEqual(
     [

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
-import type { RecordKey } from '../../../grabber/src/model/square.js';
-import { openStore, type OpenStore } from '../../../grabber/src/store/open-store.js';
+import type { RecordKey, Store } from '../../../grabber/src/model/store.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
 import { fakeClock } from '../support/fake-clock.js';
 import {
@@ -16,21 +16,21 @@ import { kNever, temporaryFolder } from '../support/store-fixture.js';
 const kKey = keyOfSquare('462_101');
 const kStart = '2026-06-21T12:00:00.000Z';
 
-async function newStore(t: TestContext): Promise<OpenStore> {
+async function newStore(t: TestContext): Promise<Store> {
   const store = openStore(await temporaryFolder(t), { clock: fakeClock(kStart) }, kNever);
   t.after(() => store.close());
   return store;
 }
 
 function learn(
-  store: OpenStore,
+  store: Store,
   square = catalogueSquare(462, 101),
   terms = kTerms,
 ): { added: number; changed: number } {
   return store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', terms, [square]);
 }
 
-function bringIn(store: OpenStore, key: RecordKey = kKey): void {
+function bringIn(store: Store, key: RecordKey = kKey): void {
   store.squares.want([key]);
   store.squares.begin(key, 'http://h/first');
   store.squares.fetched(key, storedFile(key.name));

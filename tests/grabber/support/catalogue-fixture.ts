@@ -1,11 +1,9 @@
 import type { TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
-import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
-import type { Catalogue, Region } from '../../../grabber/src/model/store.js';
+import type { CatalogueSquare, Catalogue, Region } from '../../../grabber/src/model/store.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
-import type { CatalogueOptions } from '../../../grabber/src/sources/catalogue/options.js';
-import { parseSource } from '../../../grabber/src/sources/load-sources.js';
-import type { Source } from '../../../grabber/src/sources/source.js';
+import type { CatalogueOptions } from '../../../grabber/src/sources/catalogue/listing.js';
+import { parseSource, type Source } from '../../../grabber/src/sources/source.js';
 import { fakeClock } from './fake-clock.js';
 import { kHere } from './http-fixture.js';
 

@@ -4,13 +4,12 @@ import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { promisify } from 'node:util';
 import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
-import type { StoreRecord } from '../../../grabber/src/model/square.js';
-import type { Store } from '../../../grabber/src/model/store.js';
+import type { StoreRecord, Store } from '../../../grabber/src/model/store.js';
 import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
-import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
+import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
 import { downloader } from '../../../grabber/src/ortho/download.js';
-import { gatherFor } from '../../../grabber/src/ortho/gather-for.js';
 import {
+  gatherFor,
   learnOrthophotos,
   makeOrthophoto,
   orthoKey,
@@ -88,11 +87,6 @@ export async function bench(
     resolution_m: source.resolution_m,
     margin_m: 20,
     cut: { lossless: true, nearInfrared: false },
-    places: {
-      finished: (_kind, key, extension) =>
-        `ortho/${key.source}/${key.grid}/${key.name}.${extension}`,
-      unfinished: (_kind, key) => `ortho/${key.source}/${key.grid}/.${key.name}.part`,
-    },
     cache,
   };
   return {

@@ -6,8 +6,9 @@ import type {
   RecordKey,
   StoredFile,
   Terms,
-} from '../../../grabber/src/model/square.js';
-import type { Store, Verified } from '../../../grabber/src/model/store.js';
+  Store,
+  Verified,
+} from '../../../grabber/src/model/store.js';
 import { kPlaces } from '../../../grabber/src/store/layout.js';
 import { seededRandom } from '../portal/random.js';
 import { makeSquare } from './store-fixture.js';
@@ -71,4 +72,13 @@ export async function put(root: string, path: string, body: string | Buffer): Pr
 
 export function computeSha256(body: Buffer): string {
   return createHash('sha256').update(body).digest('hex');
+}
+
+/** The positions of the first ring of a polygon in a store: after 40 bytes of header, as WKB. */
+export function readRing(blob: Uint8Array): [number, number][] {
+  const bytes = Buffer.from(blob.buffer, blob.byteOffset, blob.byteLength);
+  return Array.from({ length: bytes.readUInt32LE(49) }, (_unused, index) => [
+    bytes.readDoubleLE(53 + 16 * index),
+    bytes.readDoubleLE(61 + 16 * index),
+  ]);
 }

@@ -3,9 +3,13 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
-import type { FetchJob, FetchRun } from '../../../grabber/src/fetch/fetch-job.js';
-import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
-import { HostQueues } from '../../../grabber/src/fetch/host-queues.js';
+import {
+  type FetchJob,
+  type FetchRun,
+  runJobs,
+  syncQueue,
+} from '../../../grabber/src/fetch/run-jobs.js';
+import { HostRateLimiter, HostQueues } from '../../../grabber/src/fetch/host-queues.js';
 import {
   createHttpClient,
   type Access,
@@ -16,10 +20,13 @@ import {
   checkLidarStart,
   kLidarExtensions,
 } from '../../../grabber/src/fetch/lidar-check.js';
-import { runJobs, syncQueue } from '../../../grabber/src/fetch/run-jobs.js';
-import type { CatalogueSquare, RecordKey, StoreRecord } from '../../../grabber/src/model/square.js';
-import type { Store } from '../../../grabber/src/model/store.js';
-import type { Outcome } from '../../../grabber/src/progress/events.js';
+import type {
+  CatalogueSquare,
+  RecordKey,
+  StoreRecord,
+  Store,
+} from '../../../grabber/src/model/store.js';
+import type { Outcome } from '../../../grabber/src/progress/reporter.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { fakeClock, type FakeClock } from './fake-clock.js';
 

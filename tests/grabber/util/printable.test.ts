@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { oneLine } from '../../../grabber/src/util/errors.js';
-import { printable, printableLine } from '../../../grabber/src/util/printable.js';
+import { printable, printableLine } from '../../../grabber/src/util/text.js';
 
 /** Each range that is folded: its first and last character. */
 const kHarmful: Readonly<Record<string, readonly number[]>> = {

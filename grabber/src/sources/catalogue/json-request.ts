@@ -2,10 +2,11 @@ import type { z } from 'zod';
 import { isListed } from '../../fetch/host-policy.js';
 import type { HttpClient, HttpResponse } from '../../fetch/http-client.js';
 import { withoutSecrets } from '../../fetch/redact.js';
-import { parseRetryAfter, withRetries } from '../../fetch/retry.js';
+import { withRetries } from '../../fetch/retry.js';
 import { GrabberError, describeError } from '../../util/errors.js';
-import { catalogueError } from './listing.js';
-import type { CatalogueSettings } from './options.js';
+import { catalogueError, type CatalogueSettings } from './listing.js';
+import { decodeText } from '../../util/files.js';
+import { whenToRetry } from '../../fetch/response-check.js';
 
 /** What a request for JSON needs, and the hosts that it may contact. */
 export type CatalogueClient = {
@@ -15,8 +16,6 @@ export type CatalogueClient = {
   readonly hosts: readonly string[];
   readonly settings: CatalogueSettings;
 };
-
-const kTemporary = [408, 425, 429];
 
 /**
  * Requests JSON, with retries.
@@ -30,31 +29,16 @@ export async function getJson<T>(
 ): Promise<T> {
   checkHost(client, url);
   const { policy, clock, limits, onRetry } = client.settings;
-  const text = await withRetries(
-    () =>
-      withoutSecrets(client.http.redact, () =>
-        asCatalogueError(
-          client,
-          async () => {
-            const response = await client.http.get(
-              url,
-              { accept: 'application/geo+json, application/json' },
-              signal,
-            );
-            if (response.status !== 200) {
-              await response.discard();
-              throw statusError(client, url, response);
-            }
-            return readText(client, url, response, limits.reply_bytes);
-          },
-          signal,
-        ),
-      ),
-    policy,
-    clock,
-    onRetry,
-    signal,
-  );
+  const headers = { accept: 'application/geo+json, application/json' };
+  const request = async (): Promise<string> => {
+    const response = await client.http.get(url, headers, signal);
+    if (response.status === 200) return readText(client, url, response, limits.reply_bytes);
+    await response.discard();
+    throw statusError(client, url, response);
+  };
+  const attempt = (): Promise<string> =>
+    withoutSecrets(client.http.redact, () => asCatalogueError(client, request, signal));
+  const text = await withRetries(attempt, policy, clock, onRetry, signal);
   return parseReply(client, url, text, schema);
 }
 
@@ -87,17 +71,10 @@ export function checkHost(client: CatalogueClient, url: string): void {
 }
 
 function statusError(client: CatalogueClient, url: string, response: HttpResponse): GrabberError {
-  const retryable = response.status >= 500 || kTemporary.includes(response.status);
-  const retryAfterMs = retryable
-    ? parseRetryAfter(response.header('retry-after'), client.settings.clock.now())
-    : undefined;
   return new GrabberError(
     'CATALOGUE',
     `${client.what}: ${url} answers HTTP ${response.status}; allowed: 200`,
-    {
-      retryable,
-      ...(retryAfterMs === undefined ? {} : { retryAfterMs }),
-    },
+    whenToRetry(response, client.settings.clock.now()),
   );
 }
 
@@ -116,9 +93,7 @@ async function readText(
     }
     chunks.push(chunk);
   }
-  return Buffer.concat(chunks)
-    .toString('utf8')
-    .replace(/^\uFEFF/, '');
+  return decodeText(chunks);
 }
 
 function parseReply<T>(
@@ -128,33 +103,26 @@ function parseReply<T>(
   schema: z.ZodType<T>,
 ): T {
   if (text.trimStart().startsWith('<')) {
-    throw catalogueError(
-      client.what,
-      `${url} answers ${shownMarkup(client.http.redact(text))}`,
-      'JSON',
-    );
+    const markup = shownMarkup(client.http.redact(text));
+    throw catalogueError(client.what, `${url} answers ${markup}`, 'JSON');
   }
   let raw: unknown;
   try {
     raw = JSON.parse(text);
   } catch (error) {
-    throw catalogueError(
-      client.what,
-      `${url} answers what is no JSON (${describeError(error)})`,
-      'JSON',
-      error,
-    );
+    const found = `${url} answers what is no JSON (${describeError(error)})`;
+    throw catalogueError(client.what, found, 'JSON', error);
   }
   const result = schema.safeParse(raw);
   if (result.success) return result.data;
-  const issue = result.error.issues[0];
+  const found = `${url}: ${describeIssue(result.error, 'the reply')}`;
+  throw catalogueError(client.what, found, 'a reply of the documented form', result.error);
+}
+
+/** @param whole what to call all of it, where the problem is not in a part */
+export function describeIssue({ issues: [issue] }: z.ZodError, whole: string): string {
   const where = issue?.path.map(String).join('.') ?? '';
-  throw catalogueError(
-    client.what,
-    `${url}: ${where || 'the reply'} has ${issue?.message ?? 'another form'}`,
-    'a reply of the documented form',
-    result.error,
-  );
+  return `${where || whole} has ${issue?.message ?? 'another form'}`;
 }
 
 /** OWS services report errors as XML with status 200; log-in and error pages come as HTML. */

@@ -1,10 +1,9 @@
 import type { HttpClient } from '../../fetch/http-client.js';
 import { redactError, withoutSecrets, type Redact } from '../../fetch/redact.js';
-import type { CatalogueSquare } from '../../model/square.js';
-import type { Catalogue, Region } from '../../model/store.js';
+import type { CatalogueSquare, Catalogue, Region } from '../../model/store.js';
 import type { GrabberError } from '../../util/errors.js';
 import type { Source } from '../source.js';
-import { toSettings, type CatalogueOptions, type CatalogueSettings } from './options.js';
+import { toSettings, type CatalogueOptions, type CatalogueSettings } from './listing.js';
 import { stacCatalogue } from './stac-catalogue.js';
 import { templateCatalogue } from './template-catalogue.js';
 import { wfsCatalogue } from './wfs-catalogue.js';

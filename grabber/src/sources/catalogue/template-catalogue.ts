@@ -1,51 +1,44 @@
-import type { CatalogueSquare } from '../../model/square.js';
-import type { Catalogue, Region } from '../../model/store.js';
+import type { CatalogueSquare, Catalogue, Region } from '../../model/store.js';
 import { intersectBounds } from '../../geo/bounds.js';
 import { boundsOfSquare } from '../naming.js';
 import type { Source } from '../source.js';
 import { parseSquare, squareAt, type Grid, type Square } from '../square.js';
-import { findBlockVariable, chooseVariables } from '../variables.js';
-import { isInRegion, Listing } from './listing.js';
-import type { CatalogueSettings } from './options.js';
-import { makeAddresses } from './probe.js';
+import { makeAddresses, toGrid } from '../addresses.js';
+import { isInRegion, Listing, type CatalogueSettings } from './listing.js';
 
 /**
  * Lists the squares of a computed grid without a request, so some of them may not exist.
  * @throws GrabberError USAGE
  */
 export function templateCatalogue(source: Source, settings: CatalogueSettings): Catalogue {
-  const size = source.square_m ?? 1000;
-  const chosen = chooseVariables(source, settings.variables);
-  const blockVariable = findBlockVariable(source);
-  const block = blockVariable === undefined ? null : (chosen.given[blockVariable] ?? null);
-  const addresses = makeAddresses(source, chosen, blockVariable);
-
-  async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
-    const listing = new Listing(`list ${source.id}`, settings.maxSquares);
-    for (const square of gridSquares(region, { square_m: size, extent_m: source.extent_m })) {
-      const bounds = boundsOfSquare(square, size);
-      if (isInRegion({ name: square.name, bounds }, region)) {
-        listing.add(gridSquare(square, size, block, addresses.of(square, block)), '');
-      }
-    }
-    for (const square of listing.sorted()) {
-      signal.throwIfAborted();
-      yield square;
+  const grid = toGrid(source);
+  const addresses = makeAddresses(source, settings.variables);
+  const { block, locate } = addresses;
+  function* list(region: Region): Generator<CatalogueSquare> {
+    for (const square of gridSquares(region, grid)) {
+      yield gridSquare(square, grid.square_m, block, addresses.of(square, block));
     }
   }
-
-  if (chosen.probed === undefined) return { find };
+  const what = `list ${source.id}`;
   return {
-    find,
-    locate: (square, near, exists, signal) =>
-      addresses.locate(
-        square,
-        parseSquare(square.name, { square_m: size, extent_m: source.extent_m }),
-        near,
-        exists,
-        signal,
-      ),
+    find: (region, signal) => inOrder(what, settings.maxSquares, list(region), signal),
+    locate,
   };
+}
+
+/** @throws GrabberError CATALOGUE for more squares than a run may have */
+export async function* inOrder(
+  what: string,
+  maxSquares: number,
+  squares: Iterable<CatalogueSquare>,
+  signal: AbortSignal,
+): AsyncGenerator<CatalogueSquare> {
+  const listing = new Listing(what, maxSquares);
+  for (const square of squares) listing.add(square, '');
+  for (const square of listing.sorted()) {
+    signal.throwIfAborted();
+    yield square;
+  }
 }
 
 export function gridSquare(
@@ -67,10 +60,18 @@ export function gridSquare(
 }
 
 /**
- * Those named, or all of the box around the region that lie in the grid's extent.
+ * The squares of a grid that are requested.
  * @throws GrabberError USAGE for a name that is none
  */
 export function* gridSquares(region: Region, grid: Grid): Generator<Square> {
+  for (const square of candidates(region, grid)) {
+    const bounds = boundsOfSquare(square, grid.square_m);
+    if (isInRegion({ name: square.name, bounds }, region)) yield square;
+  }
+}
+
+/** Those named, or all of the box around the region that lie in the grid's extent. */
+function* candidates(region: Region, grid: Grid): Generator<Square> {
   if (region.names !== undefined) {
     for (const name of region.names) yield parseSquare(name, grid);
     return;

@@ -1,11 +1,15 @@
 import assert from 'node:assert/strict';
 import { deflateSync, gzipSync } from 'node:zlib';
 import * as fc from 'fast-check';
-import { decoded } from '../../../../grabber/src/fetch/content-coding.js';
+import { decoded } from '../../../../grabber/src/fetch/body-writer.js';
 import { addressAllowed, checkUrl } from '../../../../grabber/src/fetch/host-policy.js';
 import type { Resumable } from '../../../../grabber/src/fetch/partial.js';
-import { bodyPlan, isWhole } from '../../../../grabber/src/fetch/response-check.js';
-import { htmlError, statusError } from '../../../../grabber/src/fetch/response-error.js';
+import {
+  bodyPlan,
+  isWhole,
+  htmlError,
+  statusError,
+} from '../../../../grabber/src/fetch/response-check.js';
 import { parseRetryAfter } from '../../../../grabber/src/fetch/retry.js';
 import { arrived, arbitraryDamage } from '../damage.js';
 import { acceptedOrRefused } from '../refusal.js';

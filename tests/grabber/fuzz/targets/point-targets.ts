@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import * as fc from 'fast-check';
-import { parsePointCount } from '../../../../grabber/src/convert/zlas-header.js';
+import { parsePointCount } from '../../../../grabber/src/convert/zlas.js';
 import { DiskSpace } from '../../../../grabber/src/fetch/disk-space.js';
 import { unzipMember } from '../../../../grabber/src/fetch/zip-member.js';
 import { kHeaderReadBytes, readLasHeader } from '../../../../grabber/src/las/header.js';

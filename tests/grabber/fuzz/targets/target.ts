@@ -1,6 +1,7 @@
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+
 import * as fc from 'fast-check';
 import { arrived, arbitraryDamage } from '../damage.js';
 

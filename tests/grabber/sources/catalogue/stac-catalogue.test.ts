@@ -3,7 +3,7 @@ import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { findProjection } from '../../../../grabber/src/geo/crs.js';
 import { boundsToDegrees } from '../../../../grabber/src/geo/bounds.js';
-import type { BoundsM } from '../../../../grabber/src/model/square.js';
+import type { BoundsM } from '../../../../grabber/src/model/store.js';
 import { regionOfBox, regionOfSquares } from '../../../../grabber/src/select/region.js';
 import type { Source } from '../../../../grabber/src/sources/source.js';
 import { squareAt } from '../../../../grabber/src/sources/square.js';
