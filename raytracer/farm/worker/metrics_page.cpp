@@ -68,7 +68,7 @@ http::HostOptions to_options(const MetricsAddress& address) {
     out.max_header_bytes = 8192;
     out.request_timeout = std::chrono::seconds(3);
     out.attempt = "open the page of metrics on";
-    out.advice = "another port may be free, 0 is any";
+    out.advice = "; another port may be free, 0 is any";
     return out;
 }
 

@@ -37,7 +37,7 @@ std::string to_text(const std::string& address, int port) {
 }
 
 [[noreturn]] void fail_to_listen(const HostOptions& o, const std::string& why) {
-    throw util::Error(o.attempt + " " + to_text(o.bind, o.port) + ": " + why + "; " + o.advice);
+    throw util::Error(o.attempt + " " + to_text(o.bind, o.port) + ": " + why + o.advice);
 }
 
 sockets::Endpoint to_endpoint(const HostOptions& o) {

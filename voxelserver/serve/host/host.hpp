@@ -58,7 +58,7 @@ struct HostOptions {
     std::string tls_certificate;
     /// Begin and end of the message that it cannot listen.
     std::string attempt = "listen on";
-    std::string advice = "--port chooses another port, 0 any free one";
+    std::string advice = "; --port chooses another port, 0 any free one";
 };
 
 /// @throws UsageError for a bind address that is invalid, or a certificate that is not a file;
