@@ -155,26 +155,23 @@ void write_exr(const Film& film, const std::filesystem::path& file, const Pictur
     });
 }
 
-/// All of Exif has room for 64 KiB, and libjpeg ends the process when that does not suffice.
-std::string cut_for_exif(const std::string& name, const std::string& text,
-                         const std::string& attempt) {
-    constexpr std::size_t kMaxBytes = 16384;
-    if (text.size() <= kMaxBytes)
-        return text;
-    util::log_warn("{}: of {} only the first {} bytes are stored", attempt, name, kMaxBytes);
-    std::size_t end = kMaxBytes;
-    // Not in the middle of a character of UTF-8.
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
-        --end;
-    return text.substr(0, end);
-}
-
-/// The texts for which other formats than EXR have a place.
+/// The texts for which other formats than EXR have a place. All of Exif has room for 64 KiB, and
+/// libjpeg ends the process when that does not suffice.
 PictureInfo with_exif_texts(const PictureInfo& info, const std::string& attempt) {
+    constexpr std::size_t kMaxBytes = 16384;
     PictureInfo out;
-    for (const auto& [name, value] : info.metadata)
-        if (name == "Software" || name == "Copyright" || name == "ImageDescription")
-            out.metadata.emplace_back(name, cut_for_exif(name, value, attempt));
+    for (auto [name, text] : info.metadata) {
+        if (name != "Software" && name != "Copyright" && name != "ImageDescription")
+            continue;
+        if (std::size_t end = kMaxBytes; text.size() > end) {
+            util::log_warn("{}: of {} only the first {} bytes are stored", attempt, name, end);
+            // Not in the middle of a character of UTF-8.
+            while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
+                --end;
+            text.resize(end);
+        }
+        out.metadata.emplace_back(name, text);
+    }
     return out;
 }
 

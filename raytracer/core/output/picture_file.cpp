@@ -2,10 +2,8 @@
 
 #include <dlfcn.h>
 
-#include <array>
 #include <cstdint>
 #include <fstream>
-#include <istream>
 
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
@@ -32,51 +30,20 @@ const PictureModule& picture_module() {
     return module;
 }
 
-/// The next string of a header, which ends with 0.
-std::string next_string(std::istream& in) {
-    std::string out;
-    std::getline(in, out, '\0');
-    return out;
-}
-
-/// A number of four bytes, the lowest first.
-std::uint32_t next_number(std::istream& in) {
-    std::array<unsigned char, 4> bytes{};
-    in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
-    std::uint32_t out = 0;
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        out |= static_cast<std::uint32_t>(bytes[i]) << 8 * i;
-    return out;
-}
-
-/// Goes to the value of a text in the header of a finished EXR file. Ref: "OpenEXR File Layout":
-/// magic number and version (4 bytes each), then attributes, each of which is name, 0, type, 0,
-/// size (4 bytes), value; an empty name ends them.
-/// @return whether there is such a text, of that many bytes
-bool go_to_text(std::iostream& file, const std::string& name, std::size_t bytes) {
-    constexpr std::streamoff kFirstAttribute = 8;
-    file.seekg(kFirstAttribute);
-    while (file) {
-        const std::string found = next_string(file);
-        const std::string type = next_string(file);
-        const std::uint32_t size = next_number(file);
-        if (found.empty())
-            return false;
-        if (found == name) {
-            file.seekp(file.tellg());
-            return file && type == "string" && size == bytes;
-        }
-        file.seekg(size, std::ios::cur);
-    }
-    return false;
-}
-
-/// Replaces a text in the header of a finished EXR file by another of the same length.
+/// Replaces a text in the header of a finished EXR file by another of the same length. Ref:
+/// "OpenEXR File Layout": an attribute is name, 0, type, 0, size (4 bytes), value. No text has a 0
+/// in it (with_clean_texts), so none looks like an attribute.
 /// @throws Error when there is no such text
 void replace_text(const std::filesystem::path& file, const std::string& name,
                   const std::string& value, const std::string& attempt) {
+    constexpr std::size_t kMaxHeader = std::size_t{1} << 24;
+    const std::string before = name + '\0' + "string" + '\0';
     std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-    if (go_to_text(stream, name, value.size())) {
+    std::string header(kMaxHeader, '\0');
+    stream.read(header.data(), kMaxHeader);
+    stream.clear();
+    if (const std::size_t at = header.find(before); at != std::string::npos) {
+        stream.seekp(static_cast<std::streamoff>(at + before.size() + sizeof(std::uint32_t)));
         stream.write(value.data(), static_cast<std::streamsize>(value.size()));
         stream.flush();
         if (stream)
