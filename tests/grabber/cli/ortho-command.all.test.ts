@@ -4,8 +4,7 @@ import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { wmsHandler } from '../portal/wms.js';
-import { cli, words, type CliResult } from '../support/cli.js';
-import { sourceHere, templateAccess } from '../support/config-fixture.js';
+import { cli, words, type CliResult, sourceHere, templateAccess, script } from '../support/cli.js';
 import { sendFile, sendStatus, serve, type HttpFixture } from '../support/http-fixture.js';
 import { makeKeys, makeLas, makeLaz } from '../support/las-fixture.js';
 import { readPicture, wrongPixels } from '../support/ortho-workshop.js';
@@ -16,7 +15,6 @@ import {
   kVerified,
   keyOfSquare,
 } from '../support/record-fixture.js';
-import { script } from '../support/scripts.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
 const kKey = keyOfSquare('462_101');

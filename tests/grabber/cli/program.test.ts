@@ -3,10 +3,11 @@ import { mkdir, rm, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { openStore } from '../../../grabber/src/store/open-store.js';
-import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
-import { cli, program, words } from '../support/cli.js';
-import { configFolder, templateAccess } from '../support/config-fixture.js';
+import { readPackageInfo, shippedConfig } from '../../../grabber/src/util/package-info.js';
+import { cli, program, words, configFolder, templateAccess } from '../support/cli.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
+import type { OptionTable } from '../../../grabber/src/cli/option-tables.js';
+import { findLazTool } from '../../../grabber/src/convert/converters.js';
 
 test('the program writes to its streams, and ends with the exit code of its command', async () => {
   const version = await program(['--version']);
@@ -86,4 +87,51 @@ test('an invalid configuration file ends with exit code 2 and one line', async (
       assert.deepEqual([code, out], [2, '']);
     });
   }
+});
+
+test('tables hold each option of each command that help lists', async () => {
+  const printed = await cli(['--option-tables']);
+  assert.equal(printed.code, 0);
+  const table = JSON.parse(printed.out) as OptionTable;
+  assert.ok(table.commands.length >= 12);
+  for (const command of table.commands) {
+    const help = (await cli([command.name, '--help'])).out;
+    const listed = [...help.matchAll(/^ {2}(?:-\w, )?(--[\w-]+)/gm)].map((match) => match[1]);
+    const names = command.options.flatMap((option) => option.names);
+    assert.deepEqual(
+      names.filter((name) => name.startsWith('--')),
+      listed,
+      command.name,
+    );
+  }
+  assert.doesNotMatch(printed.out, /"default": "\//);
+});
+
+test('the configuration is found in a checkout and in a prefix, unless it is named', async (t) => {
+  const folder = await temporaryFolder(t);
+  const findConfig = (root: string): string => shippedConfig({ version: '1', root });
+  const checkout = join(folder, 'checkout');
+  await mkdir(join(checkout, 'config'), { recursive: true });
+  await writeFile(join(checkout, 'config', 'materials.toml'), '');
+  const before = process.env['TERRAVOX_CONFIG'];
+  try {
+    delete process.env['TERRAVOX_CONFIG'];
+    assert.equal(findConfig(join(checkout, 'grabber')), join(checkout, 'config'));
+    assert.equal(
+      findConfig(join(folder, 'lib', 'terravox', 'grabber')),
+      join(folder, 'share', 'terravox', 'config'),
+    );
+    process.env['TERRAVOX_CONFIG'] = '/own';
+    assert.equal(findConfig(join(checkout, 'grabber')), '/own');
+  } finally {
+    delete process.env['TERRAVOX_CONFIG'];
+    if (before !== undefined) process.env['TERRAVOX_CONFIG'] = before;
+  }
+});
+
+test('the tool for LAZ files is found among installed programs', async (t) => {
+  const programs = await temporaryFolder(t);
+  const tool = join(programs, 'terravox-laz');
+  await writeFile(tool, '', { mode: 0o755 });
+  assert.equal(await findLazTool({ id: 'converters' }, join(programs, 'grabber')), tool);
 });

@@ -7,8 +7,7 @@ import { outputTo } from '../../../grabber/src/cli/context.js';
 import { barReporter, type Outcome } from '../../../grabber/src/progress/reporter.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
-import { cli, words } from '../support/cli.js';
-import { configFolder, templateAccess } from '../support/config-fixture.js';
+import { cli, words, configFolder, templateAccess } from '../support/cli.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { toKey, kNever, makeSquare, temporaryFolder } from '../support/store-fixture.js';
 

@@ -20,7 +20,7 @@ import {
   keyOfSquare,
   computeSha256,
 } from '../support/record-fixture.js';
-import { script } from '../support/scripts.js';
+import { script } from '../support/cli.js';
 import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
 
 const kKey = keyOfSquare('462_101');

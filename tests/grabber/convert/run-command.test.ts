@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { setTimeout as delay } from 'node:timers/promises';
 import { fillArguments, runCommand } from '../../../grabber/src/convert/run-command.js';
 import { removeStaleWork, withWorkFolder } from '../../../grabber/src/convert/work-folder.js';
-import { script } from '../support/scripts.js';
+import { script } from '../support/cli.js';
 import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 const kLimits = { time_limit_s: 20, disk_bytes: 1 << 20 };

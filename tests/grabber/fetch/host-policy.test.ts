@@ -1,10 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import {
-  createHttpClient,
-  type Access,
-  type HttpClientOptions,
-} from '../../../grabber/src/fetch/http-client.js';
+import { kNoAccess, type HttpClientOptions } from '../../../grabber/src/fetch/http-client.js';
 import {
   addressAllowed,
   checkUrl,
@@ -21,7 +17,7 @@ import { GrabberError, describeError } from '../../../grabber/src/util/errors.js
 import { toProfile } from '../../../grabber/src/sources/source.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
 import { regionOfBox } from '../../../grabber/src/select/region.js';
-import { found, sourceWith } from '../support/catalogue-fixture.js';
+import { clientFor, found, sourceWith } from '../support/catalogue-fixture.js';
 import { kHere, sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { fetchFixture, kName, kNever, makeSquare } from '../support/store-fixture.js';
@@ -88,29 +84,14 @@ test("only addresses of the source's hosts may be requested", async (t) => {
 });
 
 test('addresses that a name leads to are judged one by one', () => {
-  const open = ['8.8.8.8', '2001:4860:4860::8888'];
+  const open = '8.8.8.8 2001:4860:4860::8888'.split(' ');
   const office = [
-    '127.0.0.1',
-    '10.1.2.3',
-    '192.168.1.1',
-    '172.16.0.1',
-    '169.254.169.254',
-    '100.64.0.1',
-    '::1',
-    'fe80::1',
-    'fd00::1',
-    '::ffff:127.0.0.1',
+    ...'127.0.0.1 10.1.2.3 192.168.1.1 172.16.0.1 169.254.169.254 100.64.0.1'.split(' '),
+    ...'::1 fe80::1 fd00::1 ::ffff:127.0.0.1'.split(' '),
   ];
   const never = [
-    '0.0.0.0',
-    '224.0.0.1',
-    '255.255.255.255',
-    '::',
-    'ff02::1',
-    '240.0.0.1',
-    '192.0.2.1',
-    '64:ff9b::7f00:1',
-    'nonsense',
+    ...'0.0.0.0 224.0.0.1 255.255.255.255 240.0.0.1 192.0.2.1'.split(' '),
+    ...':: ff02::1 64:ff9b::7f00:1 nonsense'.split(' '),
   ];
   for (const address of open) assert.ok(addressAllowed(address, false), address);
   for (const address of [...office, ...never]) assert.ok(!addressAllowed(address, false), address);
@@ -118,34 +99,22 @@ test('addresses that a name leads to are judged one by one', () => {
   for (const address of never) assert.ok(!addressAllowed(address, true), address);
 });
 
-function makeClient(access: Partial<Access>, resolve?: HttpClientOptions['resolve']) {
-  return createHttpClient({
-    userAgent: 'terravox-grabber/test',
-    timeout_ms: 2000,
-    access: { hosts: [], privateOrigins: [], secretHeaders: {}, secretOrigins: [], ...access },
-    ...(resolve === undefined ? {} : { resolve }),
-  });
-}
+const kToThisMachine: HttpClientOptions['resolve'] = (_name, _options, done) =>
+  done(null, [{ address: '127.0.0.1', family: 4 }]);
 
 test('a public name that leads to this machine is refused when it is connected to', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, Buffer.from('secret')));
   const { port } = new URL(server.base);
-  const resolve: HttpClientOptions['resolve'] = (_name, _options, done) =>
-    done(null, [{ address: '127.0.0.1', family: 4 }]);
   const url = `http://rebound.example:${port}/a.laz`;
-  const strict = makeClient({ hosts: [`rebound.example:${port}`] }, resolve);
-  t.after(() => strict.close());
+  const strict = clientFor(t, { hosts: [`rebound.example:${port}`] }, { resolve: kToThisMachine });
   await assert.rejects(strict.get(url, {}, kNever), {
     code: 'HOST_REFUSED',
     retryable: false,
     message: /leads to 127\.0\.0\.1/,
   });
   assert.equal(server.seen.length, 0);
-  const office = makeClient(
-    { hosts: [`rebound.example:${port}`], privateOrigins: [`http://rebound.example:${port}`] },
-    resolve,
-  );
-  t.after(() => office.close());
+  const access = { hosts: [`rebound.example:${port}`], privateOrigins: [new URL(url).origin] };
+  const office = clientFor(t, access, { resolve: kToThisMachine });
   assert.equal((await office.get(url, {}, kNever)).status, 200);
 });
 
@@ -170,13 +139,10 @@ test('a permitted private address is permitted at its own port only', async (t) 
   const own = await serve(t, (request, response) => {
     sendStatus(response, 302, { location: targets[Number(request.url?.slice(1))] ?? '' });
   });
-  const resolve: HttpClientOptions['resolve'] = (_name, _options, done) =>
-    done(null, [{ address: '127.0.0.1', family: 4 }]);
   const { port: ownPort } = new URL(own.base);
   const allowed = `http://office.example:${ownPort}`;
   const hosts = ['127.0.0.1', 'office.example', 'files.example'];
-  const http = makeClient({ hosts, privateOrigins: [allowed] }, resolve);
-  t.after(() => http.close());
+  const http = clientFor(t, { hosts, privateOrigins: [allowed] }, { resolve: kToThisMachine });
   for (const index of targets.keys()) {
     await assert.rejects(http.get(`${allowed}/${index}`, {}, kNever), {
       code: 'HOST_REFUSED',
@@ -184,12 +150,7 @@ test('a permitted private address is permitted at its own port only', async (t) 
     });
   }
   assert.deepEqual([own.seen.length, other.seen.length], [targets.length, 0]);
-  http.permit({
-    hosts,
-    privateOrigins: [allowed, ...targets],
-    secretHeaders: {},
-    secretOrigins: [],
-  });
+  http.permit({ ...kNoAccess, hosts, privateOrigins: [allowed, ...targets] });
   for (const index of targets.keys()) {
     const response = await http.get(`${allowed}/${index}`, {}, kNever);
     await response.discard();
@@ -221,8 +182,7 @@ href = 'laz$'
 
 test('a client may contact no host before hosts are permitted', async (t) => {
   const server = await serve(t, (_request, response) => sendStatus(response, 200));
-  const http = makeClient({});
-  t.after(() => http.close());
+  const http = clientFor(t, {});
   await assert.rejects(http.get(server.base, {}, kNever), { code: 'HOST_REFUSED' });
   http.permit(kHere);
   assert.equal((await http.get(server.base, {}, kNever)).status, 200);
@@ -237,12 +197,11 @@ test('secret headers go to the requested host, and on no redirect elsewhere', as
     }
     sendFile(response, makeLaz());
   });
-  const http = makeClient({
+  const http = clientFor(t, {
     ...kHere,
     secretHeaders: { 'x-key': 'hush-hush' },
     secretOrigins: [own.base],
   });
-  t.after(() => http.close());
   for (const path of ['/here', '/there', '/away']) {
     await (await http.get(`${own.base}${path}`, {}, kNever)).discard();
   }
@@ -262,12 +221,11 @@ test('secret headers go to the requested host, and on no redirect elsewhere', as
 });
 
 test('secret headers do not travel unencrypted through the internet', async (t) => {
-  const http = makeClient({
+  const http = clientFor(t, {
     hosts: ['data.example'],
     secretHeaders: { 'x-key': 'hush' },
     secretOrigins: ['http://data.example'],
   });
-  t.after(() => http.close());
   await assert.rejects(http.get('http://data.example/a', {}, kNever), {
     code: 'SECRET',
     message: /over http:; allowed: https:/,
@@ -390,12 +348,11 @@ test('no error of a catalogue shows a secret, whichever call failed', async (t) 
     const server = await serve(t, (request, response) =>
       response.end(reply(String(request.headers['x-key']))),
     );
-    const http = makeClient({
+    const http = clientFor(t, {
       ...kHere,
       secretHeaders: { 'x-key': 'hush-hush-hush' },
       secretOrigins: [server.base],
     });
-    t.after(() => http.close());
     const source = sourceWith(`
 [access]
 kind = "stac"

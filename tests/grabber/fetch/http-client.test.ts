@@ -3,9 +3,8 @@ import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
 import type { Clock } from '../../../grabber/src/util/clock.js';
-import { fakeClock } from '../support/fake-clock.js';
+import { fakeClock, kNever } from '../support/store-fixture.js';
 import { kHere, kNoListener, sendFile, serve } from '../support/http-fixture.js';
-import { kNever } from '../support/store-fixture.js';
 
 /** A body that never ends, a byte at a time. */
 function trickle(

@@ -4,9 +4,8 @@ import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
 import { backoffMs, parseRetryAfter, withRetries } from '../../../grabber/src/fetch/retry.js';
 import { kSystemClock } from '../../../grabber/src/util/clock.js';
 import { GrabberError } from '../../../grabber/src/util/errors.js';
-import { seededRandom } from '../portal/random.js';
-import { fakeClock } from '../support/fake-clock.js';
-import { kNever } from '../support/store-fixture.js';
+import { seededRandom } from '../portal/pattern.js';
+import { fakeClock, kNever } from '../support/store-fixture.js';
 
 const kPolicy = { retries: 3, base_ms: 1000, cap_ms: 5000, max_wait_ms: 60_000 };
 const kIgnore = (): void => undefined;

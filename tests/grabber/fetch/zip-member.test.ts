@@ -3,7 +3,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { sendFile, sendPart, sendRest, serve } from '../support/http-fixture.js';
-import { makeLas, makeLaz } from '../support/las-fixture.js';
+import { makeLas, makeLaz, makeZip, type ZipMember } from '../support/las-fixture.js';
 import { computeSha256 } from '../support/record-fixture.js';
 import type { Outcome } from '../../../grabber/src/progress/reporter.js';
 import {
@@ -13,7 +13,6 @@ import {
   storedFiles,
   type Fixture,
 } from '../support/store-fixture.js';
-import { makeZip, type ZipMember } from '../support/zip-fixture.js';
 
 const kLaz = makeLaz({ dataBytes: 200_000 });
 const kZip = makeZip([{ name: 'a.laz', data: kLaz }]);

@@ -1,5 +1,4 @@
 import { test } from 'node:test';
-
 import * as fc from 'fast-check';
 import { allTargets } from './targets.js';
 

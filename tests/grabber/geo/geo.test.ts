@@ -18,7 +18,7 @@ import {
 import { findProjection, type Point } from '../../../grabber/src/geo/crs.js';
 import type { BoundsM } from '../../../grabber/src/model/store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
-import { seededRandom as seeded } from '../portal/random.js';
+import { seededRandom as seeded } from '../portal/pattern.js';
 
 type Geometry = { readonly type: 'Polygon'; readonly coordinates: readonly (readonly Point[])[] };
 

@@ -5,7 +5,6 @@ import { statSync } from 'node:fs';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { promisify } from 'node:util';
-import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import { DiskSpace, kReserve_bytes } from '../../../grabber/src/fetch/disk-space.js';
 import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
 import { downloader, type Downloader } from '../../../grabber/src/ortho/download.js';
@@ -14,8 +13,8 @@ import { localGather } from '../../../grabber/src/ortho/local.js';
 import { probeImage } from '../../../grabber/src/ortho/piece.js';
 import { squareUrl } from '../../../grabber/src/ortho/template.js';
 import { drawPattern, encodePng } from '../portal/pattern.js';
-import { fakeClock } from '../support/fake-clock.js';
-import { kHere, sendFile, sendStatus, serve } from '../support/http-fixture.js';
+import { fakeClock, kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
+import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
 import {
   bench,
   kCrs,
@@ -24,7 +23,7 @@ import {
   wrongPixels,
   type Bench,
 } from '../support/ortho-workshop.js';
-import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
+import { clientFor } from '../support/catalogue-fixture.js';
 
 const run = promisify(execFile);
 
@@ -233,8 +232,7 @@ test('a picture larger than any memory is checked by its first bytes', async (t)
 });
 
 function makeDownloader(t: TestContext, disk: DiskSpace): Downloader {
-  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
-  t.after(() => http.close());
+  const http = clientFor(t);
   return downloader({
     http,
     policy: { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },

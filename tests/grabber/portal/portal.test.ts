@@ -2,10 +2,9 @@ import assert from 'node:assert/strict';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
-import { kFaults, parseFaults, type Fault } from './faults.js';
+import { kFaults, parseFaults, type Fault, type FileStats } from './faults.js';
 import { startPortal, type Portal, type PortalOptions } from './portal.js';
 import { makeBlockName } from './squares.js';
-import type { FileStats } from './stats.js';
 import { makeLaz } from '../support/las-fixture.js';
 import { computeSha256 } from '../support/record-fixture.js';
 import {

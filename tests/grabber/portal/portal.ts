@@ -2,13 +2,11 @@ import { createServer, type IncomingMessage, type ServerResponse } from 'node:ht
 import type { AddressInfo } from 'node:net';
 import { setTimeout as delay } from 'node:timers/promises';
 import { promisify } from 'node:util';
-import { arsoHandler } from './arso.js';
-import type { FaultChances } from './faults.js';
+import { arsoHandler, scanSquares, type PortalSquare } from './squares.js';
+import { type FaultChances, PortalStats } from './faults.js';
 import { fileHandler } from './files.js';
-import { seededRandom } from './random.js';
-import { scanSquares, type PortalSquare } from './squares.js';
+import { seededRandom } from './pattern.js';
 import { stacHandler } from './stac.js';
-import { PortalStats } from './stats.js';
 import { wfsHandler } from './wfs.js';
 
 export type PortalOptions = {

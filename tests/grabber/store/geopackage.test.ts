@@ -8,9 +8,8 @@ import { envelopeOfBlob } from '../../../grabber/src/store/geometry.js';
 import { migrationsFolder } from '../../../grabber/src/store/database.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync, readValue } from '../../../grabber/src/store/sqlite.js';
-import { fakeClock } from '../support/fake-clock.js';
+import { fakeClock, kNever, temporaryFolder } from '../support/store-fixture.js';
 import { catalogueSquare, kTerms, keyOfSquare } from '../support/record-fixture.js';
-import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 const run = promisify(execFile);
 

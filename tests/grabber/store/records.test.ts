@@ -3,7 +3,7 @@ import { test, type TestContext } from 'node:test';
 import type { RecordKey, Store } from '../../../grabber/src/model/store.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { DatabaseSync } from '../../../grabber/src/store/sqlite.js';
-import { fakeClock } from '../support/fake-clock.js';
+import { fakeClock, kNever, temporaryFolder } from '../support/store-fixture.js';
 import {
   catalogueSquare,
   kTerms,
@@ -11,7 +11,6 @@ import {
   keyOfSquare,
   storedFile,
 } from '../support/record-fixture.js';
-import { kNever, temporaryFolder } from '../support/store-fixture.js';
 
 const kKey = keyOfSquare('462_101');
 const kStart = '2026-06-21T12:00:00.000Z';

@@ -1,10 +1,17 @@
+import assert from 'node:assert/strict';
 import type { TestContext } from 'node:test';
-import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
+import {
+  createHttpClient,
+  kNoAccess,
+  type Access,
+  type HttpClientOptions,
+  type SourceClient,
+} from '../../../grabber/src/fetch/http-client.js';
 import type { CatalogueSquare, Catalogue, Region } from '../../../grabber/src/model/store.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
 import type { CatalogueOptions } from '../../../grabber/src/sources/catalogue/listing.js';
 import { parseSource, type Source } from '../../../grabber/src/sources/source.js';
-import { fakeClock } from './fake-clock.js';
+import { fakeClock } from './store-fixture.js';
 import { kHere } from './http-fixture.js';
 
 const kNever = new AbortController().signal;
@@ -42,11 +49,17 @@ export function makeCatalogue(
   });
 }
 
-export function clientFor(t: TestContext): HttpClient {
+/** A client that may contact servers of this machine, closed when the test ends. */
+export function clientFor(
+  t: TestContext,
+  access: Partial<Access> = kHere,
+  more: Partial<HttpClientOptions> = {},
+): SourceClient {
   const http = createHttpClient({
     userAgent: 'terravox-grabber/test',
     timeout_ms: 20_000,
-    access: kHere,
+    access: { ...kNoAccess, ...access },
+    ...more,
   });
   t.after(() => http.close());
   return http;
@@ -60,4 +73,18 @@ export async function found(
   const squares: CatalogueSquare[] = [];
   for await (const square of catalogue.find(region, signal)) squares.push(square);
   return squares;
+}
+
+/** Lists squares, which must end in an error of the catalogue. */
+export async function refused(
+  catalogue: Catalogue,
+  region: Region,
+  message: RegExp,
+  code = 'CATALOGUE',
+): Promise<void> {
+  await assert.rejects(found(catalogue, region), { code, message });
+}
+
+export async function foundNames(catalogue: Catalogue, region: Region): Promise<string[]> {
+  return (await found(catalogue, region)).map(({ name }) => name);
 }

@@ -3,7 +3,6 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { promisify } from 'node:util';
-import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import type { StoreRecord, Store } from '../../../grabber/src/model/store.js';
 import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
 import { HostRateLimiter } from '../../../grabber/src/fetch/host-queues.js';
@@ -20,9 +19,8 @@ import type { Gather } from '../../../grabber/src/ortho/piece.js';
 import { orthoSchema, type OrthoSource } from '../../../grabber/src/ortho/schema.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { patternAt } from '../portal/pattern.js';
-import { fakeClock } from './fake-clock.js';
-import { kHere } from './http-fixture.js';
-import { kNever, makeSquare, temporaryFolder } from './store-fixture.js';
+import { fakeClock, kNever, makeSquare, temporaryFolder } from './store-fixture.js';
+import { clientFor } from './catalogue-fixture.js';
 
 const run = promisify(execFile);
 
@@ -66,8 +64,7 @@ export async function bench(
   store.squares.learn('lidar', 'lidar', crs, terms, [makeSquare('462_101', [], { bounds })]);
   const square = store.squares.list({})[0];
   if (square === undefined) throw new Error('no square');
-  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
-  t.after(() => http.close());
+  const http = clientFor(t);
   const cache = await temporaryFolder(t);
   const settings: OrthoSettings = {
     source: source.id,

@@ -10,7 +10,7 @@ import type {
   Verified,
 } from '../../../grabber/src/model/store.js';
 import { kPlaces } from '../../../grabber/src/store/layout.js';
-import { seededRandom } from '../portal/random.js';
+import { seededRandom } from '../portal/pattern.js';
 import { makeSquare } from './store-fixture.js';
 
 export const kTerms: Terms = {

@@ -28,7 +28,7 @@ import type {
 } from '../../../grabber/src/model/store.js';
 import type { Outcome } from '../../../grabber/src/progress/reporter.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
-import { fakeClock, type FakeClock } from './fake-clock.js';
+import type { Clock } from '../../../grabber/src/util/clock.js';
 
 export const kNever = new AbortController().signal;
 export const kName = '462_101';
@@ -239,4 +239,25 @@ export async function storedFiles(root: string): Promise<string[]> {
         .replaceAll('\\', '/'),
     )
     .sort();
+}
+
+export type FakeClock = { -readonly [K in keyof Clock]: Clock[K] } & {
+  readonly slept_ms: number[];
+};
+
+/** Sleeps take no time here, but move the time on. */
+export function fakeClock(start = '2026-06-21T12:00:00.000Z', random = 0): FakeClock {
+  let now_ms = Date.parse(start);
+  const slept_ms: number[] = [];
+  return {
+    slept_ms,
+    now: () => new Date(now_ms),
+    random: () => random,
+    sleep: (ms, signal) => {
+      signal.throwIfAborted();
+      slept_ms.push(ms);
+      now_ms += ms;
+      return Promise.resolve();
+    },
+  };
 }

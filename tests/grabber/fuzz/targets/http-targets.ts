@@ -12,9 +12,7 @@ import {
 } from '../../../../grabber/src/fetch/response-check.js';
 import { parseRetryAfter } from '../../../../grabber/src/fetch/retry.js';
 import { arrived, arbitraryDamage } from '../damage.js';
-import { acceptedOrRefused } from '../refusal.js';
-import { makeResponse } from './response.js';
-import { type Target, target } from './target.js';
+import { acceptedOrRefused, makeResponse, type Target, target } from './target.js';
 
 /** Values of headers as servers send them, nearly as they send them, and anything else. */
 const headerValue = fc.oneof(

@@ -7,13 +7,10 @@ import { DiskSpace } from '../../../../grabber/src/fetch/disk-space.js';
 import { unzipMember } from '../../../../grabber/src/fetch/zip-member.js';
 import { kHeaderReadBytes, readLasHeader } from '../../../../grabber/src/las/header.js';
 import { verifyLasFile } from '../../../../grabber/src/las/verify.js';
-import { fakeClock } from '../../support/fake-clock.js';
-import { makeLas, makeLaz } from '../../support/las-fixture.js';
-import { kNever } from '../../support/store-fixture.js';
-import { makeZip } from '../../support/zip-fixture.js';
+import { fakeClock, kNever } from '../../support/store-fixture.js';
+import { makeLas, makeLaz, makeZip } from '../../support/las-fixture.js';
 import { arrived, arbitraryDamage } from '../damage.js';
-import { acceptedOrRefused } from '../refusal.js';
-import { type Target, files, kFolder, target } from './target.js';
+import { acceptedOrRefused, type Target, files, kFolder, target } from './target.js';
 
 const kDisk = {
   disk: new DiskSpace(tmpdir(), () => 2 ** 40),

@@ -10,8 +10,7 @@ import { openStore } from '../../../../grabber/src/store/open-store.js';
 import { sourceWith } from '../../support/catalogue-fixture.js';
 import { kNever, makeSquare } from '../../support/store-fixture.js';
 import { arrived, arbitraryDamage } from '../damage.js';
-import { acceptedOrRefused } from '../refusal.js';
-import { type Target, kFolder, target } from './target.js';
+import { acceptedOrRefused, type Target, kFolder, target } from './target.js';
 
 export function geometryTargets(): Target[] {
   const good = encodeFootprint([462_000, 101_000, 463_000, 102_000], 'EPSG:3794');

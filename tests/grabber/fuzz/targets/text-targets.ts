@@ -12,12 +12,9 @@ import { openCatalogue } from '../../../../grabber/src/sources/catalogue/open-ca
 import { parseSource } from '../../../../grabber/src/sources/source.js';
 import { readPackageInfo } from '../../../../grabber/src/util/package-info.js';
 import { sourceWith } from '../../support/catalogue-fixture.js';
-import { fakeClock } from '../../support/fake-clock.js';
-import { kNever } from '../../support/store-fixture.js';
+import { fakeClock, kNever } from '../../support/store-fixture.js';
 import { arrived, arbitraryDamage } from '../damage.js';
-import { acceptedOrRefused } from '../refusal.js';
-import { makeResponse } from './response.js';
-import { type Target, target } from './target.js';
+import { acceptedOrRefused, makeResponse, type Target, target } from './target.js';
 
 const kConfig = join(readPackageInfo().root, '..', 'config');
 

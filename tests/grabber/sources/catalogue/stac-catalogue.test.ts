@@ -3,14 +3,19 @@ import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { findProjection } from '../../../../grabber/src/geo/crs.js';
 import { boundsToDegrees } from '../../../../grabber/src/geo/bounds.js';
-import type { BoundsM } from '../../../../grabber/src/model/store.js';
+import type { BoundsM, CatalogueSquare } from '../../../../grabber/src/model/store.js';
 import { regionOfBox, regionOfSquares } from '../../../../grabber/src/select/region.js';
 import type { Source } from '../../../../grabber/src/sources/source.js';
 import { squareAt } from '../../../../grabber/src/sources/square.js';
-import { makeCatalogue, found, sourceWith } from '../../support/catalogue-fixture.js';
-import { fakeClock } from '../../support/fake-clock.js';
+import {
+  makeCatalogue,
+  found,
+  foundNames,
+  refused,
+  sourceWith,
+} from '../../support/catalogue-fixture.js';
+import { fakeClock, kNever } from '../../support/store-fixture.js';
 import { kNoListener, serve, type HttpFixture } from '../../support/http-fixture.js';
-import { kNever } from '../../support/store-fixture.js';
 
 const kSha = 'e8be2c5f50b61b0a2ce72d65b3a6d2af095d7feac0083fc33f2961d063db1ec1';
 const kRegion = regionOfBox([462_000, 101_000, 464_000, 103_000]);
@@ -97,20 +102,16 @@ async function portal(t: TestContext, items: (base: string) => Item[]): Promise<
     const size = Number(url.searchParams.get('limit'));
     const next = new URL(url);
     next.searchParams.set('cursor', String(start + size));
-    const links =
-      start + size < all.length
-        ? [
-            { rel: 'self', href: url.href },
-            { rel: 'next', href: next.href, method: 'GET' },
-          ]
-        : [];
-    sendJson(response, {
-      type: 'FeatureCollection',
-      features: all.slice(start, start + size),
-      links,
-    });
+    const links = [{ rel: 'self', href: url.href, method: 'GET' }];
+    if (start + size < all.length) links.push({ rel: 'next', href: next.href, method: 'GET' });
+    const features = all.slice(start, start + size);
+    sendJson(response, { type: 'FeatureCollection', features, links });
   });
   return server;
+}
+
+function listed(t: TestContext, { base }: HttpFixture): Promise<CatalogueSquare[]> {
+  return found(makeCatalogue(t, stacSource(base)), kRegion);
 }
 
 test('items become squares: all pages, the newest of each, COPC rather than ZIP', async (t) => {
@@ -121,11 +122,8 @@ test('items become squares: all pages, the newest of each, COPC rather than ZIP'
     item(base, 2019, 462, 102, 'las.zip'),
     item(base, 2019, 470, 102, 'las.zip'),
   ]);
-  const squares = await found(makeCatalogue(t, stacSource(server.base)), kRegion);
-  assert.deepEqual(
-    squares.map(({ name }) => name),
-    ['462_101', '463_101', '462_102'],
-  );
+  const squares = await listed(t, server);
+  assert.equal(squares.map(({ name }) => name).join(), '462_101,463_101,462_102');
   assert.deepEqual(squares[1], {
     name: '463_101',
     block: null,
@@ -155,7 +153,7 @@ test('which item of a square counts does not depend on the order of the reply', 
     [2017, 2024, 2019].map((year) => item(base, year, 462, 101, 'las.zip'));
   for (const turned of [items, (base: string) => items(base).reverse()]) {
     const server = await portal(t, turned);
-    const [square] = await found(makeCatalogue(t, stacSource(server.base)), kRegion);
+    const [square] = await listed(t, server);
     assert.equal(square?.published, '2024-01-01');
   }
 });
@@ -166,11 +164,8 @@ test('squares far apart are requested one by one', async (t) => {
     item(base, 2019, 600, 180, 'las.zip'),
   ]);
   const region = regionOfSquares([squareAt(462_000, 101_000), squareAt(600_000, 180_000)], 1000);
-  const squares = await found(makeCatalogue(t, stacSource(server.base)), region);
-  assert.deepEqual(
-    squares.map(({ name }) => name),
-    ['462_101', '600_180'],
-  );
+  const catalogue = makeCatalogue(t, stacSource(server.base));
+  assert.deepEqual(await foundNames(catalogue, region), ['462_101', '600_180']);
   assert.equal(server.seen.length, 2);
 });
 
@@ -181,10 +176,11 @@ test('items without a place in their name are put on the grid by their footprint
   const wide = await portal(t, (base) => [
     { ...item(base, 2019, 462, 101, 'las.zip'), bbox: [14.4, 46, 14.6, 46.1] },
   ]);
-  await assert.rejects(found(makeCatalogue(t, nameless(wide.base)), kRegion), {
-    code: 'CATALOGUE',
-    message: /footprint is .*allowed: one square/,
-  });
+  await refused(
+    makeCatalogue(t, nameless(wide.base)),
+    kRegion,
+    /footprint is .*allowed: one square/,
+  );
 });
 
 test('a reply that cannot be trusted is an error, never fewer squares', async (t) => {
@@ -210,10 +206,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, reply, message] of cases) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => sendJson(response, reply(server.base)));
-      await assert.rejects(found(makeCatalogue(t, stacSource(server.base)), kRegion), {
-        code: 'CATALOGUE',
-        message,
-      });
+      await refused(makeCatalogue(t, stacSource(server.base)), kRegion, message);
     });
   }
 });
@@ -225,36 +218,32 @@ test('the limits of pages, items and bytes end a listing', async (t) => {
       links: [{ rel: 'next', href: `${server.base}/items?page=${index}` }],
     }),
   );
-  await assert.rejects(
-    found(makeCatalogue(t, stacSource(server.base), { limits: { pages: 7 } }), kRegion),
-    { code: 'CATALOGUE', message: /more than 7 pages/ },
+  await refused(
+    makeCatalogue(t, stacSource(server.base), { limits: { pages: 7 } }),
+    kRegion,
+    /more than 7 pages/,
   );
   assert.equal(server.seen.length, 7);
   const long = await serve(t, (_request, response) =>
     response.end(`{"features": [], "x": "${'y'.repeat(5000)}"}`),
   );
   const short = makeCatalogue(t, stacSource(long.base), { limits: { reply_bytes: 1000 } });
-  await assert.rejects(found(short, kRegion), {
-    code: 'CATALOGUE',
-    message: /more than 1000 bytes/,
-  });
+  await refused(short, kRegion, /more than 1000 bytes/);
   const empty = await serve(t, (_request, response, index) =>
     sendJson(response, {
       features: [],
       links: [{ rel: 'next', href: `${empty.base}/items?page=${index}` }],
     }),
   );
-  await assert.rejects(found(makeCatalogue(t, stacSource(empty.base)), kRegion), {
-    code: 'CATALOGUE',
-    message: /4 pages without items/,
-  });
+  await refused(makeCatalogue(t, stacSource(empty.base)), kRegion, /4 pages without items/);
   assert.equal(empty.seen.length, 4);
   const many = await portal(t, (base) =>
     [1, 2, 3, 4, 5].map((north) => item(base, 2019, 462, 100 + north, 'las.zip')),
   );
-  await assert.rejects(
-    found(makeCatalogue(t, stacSource(many.base), { limits: { items: 3 } }), kRegion),
-    { code: 'CATALOGUE', message: /more than 3 items/ },
+  await refused(
+    makeCatalogue(t, stacSource(many.base), { limits: { items: 3 } }),
+    kRegion,
+    /more than 3 items/,
   );
 });
 
@@ -263,22 +252,20 @@ test('a request to a busy portal is retried, a broken portal is an error', async
     if (index < 2) response.writeHead(index === 0 ? 503 : 429, { 'retry-after': '1' }).end();
     else sendJson(response, { features: [item(busy.base, 2019, 462, 101, 'las.zip')] });
   });
-  assert.equal((await found(makeCatalogue(t, stacSource(busy.base)), kRegion)).length, 1);
+  assert.equal((await listed(t, busy)).length, 1);
   for (const [status, requests] of [
     [500, 3],
     [404, 1],
   ] as const) {
     const broken = await serve(t, (_request, response) => void response.writeHead(status).end());
-    await assert.rejects(found(makeCatalogue(t, stacSource(broken.base)), kRegion), {
-      code: 'CATALOGUE',
-      message: new RegExp(`HTTP ${status}; allowed: 200`),
-    });
+    await refused(
+      makeCatalogue(t, stacSource(broken.base)),
+      kRegion,
+      new RegExp(`HTTP ${status}; allowed: 200`),
+    );
     assert.equal(broken.seen.length, requests);
   }
-  await assert.rejects(found(makeCatalogue(t, stacSource(kNoListener)), kRegion), {
-    code: 'CATALOGUE',
-    message: /ECONNREFUSED/,
-  });
+  await refused(makeCatalogue(t, stacSource(kNoListener)), kRegion, /ECONNREFUSED/);
 });
 
 test('too long a Retry-After of a portal is an error, and retries are shown', async (t) => {
@@ -341,12 +328,10 @@ test('an item whose id is no file name is refused where files are named by it', 
       features: [{ ...item(server.base, 2019, 462, 101, 'las.zip'), id: '../x' }],
     }),
   );
-  await assert.rejects(
-    found(makeCatalogue(t, { ...nameless(server.base), square_m: undefined } as Source), kRegion),
-    {
-      code: 'CATALOGUE',
-      message: /item \.\.\/x: its id is no file name/,
-    },
+  await refused(
+    makeCatalogue(t, { ...nameless(server.base), square_m: undefined } as Source),
+    kRegion,
+    /item \.\.\/x: its id is no file name/,
   );
 });
 
@@ -376,16 +361,9 @@ test('an unreadable item is reported and left out, and the rest is listed', asyn
         good(base, 102),
       ]);
       const reported: string[] = [];
-      const squares = await found(
-        makeCatalogue(t, stacSource(server.base), {
-          onLeftOut: (error) => void reported.push(error.message),
-        }),
-        kRegion,
-      );
-      assert.deepEqual(
-        squares.map((square) => square.name),
-        ['462_101', '462_102'],
-      );
+      const onLeftOut = (error: Error): void => void reported.push(error.message);
+      const catalogue = makeCatalogue(t, stacSource(server.base), { onLeftOut });
+      assert.deepEqual(await foundNames(catalogue, kRegion), ['462_101', '462_102']);
       assert.equal(reported.length, 1);
       assert.match(reported[0] ?? '', message);
     });
@@ -405,10 +383,7 @@ test('a catalogue without one readable item is an error', async (t) => {
       reported += 1;
     };
     const catalogue = makeCatalogue(t, stacSource(server.base), { onLeftOut });
-    await assert.rejects(found(catalogue, kRegion), {
-      code: 'CATALOGUE',
-      message: /item other0: its name does not give a square/,
-    });
+    await refused(catalogue, kRegion, /item other0: its name does not give a square/);
     assert.equal(reported, Math.min(count, 100));
   }
 });

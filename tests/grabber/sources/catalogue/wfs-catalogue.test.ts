@@ -2,7 +2,13 @@ import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { regionOfBox } from '../../../../grabber/src/select/region.js';
 import type { Source } from '../../../../grabber/src/sources/source.js';
-import { makeCatalogue, found, sourceWith } from '../../support/catalogue-fixture.js';
+import {
+  makeCatalogue,
+  found,
+  foundNames,
+  refused,
+  sourceWith,
+} from '../../support/catalogue-fixture.js';
 import { serve, type HttpFixture } from '../../support/http-fixture.js';
 import { kNever } from '../../support/store-fixture.js';
 
@@ -280,10 +286,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, features, message, change] of cases) {
     await t.test(name, async (t) => {
       const server = await service(t, features, change);
-      await assert.rejects(found(makeCatalogue(t, ignSource(server.base)), kRegion), {
-        code: 'CATALOGUE',
-        message,
-      });
+      await refused(makeCatalogue(t, ignSource(server.base)), kRegion, message);
     });
   }
   const pages: [name: string, body: string, message: RegExp][] = [
@@ -295,10 +298,7 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
   for (const [name, body, message] of pages) {
     await t.test(name, async (t) => {
       const server = await serve(t, (_request, response) => response.end(body));
-      await assert.rejects(found(makeCatalogue(t, ignSource(server.base)), kRegion), {
-        code: 'CATALOGUE',
-        message,
-      });
+      await refused(makeCatalogue(t, ignSource(server.base)), kRegion, message);
     });
   }
 });
@@ -309,9 +309,9 @@ test('a service that counts nothing is read until a page is not full', async (t)
     (base) => [1, 2, 3].map((north) => ignFeature(base, 462, 100 + north, '2025')),
     ({ features }) => ({ features, numberMatched: 'unknown' }),
   );
-  assert.deepEqual(
-    (await found(makeCatalogue(t, ignSource(server.base)), kRegion)).map(({ name }) => name),
-    ['462_101', '462_102'],
-  );
+  assert.deepEqual(await foundNames(makeCatalogue(t, ignSource(server.base)), kRegion), [
+    '462_101',
+    '462_102',
+  ]);
   assert.equal(server.seen.length, 2);
 });

@@ -1,7 +1,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { State } from '../../../grabber/src/model/store.js';
+import type { State, StoreRecord } from '../../../grabber/src/model/store.js';
 import { drawSquares, type PlacedState } from '../../../grabber/src/cli/status-command.js';
+import { attributionText } from '../../../grabber/src/cli/attribution-command.js';
+import { toKey } from '../support/store-fixture.js';
 
 /** Squares of 1 km from rows of letters, north first; a blank is no square. */
 function makeSquares(rows: readonly string[], west = 462_000, south = 101_000): PlacedState[] {
@@ -66,4 +68,30 @@ test('squares that lie far apart do not make a picture that fills the memory', (
   assert.equal(lines[0], 'V');
   assert.match(lines.at(-2) ?? '', /^ +X$/);
   assert.equal(drawSquares([], kWide, kLetters), '');
+});
+
+const kNames = { titles: new Map(), addresses: new Map() };
+
+/** What is asked of a record for its attribution. */
+function record(terms: Partial<StoreRecord>): StoreRecord {
+  const fields = { key: toKey('462_101'), licence: null, attribution: null, published: null };
+  return { ...fields, ...terms } as StoreRecord;
+}
+
+test('each source has its data, years, licence and attribution', () => {
+  const squares = [record({ attribution: 'us', published: '2014-05-01' })];
+  const text = attributionText(squares, [], kNames);
+  assert.match(text, /^ {2}data: +1 LiDAR squares$/m);
+  assert.match(text, /^ {2}years: +2014$/m);
+  assert.match(text, /^ {2}licence: +not recorded$/m);
+  assert.match(text, /^ {2}attribution: us$/m);
+});
+
+test('the text of a stranger does not look like another source', () => {
+  const attribution = 'us\n\nFake (si-lss)\n  licence:     CC0\u001b[31m\u202e';
+  const text = attributionText([record({ attribution })], [], kNames);
+  assert.doesNotMatch(text, /^Fake/m);
+  assert.doesNotMatch(text, /(?!\n)[\p{Cc}\u202e]/u);
+  assert.match(text, /us\\u000a\\u000aFake/);
+  assert.equal(text.match(/^ {2}licence: /gm)?.length, 1);
 });
