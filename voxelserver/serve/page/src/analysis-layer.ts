@@ -41,7 +41,7 @@ export class AnalysisLayer {
     const u = this.#unitsPerRasterUnit;
     this.#extent = [west * u, south * u, east * u, north * u];
     const { width, height } = shown.level;
-    const canvas = element('canvas', { width: String(width), height: String(height) });
+    const canvas = element('canvas', { width, height });
     const context = getContext2d(canvas);
     const image = context.createImageData(width, height);
     const { values, info, scale, style } = shown;

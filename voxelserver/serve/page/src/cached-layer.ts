@@ -36,11 +36,6 @@ export class CachedLayer {
     this.#disk.setGeometry(this.#shape(boxes.level, boxes.disk));
   }
 
-  clear(): void {
-    this.#memory.setGeometry(undefined);
-    this.#disk.setGeometry(undefined);
-  }
-
   recolour(): void {
     this.#memory.setStyle(chooseStyle(kMemorySign));
     this.#disk.setStyle(chooseStyle(kDiskSign));

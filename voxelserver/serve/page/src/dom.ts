@@ -1,17 +1,18 @@
 /** Helpers around the document. Text enters it as text only: nothing anywhere parses HTML. */
 
 type Child = Node | string;
+type Attributes = Readonly<Record<string, string | number>>;
 
 const kCopiedMs = 2000;
 const kDownloadMs = 60_000; // a browser may ask its user where to
 
 export function element<K extends keyof HTMLElementTagNameMap>(
   tag: K,
-  attributes: Readonly<Record<string, string>> = {},
+  attributes: Attributes = {},
   ...children: readonly Child[]
 ): HTMLElementTagNameMap[K] {
   const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
   made.append(...children);
   return made;
 }
@@ -19,7 +20,7 @@ export function element<K extends keyof HTMLElementTagNameMap>(
 /** A part of a drawing, or the drawing itself. */
 export function svgElement(
   tag: string,
-  attributes: Readonly<Record<string, string | number>>,
+  attributes: Attributes,
   ...children: readonly Child[]
 ): SVGElement {
   const made = document.createElementNS('http://www.w3.org/2000/svg', tag);

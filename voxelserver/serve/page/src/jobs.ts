@@ -14,14 +14,8 @@ export const hasSurface = (kind: Kind): boolean => kind !== 'terrain' && kind !=
 export const listKinds = (isOnEarth: boolean): readonly Kind[] =>
   kKinds.filter((kind) => isOnEarth || !hasDays(kind));
 
-export type Job = {
-  readonly id: string;
-  readonly state: 'waiting' | 'running' | 'done' | 'failed';
-  readonly progress: number;
-  readonly before: number;
-  readonly message: string;
-  readonly hasHoles: boolean;
-};
+export type Job = Readonly<ReturnType<typeof parseJob>>;
+export const readJob = (json: unknown): Job => parseJob(json);
 
 /** What is asked for, as the form has it. */
 export type Wish = {
@@ -42,7 +36,7 @@ export type Wish = {
 /** Height of a person's eyes above the ground. */
 export const kEyesM = 1.6;
 
-export function readJob(json: unknown): Job {
+function parseJob(json: unknown) {
   const all = isFields(json) ? json : {};
   const states = ['waiting', 'running', 'done', 'failed'] as const;
   const state = states.find((one) => one === all['state']);

@@ -5,7 +5,6 @@ import { buffer, createEmpty, extend, getHeight, getWidth, isEmpty } from 'ol/ex
 import Feature from 'ol/Feature.js';
 import Point from 'ol/geom/Point.js';
 import { defaults as defaultInteractions } from 'ol/interaction/defaults.js';
-import type Layer from 'ol/layer/Layer.js';
 import VectorLayer from 'ol/layer/Vector.js';
 import OlMap from 'ol/Map.js';
 import Projection from 'ol/proj/Projection.js';
@@ -67,10 +66,6 @@ export class MapView {
       layers: [this.#markerLayer()],
     });
     this.#listen(target, events);
-  }
-
-  add(layer: Layer): void {
-    this.map.addLayer(layer);
   }
 
   /** Shows all of an extent; by default the first view of the world. */

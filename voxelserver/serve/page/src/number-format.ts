@@ -14,12 +14,12 @@ export const formatCount = (value: number): string => kWhole.format(value);
 
 /** A mean time of a run: three digits, with the unit that suits. */
 export function formatSeconds(seconds: number): string {
-  const units: readonly (readonly [number, string])[] = [
+  const units = [
     [1, 's'],
     [1e-3, 'ms'],
     [1e-6, 'µs'],
-  ];
-  const [size, name] = units.find(([size]) => seconds >= size) ?? units[2]!;
+  ] as const;
+  const [size, name] = units.find(([size]) => seconds >= size) ?? units[2];
   const value = seconds / size;
   if (value >= 100) return `${kWhole.format(value)} ${name}`;
   return `${value.toFixed(value >= 10 ? 1 : 2)} ${name}`;
@@ -27,11 +27,8 @@ export function formatSeconds(seconds: number): string {
 
 export function formatDuration(seconds: number): string {
   const whole = Math.max(0, Math.floor(seconds));
-  const [days, hours, minutes] = [
-    Math.floor(whole / 86400),
-    Math.floor(whole / 3600) % 24,
-    Math.floor(whole / 60) % 60,
-  ];
+  const days = Math.floor(whole / 86400);
+  const [hours, minutes] = [Math.floor(whole / 3600) % 24, Math.floor(whole / 60) % 60];
   if (days > 0) return `${days} d ${hours} h`;
   if (hours > 0) return `${hours} h ${minutes} min`;
   return minutes > 0 ? `${minutes} min ${whole % 60} s` : `${whole} s`;

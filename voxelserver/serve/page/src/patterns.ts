@@ -29,8 +29,7 @@ const kTilePx = 12;
 
 /** @return a repeating fill, half of it transparent */
 export function hatchPattern(hatch: Hatch, colour: string): CanvasPattern | string {
-  const size = String(kTilePx);
-  const canvas = element('canvas', { width: size, height: size });
+  const canvas = element('canvas', { width: kTilePx, height: kTilePx });
   const context = getContext2d(canvas);
   context.strokeStyle = colour;
   context.fillStyle = colour;

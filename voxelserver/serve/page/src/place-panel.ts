@@ -47,14 +47,9 @@ export class PlacePanel {
       this.#geo,
     );
     const label = element('label', { for: 'command' }, 'Render it');
-    const command = element(
-      'div',
-      { class: 'command' },
-      label,
-      this.#command,
-      copyButton('Copy command', () => this.#command.value),
-      this.#note,
-    );
+    const copyCommand = copyButton('Copy command', () => this.#command.value);
+    const parts = [label, this.#command, copyCommand, this.#note];
+    const command = element('div', { class: 'command' }, ...parts);
     byId('place', HTMLElement).append(this.#facts, buttons, command);
     byId('place', HTMLElement).hidden = true;
   }
@@ -169,26 +164,20 @@ function describe(top: Top, materials: readonly string[]): string {
   return `${name}, ${height}${hex === undefined ? '' : `, #${hex}`}`;
 }
 
+const shown = (value: number | undefined, format: (value: number) => string): string =>
+  value === undefined ? '' : format(value);
+
 /** Rows about a square; those with an empty text are not shown. */
 export function toFacts(square: Square | undefined): [string, string][] {
   if (square === undefined) return [];
+  const { file, bytes, points, densityPerM2 } = square;
   return [
     ['Square', square.name],
     ['State', square.state],
     ['Error', square.error],
-    [
-      'File',
-      [square.file, square.bytes === undefined ? '' : formatBytes(square.bytes)]
-        .filter((text) => text !== '')
-        .join(', '),
-    ],
-    ['Points', square.points === undefined ? '' : formatCount(square.points)],
-    [
-      'Density',
-      square.densityPerM2 === undefined
-        ? ''
-        : `${square.densityPerM2.toFixed(1)} points a square metre`,
-    ],
+    ['File', [file, shown(bytes, formatBytes)].filter((text) => text !== '').join(', ')],
+    ['Points', shown(points, formatCount)],
+    ['Density', shown(densityPerM2, (value) => `${value.toFixed(1)} points a square metre`)],
     ['Source', square.source],
     ['Licence', square.licence],
     ['Attribution', square.attribution],

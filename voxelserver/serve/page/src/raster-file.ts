@@ -10,23 +10,9 @@ import { inflate, toView } from './bytes.js';
 export type ReadAt = (offset: number, length: number) => Promise<Uint8Array>;
 
 /** One resolution of a raster. */
-export type RasterLevel = {
-  readonly width: number;
-  readonly height: number;
-  readonly tileWidth: number;
-  readonly tileHeight: number;
-  readonly offsets: readonly number[];
-  readonly lengths: readonly number[];
-};
-
-export type RasterInfo = {
-  /** Finest first. */
-  readonly levels: readonly RasterLevel[];
-  readonly bands: readonly { readonly name: string; readonly unit: string }[];
-  /** West, south, east, north, CRS units. */
-  readonly extent: [number, number, number, number];
-  readonly noData: number;
-};
+export type RasterLevel = Readonly<ReturnType<typeof parseLevel>>;
+export type RasterInfo = Readonly<ReturnType<typeof parseInfo>>;
+type Bounds = [west: number, south: number, east: number, north: number];
 
 const kHeadBytes = 1 << 16;
 const kMaxHeadBytes = 1 << 24;
@@ -103,7 +89,7 @@ function whole(fields: Fields, tag: number, what: string, max: number): number {
   return value;
 }
 
-function parseLevel(fields: Fields, bands: number): RasterLevel {
+function parseLevel(fields: Fields, bands: number) {
   const [compression, predictor, planar] = [259, 317, 284].map((tag) => numbers(fields, tag)[0]);
   const isFloat =
     numbers(fields, 339).every((format) => format === 3) &&
@@ -129,7 +115,7 @@ function parseLevel(fields: Fields, bands: number): RasterLevel {
 }
 
 /** Names and units of the bands: GDAL writes them as XML, of which these two forms are read. */
-function parseBands(fields: Fields, count: number): RasterInfo['bands'] {
+function parseBands(fields: Fields, count: number): { name: string; unit: string }[] {
   const text = fields.get(42112);
   const items = typeof text === 'string' ? text : '';
   const find = (role: string): Map<number, string> => {
@@ -148,7 +134,7 @@ function parseBands(fields: Fields, count: number): RasterInfo['bands'] {
   }));
 }
 
-function readExtent(fields: Fields, width: number, height: number): RasterInfo['extent'] {
+function readExtent(fields: Fields, width: number, height: number): Bounds {
   const [across, down] = numbers(fields, 33550);
   const [, , , west, north] = numbers(fields, 33922);
   if (across === undefined || down === undefined || west === undefined || north === undefined) {
@@ -157,7 +143,7 @@ function readExtent(fields: Fields, width: number, height: number): RasterInfo['
   return [west, north - down * height, west + across * width, north];
 }
 
-function parseInfo(bytes: Uint8Array): RasterInfo {
+function parseInfo(bytes: Uint8Array) {
   const head = new Head(bytes);
   const levels: RasterLevel[] = [];
   let first: Fields | undefined;
@@ -170,8 +156,10 @@ function parseInfo(bytes: Uint8Array): RasterInfo {
   const finest = levels[0];
   if (first === undefined || finest === undefined) refuse('it is empty');
   return {
+    /** Finest first. */
     levels,
     bands: parseBands(first, whole(first, 277, 'bands', kMaxBands)),
+    /** CRS units. */
     extent: readExtent(first, finest.width, finest.height),
     noData: Number(first.get(42113) ?? NaN),
   };

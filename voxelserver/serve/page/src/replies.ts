@@ -15,42 +15,6 @@ import type { Block, Vec3 } from './vec3.js';
  * the field.
  */
 
-/** A place of a map: where it is on Earth, and how the map is turned there. */
-export type MapPlace = {
-  readonly latDeg: number;
-  readonly lonDeg: number;
-  /** The azimuth of the map's north, clockwise from true north. */
-  readonly convergenceDeg: number;
-};
-
-export type World = {
-  readonly title: string;
-  readonly software: string;
-  /** Half-open, voxels of level 0; x east, y up, z south. */
-  readonly min: Vec3;
-  readonly max: Vec3;
-  /**
-   * What to show first, as min and max: of worlds without end less than all, and of surveys without
-   * what flies far above.
-   */
-  readonly framed: Block;
-  readonly voxelM: number;
-  readonly levels: number;
-  readonly crs: string;
-  readonly crsWkt: string;
-  readonly crsProj4: string;
-  readonly unitsPerVoxel: number;
-  readonly centre: MapPlace | undefined;
-  readonly licence: string;
-  readonly attribution: string;
-  readonly materials: readonly string[];
-  readonly tilePx: number;
-  /** Finest zoom of the top view; -1 when the server draws none. */
-  readonly finestZoom: number;
-};
-
-export type Stage = { readonly name: string; readonly seconds: number; readonly count: number };
-
 const kCache = {
   hits: 'hits',
   misses: 'misses',
@@ -72,22 +36,6 @@ const kJobs = { maxCells: 'max_cells', maxMinutes: 'max_minutes' } as const;
 const kPrepare = { done: 'done', total: 'total', failed: 'failed' } as const;
 
 export type CacheStats = Numbers<typeof kCache>;
-export type Stats = {
-  readonly version: string;
-  readonly uptimeS: number;
-  readonly stages: readonly Stage[];
-  /** All requests answered so far. */
-  readonly requests: number;
-  readonly replyBytes: number | undefined;
-  readonly cache: CacheStats | undefined;
-  readonly disk: CacheStats | undefined;
-  readonly making: Numbers<typeof kMaking> | undefined;
-  readonly memory: Numbers<typeof kMemory> | undefined;
-  /** Limits of analyses; undefined: the server makes none. */
-  readonly jobs: Numbers<typeof kJobs> | undefined;
-  readonly prepare: Numbers<typeof kPrepare> | undefined;
-};
-
 const kFar = 2 ** 31;
 
 const read = new JsonReader((what) => {
@@ -105,17 +53,16 @@ const parseVec3 = (value: unknown, what: string): Vec3 => {
   return read.vec3([x, y, z], what, kFar);
 };
 
-function readPlace(centre: Fields): MapPlace {
+/** A place of a map: where it is on Earth, and how the map is turned there. */
+export type MapPlace = Readonly<ReturnType<typeof readPlace>>;
+
+function readPlace(centre: Fields) {
+  const turn = centre['convergence_deg'];
   return {
     latDeg: read.number(centre['lat_deg'], 'centre.lat_deg', -90, 90),
     lonDeg: read.number(centre['lon_deg'], 'centre.lon_deg', -360, 360),
-    // Older programs did not write it.
-    convergenceDeg: read.number(
-      centre['convergence_deg'] ?? 0,
-      'centre.convergence_deg',
-      -360,
-      360,
-    ),
+    /** The azimuth of the map's north, clockwise from true north; not in what older ones wrote. */
+    convergenceDeg: read.number(turn ?? 0, 'centre.convergence_deg', -360, 360),
   };
 }
 
@@ -129,7 +76,11 @@ function atHeights(block: Block, heights: Fields | undefined): Block {
   return low < high ? { min: [west, low, north], max: [east, high, south] } : block;
 }
 
-export function readWorld(json: unknown): World {
+export type World = Readonly<ReturnType<typeof parseWorld>>;
+/** @throws Error that names the field */
+export const readWorld = (json: unknown): World => parseWorld(json);
+
+function parseWorld(json: unknown) {
   const all = parseFields(json, 'the world');
   const bounds = parseFields(all['bounds'], 'the bounds of the world');
   const framed = isFields(all['framed']) ? all['framed'] : bounds;
@@ -140,8 +91,13 @@ export function readWorld(json: unknown): World {
   return {
     title: toText(all['title']),
     software: toText(all['software']),
+    /** Half-open, voxels of level 0; x east, y up, z south. */
     min: parseVec3(bounds['min'], 'bounds.min'),
     max: parseVec3(bounds['max'], 'bounds.max'),
+    /**
+     * What to show first: of worlds without end less than all, and of surveys without what flies
+     * far above.
+     */
     framed: atHeights(
       { min: parseVec3(framed['min'], 'framed.min'), max: parseVec3(framed['max'], 'framed.max') },
       heights,
@@ -157,6 +113,7 @@ export function readWorld(json: unknown): World {
     attribution: toText(all['attribution']),
     materials: toList(all['materials']).map(toText),
     tilePx: map ? read.number(map['tile_px'], 'map.tile_px', 1, 4096) : 256,
+    /** Of the top view; -1 when the server draws none. */
     finestZoom: map ? read.number(zooms[1], 'map.zooms', 0, 32) : -1,
   };
 }
@@ -170,24 +127,32 @@ function sumOfRequests(value: unknown): number {
   return sum;
 }
 
-export function readStats(json: unknown): Stats {
+/** A step of making boxes: the time of all its runs, and how many they are. */
+export type Stage = Readonly<ReturnType<typeof readStage>>;
+
+function readStage({ name, seconds, count }: Fields) {
+  return { name: toText(name), seconds: toNumber(seconds), count: toNumber(count) };
+}
+
+export type Stats = Readonly<ReturnType<typeof parseStats>>;
+export const readStats = (json: unknown): Stats => parseStats(json);
+
+function parseStats(json: unknown) {
   const all = parseFields(json, 'the statistics');
   const stages = toList(all['stages']).filter(isFields);
   const { replies } = all;
   return {
     version: toText(all['version']),
     uptimeS: toNumber(all['uptime_s']),
-    stages: stages.map((s) => ({
-      name: toText(s['name']),
-      seconds: toNumber(s['seconds']),
-      count: toNumber(s['count']),
-    })),
+    stages: stages.map(readStage),
+    /** All that were answered so far. */
     requests: sumOfRequests(all['requests']),
     replyBytes: isFields(replies) ? toNumber(replies['bytes']) : undefined,
     cache: toNumbers(all['cache'], kCache),
     disk: toNumbers(all['disk'], kCache),
     making: toNumbers(all['making'], kMaking),
     memory: toNumbers(all['memory'], kMemory),
+    /** Limits of analyses; undefined: the server makes none. */
     jobs: toNumbers(all['jobs'], kJobs),
     prepare: toNumbers(all['prepare'], kPrepare),
   };

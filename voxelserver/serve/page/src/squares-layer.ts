@@ -59,9 +59,6 @@ export class SquaresLayer {
       }),
     );
   }
-  get squares(): readonly Square[] {
-    return this.#squares;
-  }
 
   /** Without it the colours of what is below are not changed. */
   set hasHatch(hasHatch: boolean) {

@@ -46,13 +46,8 @@ export class SquaresTable {
     const error = square.error === '' ? '' : `: ${square.error}`;
     const state = `${kStateSigns[square.state].letter} ${square.state}${error}`;
     const points = square.points === undefined ? '' : formatCount(square.points);
-    return element(
-      'tr',
-      {},
-      element('th', { scope: 'row' }, chooser),
-      element('td', {}, state),
-      element('td', {}, points),
-    );
+    const cells = [state, points].map((text) => element('td', {}, text));
+    return element('tr', {}, element('th', { scope: 'row' }, chooser), ...cells);
   }
 }
 

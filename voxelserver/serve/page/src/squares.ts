@@ -8,29 +8,10 @@ export const kSquareStates: readonly SquareState[] = ['wanted', 'fetched', 'prep
 
 /** Easting and northing in units of the CRS. */
 export type Position = Vec2;
-export type Square = {
-  readonly name: string;
-  readonly state: SquareState;
-  readonly file: string;
-  readonly points: number | undefined;
-  readonly densityPerM2: number | undefined;
-  readonly bytes: number | undefined;
-  readonly source: string;
-  readonly licence: string;
-  readonly attribution: string;
-  readonly error: string;
-  /** Outer ring first. */
-  readonly rings: readonly (readonly Position[])[];
-};
-
+/** A square with its outline, the outer ring first. */
+export type Square = Readonly<NonNullable<ReturnType<typeof readSquare>>>;
 /** Boxes (bx, by, bz) of one level. */
-export type CachedBoxes = {
-  readonly level: number;
-  readonly changes: number;
-  readonly memory: readonly Vec3[];
-  readonly disk: readonly Vec3[];
-  readonly truncated: boolean;
-};
+export type CachedBoxes = Readonly<ReturnType<typeof parseCachedBoxes>>;
 
 const numberOrNot = (value: unknown): number | undefined => (isNumber(value) ? value : undefined);
 
@@ -45,34 +26,38 @@ export function readSquares(json: unknown): Square[] {
   if (!isFields(json) || !Array.isArray(json['features'])) {
     throw new Error('read the squares: no GeoJSON FeatureCollection');
   }
-  return toList(json['features']).flatMap((feature): Square[] => {
-    if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) {
-      return [];
-    }
-    const rings = toList(feature['geometry']['coordinates'])
-      .map((ring) => readTuples<Position>(ring, 2))
-      .filter((ring) => ring.length >= 3);
-    if (feature['geometry']['type'] !== 'Polygon' || rings.length === 0) return [];
-    const p = feature['properties'];
-    return [
-      {
-        name: toText(p['name']),
-        state: kSquareStates.find((state) => state === p['state']) ?? 'wanted',
-        file: toText(p['file']),
-        points: numberOrNot(p['points']),
-        densityPerM2: numberOrNot(p['density_per_m2']),
-        bytes: numberOrNot(p['bytes']),
-        source: toText(p['source']),
-        licence: toText(p['licence']),
-        attribution: toText(p['attribution']),
-        error: toText(p['error']),
-        rings,
-      },
-    ];
-  });
+  return toList(json['features'])
+    .map(readSquare)
+    .filter((square) => square !== undefined);
 }
 
-export function readCachedBoxes(json: unknown): CachedBoxes {
+function readSquare(feature: unknown) {
+  if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) {
+    return undefined;
+  }
+  const rings: readonly (readonly Position[])[] = toList(feature['geometry']['coordinates'])
+    .map((ring) => readTuples<Position>(ring, 2))
+    .filter((ring) => ring.length >= 3);
+  if (feature['geometry']['type'] !== 'Polygon' || rings.length === 0) return undefined;
+  const p = feature['properties'];
+  return {
+    name: toText(p['name']),
+    state: kSquareStates.find((state) => state === p['state']) ?? 'wanted',
+    file: toText(p['file']),
+    points: numberOrNot(p['points']),
+    densityPerM2: numberOrNot(p['density_per_m2']),
+    bytes: numberOrNot(p['bytes']),
+    source: toText(p['source']),
+    licence: toText(p['licence']),
+    attribution: toText(p['attribution']),
+    error: toText(p['error']),
+    rings,
+  };
+}
+
+export const readCachedBoxes = (json: unknown): CachedBoxes => parseCachedBoxes(json);
+
+function parseCachedBoxes(json: unknown) {
   if (!isFields(json) || !isNumber(json['level'])) throw new Error('read the kept boxes: no level');
   return {
     level: json['level'],

@@ -93,14 +93,9 @@ export class StatsPanel {
 
 function emptyRow(): HTMLTableRowElement {
   const bar = element('span', { class: 'bar', 'aria-hidden': 'true' }, element('span'));
-  return element(
-    'tr',
-    {},
-    element('th', { scope: 'row' }),
-    element('td'),
-    element('td'),
-    element('td', {}, bar, element('span')),
-  );
+  const share = element('td', {}, bar, element('span'));
+  const name = element('th', { scope: 'row' });
+  return element('tr', {}, name, element('td'), element('td'), share);
 }
 
 function fillRow(row: HTMLTableRowElement, stage: Stage, allSeconds: number): void {

@@ -35,10 +35,6 @@ export class WorldProjection {
     this.#geographic = chooseGeographic(world, this.centre());
   }
 
-  get hasPlaceOnEarth(): boolean {
-    return this.#geographic !== undefined;
-  }
-
   centre(): [number, number] {
     const [west, south, east, north] = this.extent;
     return [(west + east) / 2, (south + north) / 2];

@@ -60,11 +60,10 @@ export class WorldView {
         : undefined;
     this.#cached = new CachedLayer(projection);
     this.#cached.layer.setVisible(false);
-    if (this.#topView) this.#map.add(this.#topView.layer);
-    this.#map.add(this.#squares.layer);
-    this.#map.add(this.#cached.layer);
     const analyses = new AnalysisLayer(this.#map.mapProjection, projection);
-    this.#map.add(analyses.layer);
+    const others = [this.#squares.layer, this.#cached.layer, analyses.layer];
+    const layers = this.#topView ? [this.#topView.layer, ...others] : others;
+    for (const layer of layers) this.#map.map.addLayer(layer);
     analyses.layer.on(
       'change:visible',
       () => (this.#squares.hasHatch = !analyses.layer.getVisible()),

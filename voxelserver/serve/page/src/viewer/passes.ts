@@ -33,19 +33,9 @@ export class Passes {
     this.#pace = pace;
   }
 
-  /** Whole passes. */
-  get count(): number {
-    return this.#count;
-  }
-
-  /** Of the last whole pass. */
-  get passMs(): number {
-    return this.#passMs;
-  }
-
-  /** Whether the newest pass is at the full size. */
-  get isSharp(): boolean {
-    return this.#isSharp;
+  /** Whole passes, how long the last one took, and whether the newest is at the full size. */
+  get state(): { readonly count: number; readonly passMs: number; readonly isSharp: boolean } {
+    return { count: this.#count, passMs: this.#passMs, isSharp: this.#isSharp };
   }
 
   /** What was drawn is no longer the picture. */

@@ -3,7 +3,9 @@
  * pools, traces and shows the picture. Knows nothing of controls.
  */
 import type { Vec2 } from '../vec3.js';
-import type { Facts, Failure, FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
+import type { Failure } from '../http/errors.js';
+import type { Facts } from './data/facts.js';
+import type { FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
 import type { Camera } from './draw/camera.js';
 import { makeColumnTable } from './draw/column-table.js';
@@ -282,8 +284,8 @@ export class Stage {
       poolFill: this.#supply.pools.fill,
       samples: this.#renderer?.samples ?? 0,
       size: this.#size,
-      passMs: this.#passes.passMs,
-      frames: this.#passes.count,
+      passMs: this.#passes.state.passMs,
+      frames: this.#passes.state.count,
       isComplete: this.#supply.isComplete,
       detail: this.#supply.detail,
       first: this.#first,
@@ -307,7 +309,7 @@ export class Stage {
   #finish(): void {
     if (this.#supply.isPlanned) {
       this.#beReady();
-      this.#supply.advance(this.#passes.isSharp);
+      this.#supply.advance(this.#passes.state.isSharp);
     }
     this.#events.onFrame();
   }

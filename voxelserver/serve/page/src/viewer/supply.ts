@@ -1,6 +1,5 @@
 import type { Vec2, Vec3 } from '../vec3.js';
-import type { ColumnKey } from './data/protocol.js';
-import { nameOfColumn } from './data/columns.js';
+import { nameOfColumn, type ColumnKey } from './data/columns.js';
 import { pixelRad, type Camera } from './draw/camera.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Residency, type Plan } from './draw/residency.js';

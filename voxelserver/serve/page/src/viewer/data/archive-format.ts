@@ -13,15 +13,7 @@ import { unpack } from './zstd.js';
  * checked before memory is taken. All numbers little-endian.
  */
 
-export type ArchiveHeader = {
-  /** Number of damaged places in the data that the archive was made from. */
-  readonly damage: number;
-  readonly infoOffset: number;
-  readonly infoBytes: number;
-  readonly rootOffset: number;
-  readonly rootBytes: number;
-  readonly fileBytes: number;
-};
+export type ArchiveHeader = Readonly<ReturnType<typeof parseHeader>>;
 
 /** Where a leaf of the index lies. */
 export type LeafPlace = {
@@ -64,7 +56,10 @@ const kMaxFrameBytes = 16 * 1024 * 1024;
 const kMaxHoleBytes = 64 * 1024;
 
 /** @throws DataError `damaged`, or `too-large` for a larger index than a page should hold */
-export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
+export const readHeader = (bytes: Uint8Array, name: string): ArchiveHeader =>
+  parseHeader(bytes, name);
+
+function parseHeader(bytes: Uint8Array, name: string) {
   const fail = (what: string): DataError => damaged(name, what);
   const view = toView(bytes);
   const isArchive =
@@ -77,7 +72,8 @@ export function readHeader(bytes: Uint8Array, name: string): ArchiveHeader {
   if (xxh64(bytes.subarray(0, 56)) !== view.getBigUint64(56, true)) {
     throw fail('its header is damaged');
   }
-  const header: ArchiveHeader = {
+  const header = {
+    /** Number of damaged places in the data that the archive was made from. */
     damage: view.getUint32(12, true),
     infoOffset: sizeAt(view, 16),
     infoBytes: sizeAt(view, 24),

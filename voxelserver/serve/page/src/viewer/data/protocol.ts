@@ -10,13 +10,6 @@ import type { Column } from './source.js';
  * list once, as soon as it is there; the arrays of its boxes are transferred, not copied.
  */
 
-export type { BoxArrays } from './box-arrays.js';
-export type { ColumnKey } from './columns.js';
-export type { DataErrorKind, Failure } from '../../http/errors.js';
-export type { Facts } from './facts.js';
-export type { FilePart } from './range-file.js';
-export type { Column, ColumnBox } from './source.js';
-
 /** What to open; addresses are absolute or relative to the worker's own. */
 export type Place =
   | { readonly url: string }

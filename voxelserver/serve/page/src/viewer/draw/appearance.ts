@@ -9,54 +9,6 @@ import type { Vec3 } from '../../vec3.js';
 
 export type Rgb = Vec3;
 
-export type Face = {
-  /** First texel of the drawing in `ratio`, and of its own colours in `own`. */
-  readonly first: number;
-  readonly ownFirst: number;
-  /** 0: nothing is drawn. */
-  readonly variants: number;
-  /** Which turns a voxel may choose: see raytracer/core/material/texture_list.hpp. */
-  readonly turns: number;
-  readonly metric: boolean;
-  readonly layered: boolean;
-  readonly hasOwn: boolean;
-  readonly hasHoles: boolean;
-};
-
-export type Material = {
-  readonly name: string;
-  /** 0 solid, 1 leaves, 2 water, 3 glass. */
-  readonly kind: number;
-  readonly colour: Rgb;
-  readonly variation: number;
-  readonly roughness: number;
-  readonly index: number;
-  readonly reflects: boolean;
-  readonly absorptionPerM: Rgb;
-  readonly glow: Rgb;
-  readonly emission: Rgb;
-  readonly own: Rgb;
-  readonly windows: boolean;
-  readonly waves: boolean;
-  readonly side: Face;
-  readonly bottom: Face;
-  readonly top: Face;
-};
-
-export type SkyFacts = {
-  /** Altitudes of the sun, ascending, of which there is a table in `sky`. */
-  readonly altitudesDeg: readonly number[];
-  readonly rows: number;
-  readonly columns: number;
-  /** Ascending; the sun's light at each of them. */
-  readonly sunAltitudesDeg: readonly number[];
-  readonly sunLight: readonly Rgb[];
-  readonly hazeRayleighPerM: Rgb;
-  readonly hazeMiePerM: Rgb;
-  readonly night: Rgb;
-  readonly ground: Rgb;
-};
-
 export type Appearance = {
   readonly materials: readonly Material[];
   readonly sky: SkyFacts;
@@ -127,10 +79,13 @@ export function readAppearance(bytes: Uint8Array): Appearance {
   return { materials, sky, ratio, own, panes, skyNodes };
 }
 
-function readMaterial(m: Fields, pools: { ratio: number; own: number }): Material {
+export type Material = Readonly<ReturnType<typeof readMaterial>>;
+
+function readMaterial(m: Fields, pools: { ratio: number; own: number }) {
   const face = (name: string): Face => readFace(read.fields(m[name], name), pools);
   return {
     name: String(m['name']),
+    /** 0 solid, 1 leaves, 2 water, 3 glass. */
     kind: read.whole(m['kind'], 'kind', 3),
     colour: rgb(m['colour'], 'colour'),
     variation: read.number(m['variation'], 'variation', 0, 1),
@@ -149,11 +104,16 @@ function readMaterial(m: Fields, pools: { ratio: number; own: number }): Materia
   };
 }
 
-function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
+export type Face = Readonly<ReturnType<typeof readFace>>;
+
+function readFace(f: Fields, pools: { ratio: number; own: number }) {
   const face = {
+    /** First texel of the drawing in `ratio`, and of its own colours in `own`. */
     first: read.whole(f['first'], 'first', kMaxTexels),
     ownFirst: read.whole(f['ownFirst'], 'ownFirst', kMaxTexels),
+    /** 0: nothing is drawn. */
     variants: read.whole(f['variants'], 'variants', 4096),
+    /** Which a voxel may choose: see raytracer/core/material/texture_list.hpp. */
     turns: read.whole(f['turns'], 'turns', 15),
     metric: f['metric'] === true,
     layered: f['layered'] === true,
@@ -166,7 +126,9 @@ function readFace(f: Fields, pools: { ratio: number; own: number }): Face {
   return face;
 }
 
-function readSky(s: Fields): SkyFacts {
+export type SkyFacts = Readonly<ReturnType<typeof readSky>>;
+
+function readSky(s: Fields) {
   const degrees = (name: string): number[] => {
     const values = read.list(s[name], name, 1000).map((v) => read.number(v, name, -90, 90));
     if (values.length < 2 || values.some((v, i) => i > 0 && v <= values[i - 1]!)) {
@@ -178,9 +140,11 @@ function readSky(s: Fields): SkyFacts {
   const sunLight = read.list(s['sunLight'], 'sunLight', 1000).map((c) => rgb(c, 'sunLight'));
   if (sunLight.length !== sunAltitudesDeg.length) fail('sunLight has another length');
   return {
+    /** Altitudes of the sun, ascending, of which there is a table in `sky`. */
     altitudesDeg: degrees('altitudes_deg'),
     rows: read.whole(s['rows'], 'rows', 256, 2),
     columns: read.whole(s['columns'], 'columns', 256, 2),
+    /** Ascending; the sun's light at each of them. */
     sunAltitudesDeg,
     sunLight,
     hazeRayleighPerM: rgb(s['hazeRayleigh_per_m'], 'hazeRayleigh_per_m'),

@@ -51,7 +51,7 @@ export class Program {
 
   int(name: string, ...values: readonly number[]): void {
     const at = this.#at(name);
-    if (values.length === 1) this.#gl.uniform1i(at, values[0]!);
+    if (values.length === 1) this.#gl.uniform1iv(at, values);
     else if (values.length === 2) this.#gl.uniform2iv(at, values);
     else this.#gl.uniform3iv(at, values);
   }

@@ -54,11 +54,8 @@ export class TexturePools {
     const layers = Number(gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
     const share = limits.bytes / kLayerTexels;
     const cellLayers = clamp(Math.floor((share * kCellShare) / kCellBytes), 1, layers);
-    const attributeLayers = clamp(
-      Math.floor((share * (1 - kCellShare)) / kAttributeBytes),
-      1,
-      layers,
-    );
+    const attributeShare = (share * (1 - kCellShare)) / kAttributeBytes;
+    const attributeLayers = clamp(Math.floor(attributeShare), 1, layers);
     this.#cellRows = new RowPool(cellLayers * kCellRows);
     this.#attributeRows = new RowPool(attributeLayers * kAttributeRows);
     this.cells = this.#make(gl.RGBA32UI, kCellsRow, kCellRows, cellLayers);
@@ -120,20 +117,14 @@ export class TexturePools {
     const at = { width: kCellsRow, row: cellRow, rows: rows.cells, layerRows: kCellRows };
     this.#upload(this.cells, at, gl.RGBA_INTEGER, gl.UNSIGNED_INT, cells);
     this.#upload(this.first, at, gl.RED_INTEGER, gl.UNSIGNED_INT, first);
-    if (rows.attributes > 0) {
-      const length = rows.attributes * kAttributesRow;
-      const on = {
-        width: kAttributesRow,
-        row: attributeRow,
-        rows: rows.attributes,
-        layerRows: kAttributeRows,
-      };
-      const words = padded(box.attributes, length, Uint32Array);
-      const bytes = new Uint8Array(words.buffer, words.byteOffset, words.byteLength);
-      this.#upload(this.attributes, on, gl.RGBA_INTEGER, gl.UNSIGNED_BYTE, bytes);
-      const classes = padded(box.classes, length, Uint8Array);
-      this.#upload(this.classes, on, gl.RED_INTEGER, gl.UNSIGNED_BYTE, classes);
-    }
+    const length = rows.attributes * kAttributesRow;
+    const words = padded(box.attributes, length, Uint32Array);
+    const bytes = new Uint8Array(words.buffer, words.byteOffset, words.byteLength);
+    const classes = padded(box.classes, length, Uint8Array);
+    const size = { width: kAttributesRow, layerRows: kAttributeRows };
+    const on = { ...size, row: attributeRow, rows: rows.attributes };
+    this.#upload(this.attributes, on, gl.RGBA_INTEGER, gl.UNSIGNED_BYTE, bytes);
+    this.#upload(this.classes, on, gl.RED_INTEGER, gl.UNSIGNED_BYTE, classes);
     const slot: BoxSlot = {
       kind: 'box',
       cells: cellRow * kCellsRow,

@@ -146,21 +146,24 @@ function projectSkySegments(
     .filter((segment) => segment !== undefined);
 }
 
+// A wide dark rim below a narrow light core.
+function strokeTwice({ context, scale }: Sheet, [rim, core]: Vec2, colour: string): void {
+  context.lineWidth = rim * scale;
+  context.strokeStyle = kRim;
+  context.stroke();
+  context.lineWidth = core * scale;
+  context.strokeStyle = colour;
+  context.stroke();
+}
+
 function drawLine(sheet: Sheet, segments: readonly (readonly [Spot, Spot])[], tone: Tone): void {
-  const { context, scale } = sheet;
-  for (const [width, style] of [
-    [5, kRim],
-    [2.5, kTones[tone]],
-  ] as const) {
-    context.beginPath();
-    for (const [from, to] of segments) {
-      context.moveTo(...from);
-      context.lineTo(...to);
-    }
-    context.lineWidth = width * scale;
-    context.strokeStyle = style;
-    context.stroke();
+  const { context } = sheet;
+  context.beginPath();
+  for (const [from, to] of segments) {
+    context.moveTo(...from);
+    context.lineTo(...to);
   }
+  strokeTwice(sheet, [5, 2.5], kTones[tone]);
 }
 
 function drawPoint({ context, scale }: Sheet, at: Spot, tone: Tone, radiusPx: number): void {
@@ -173,27 +176,18 @@ function drawPoint({ context, scale }: Sheet, at: Spot, tone: Tone, radiusPx: nu
   context.stroke();
 }
 
-function drawCross({ context, size, scale }: Sheet): void {
+function drawCross(sheet: Sheet): void {
+  const { context, size, scale } = sheet;
   const [x, y] = [size[0] / 2, size[1] / 2];
   const [inner, outer] = [3 * scale, kCrossPx * scale];
-  for (const [width, style] of [
-    [4, kRim],
-    [1.5, kText],
-  ] as const) {
-    context.beginPath();
-    for (const [dx, dy] of [
-      [1, 0],
-      [-1, 0],
-      [0, 1],
-      [0, -1],
-    ] as const) {
-      context.moveTo(x + dx * inner, y + dy * inner);
-      context.lineTo(x + dx * outer, y + dy * outer);
-    }
-    context.lineWidth = width * scale;
-    context.strokeStyle = style;
-    context.stroke();
+  context.beginPath();
+  for (const side of [-1, 1]) {
+    context.moveTo(x + side * inner, y);
+    context.lineTo(x + side * outer, y);
+    context.moveTo(x, y + side * inner);
+    context.lineTo(x, y + side * outer);
   }
+  strokeTwice(sheet, [4, 1.5], kText);
 }
 
 // Above what they belong to, inside the picture; what would cover an earlier one is left out.

@@ -4,34 +4,13 @@
  */
 import { JsonReader, type Fields } from '../../json.js';
 import type { Block, Vec3 } from '../../vec3.js';
-import type { FilePart } from '../data/protocol.js';
+import type { FilePart } from '../data/range-file.js';
 
-export type NamedView = {
-  readonly name: string;
-  /** Level-0 voxels. */
-  readonly position: Vec3;
-  readonly target: Vec3;
-  readonly fovDeg: number;
-  /** Level-0 voxels that the picture shows whole, in this direction, whatever its shape is. */
-  readonly frame: Block | undefined;
-};
+export type NamedView = Readonly<ReturnType<typeof readView>>;
 
-export type PlaceFile = {
-  readonly title: string;
-  readonly attribution: string;
-  readonly licence: string;
-  readonly archive:
-    | { readonly url: string }
-    | { readonly parts: readonly FilePart[] }
-    /** A voxel server, and the coarsest level that may be requested of it. */
-    | { readonly server: string; readonly coarsest: number };
-  /** The first one is shown at the beginning. */
-  readonly views: readonly NamedView[];
-  /** UTC, milliseconds since 1970. */
-  readonly timeMs: number;
-  /** Address of the LiDAR squares, relative to the page. */
-  readonly squares: string | undefined;
-};
+export type PlaceFile = Readonly<ReturnType<typeof parsePlaceFile>>;
+/** @throws Error that names the field */
+export const readPlaceFile = (json: unknown): PlaceFile => parsePlaceFile(json);
 
 const kMaxText = 4096;
 const kMaxViews = 256;
@@ -46,8 +25,7 @@ function fail(what: string): never {
 const read = new JsonReader(fail);
 const parseText = (value: unknown, what: string): string => read.text(value, what, kMaxText);
 
-/** @throws Error that names the field */
-export function readPlaceFile(json: unknown): PlaceFile {
+function parsePlaceFile(json: unknown) {
   const place = read.fields(json, 'the file');
   if (place['version'] !== 1) fail(`version = ${String(place['version'])}; this page reads 1`);
   const views = read.list(place['views'], 'views', kMaxViews).map(readView);
@@ -58,13 +36,22 @@ export function readPlaceFile(json: unknown): PlaceFile {
     attribution: parseText(place['attribution'], 'attribution'),
     licence: parseText(place['licence'], 'licence'),
     archive: readArchive(read.fields(place['archive'], 'archive')),
+    /** The first one is shown at the beginning. */
     views,
+    /** UTC, milliseconds since 1970. */
     timeMs: read.number(place['time_ms'], 'time_ms', 0, 1e13),
+    /** Address of the LiDAR squares, relative to the page. */
     squares: squares === undefined ? undefined : parseText(squares, 'squares'),
   };
 }
 
-function readArchive(archive: Fields): PlaceFile['archive'] {
+type PlaceArchive =
+  | { readonly url: string }
+  | { readonly parts: readonly FilePart[] }
+  /** A voxel server, and the coarsest level that may be requested of it. */
+  | { readonly server: string; readonly coarsest: number };
+
+function readArchive(archive: Fields): PlaceArchive {
   const { server, parts } = archive;
   if (server !== undefined) {
     const coarsest = read.number(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
@@ -83,13 +70,15 @@ function readPart(value: unknown): FilePart {
   };
 }
 
-function readView(value: unknown): NamedView {
+function readView(value: unknown) {
   const view = read.fields(value, 'views');
   return {
     name: parseText(view['name'], 'name'),
+    /** Level-0 voxels. */
     position: readPoint(view, 'position'),
     target: readPoint(view, 'target'),
     fovDeg: read.number(view['fov_deg'], 'fov_deg', 5, 120),
+    /** Level-0 voxels that the picture shows whole, in this direction, whatever its shape is. */
     frame: view['frame'] === undefined ? undefined : readFrame(read.fields(view['frame'], 'frame')),
   };
 }

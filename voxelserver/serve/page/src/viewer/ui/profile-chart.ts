@@ -110,26 +110,15 @@ export function makeProfileChart(say: Say, numbers: NumberText, onMove: () => vo
   };
 }
 
+const kKeySteps: Readonly<Record<string, number>> = {
+  ...{ ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 },
+  ...{ PageUp: kPage, PageDown: -kPage, Home: -Infinity, End: Infinity },
+};
+
 /** Where a key leads to from a place, or undefined. */
 export function keyTarget(key: string, at: number, last: number): number | undefined {
-  switch (key) {
-    case 'ArrowRight':
-    case 'ArrowUp':
-      return Math.min(at + 1, last);
-    case 'ArrowLeft':
-    case 'ArrowDown':
-      return Math.max(at - 1, 0);
-    case 'PageUp':
-      return Math.min(at + kPage, last);
-    case 'PageDown':
-      return Math.max(at - kPage, 0);
-    case 'Home':
-      return 0;
-    case 'End':
-      return last;
-    default:
-      return undefined;
-  }
+  const step = kKeySteps[key];
+  return step === undefined ? undefined : clamp(at + step, 0, last);
 }
 
 function makeFrame(

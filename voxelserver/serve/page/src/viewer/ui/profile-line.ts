@@ -14,15 +14,6 @@ export type ProfileSample = {
   readonly voxelM: number;
 };
 
-export type ProfileFacts = {
-  readonly lengthM: number;
-  readonly lowestM: number;
-  readonly highestM: number;
-  readonly ascentM: number;
-  readonly descentM: number;
-  readonly coarsestVoxelM: number;
-};
-
 const kMaxSamples = 512;
 const kMinSamples = 2;
 
@@ -92,7 +83,10 @@ export function finest(
 }
 
 /** @return undefined when nothing is known along the line */
-export function toFacts(samples: readonly ProfileSample[]): ProfileFacts | undefined {
+export const toFacts = (s: readonly ProfileSample[]): ProfileFacts | undefined => computeFacts(s);
+export type ProfileFacts = NonNullable<ReturnType<typeof computeFacts>>;
+
+function computeFacts(samples: readonly ProfileSample[]) {
   const known = samples.filter((s) => s.heightM !== undefined);
   if (known.length === 0) return undefined;
   const heights = known.map((s) => s.heightM!);

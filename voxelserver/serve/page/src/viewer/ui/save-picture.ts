@@ -25,9 +25,7 @@ function pictureWith(
   credit: string,
 ): HTMLCanvasElement {
   const { width, height } = picture;
-  const canvas = element('canvas');
-  canvas.width = width;
-  canvas.height = height;
+  const canvas = element('canvas', { width, height });
   const context = getContext2d(canvas);
   context.drawImage(picture, 0, 0);
   const scale = width / Math.max(1, picture.clientWidth);

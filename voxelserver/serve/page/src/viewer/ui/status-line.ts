@@ -2,7 +2,7 @@
  * The line that says what the page waits for, and what went wrong: what to do, then the details.
  */
 import { element, setText } from '../../dom.js';
-import type { Failure } from '../data/protocol.js';
+import type { Failure } from '../../http/errors.js';
 import type { Say } from './texts.js';
 
 export class StatusLine {

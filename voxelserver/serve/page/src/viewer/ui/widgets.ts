@@ -28,13 +28,7 @@ export function numberField(
   range: { readonly min: number; readonly max: number; readonly step: number },
   onChange: () => void,
 ): { readonly row: HTMLElement; readonly input: HTMLInputElement } {
-  const { min, max, step } = range;
-  const input = element('input', {
-    type: 'number',
-    min: String(min),
-    max: String(max),
-    step: String(step),
-  });
+  const input = element('input', { type: 'number', ...range });
   input.addEventListener('change', onChange);
   return { row: field(name, input), input };
 }
