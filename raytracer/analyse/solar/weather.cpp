@@ -327,12 +327,12 @@ namespace {
 
 /// Along a great circle.
 double distance_km(const geo::LatLon& a, const geo::LatLon& b) {
-    constexpr double kRad = det::kPi / 180;
+    constexpr double kRadian = det::kPi / 180;
     constexpr double kEarth_km = 6371;
-    const double north = std::sin((b.lat_deg - a.lat_deg) * kRad / 2);
-    const double east = std::sin((b.lon_deg - a.lon_deg) * kRad / 2);
+    const double north = std::sin((b.lat_deg - a.lat_deg) * kRadian / 2);
+    const double east = std::sin((b.lon_deg - a.lon_deg) * kRadian / 2);
     const double part =
-        north * north + std::cos(a.lat_deg * kRad) * std::cos(b.lat_deg * kRad) * east * east;
+        north * north + std::cos(a.lat_deg * kRadian) * std::cos(b.lat_deg * kRadian) * east * east;
     return 2 * kEarth_km * std::asin(std::sqrt(std::min(part, 1.0)));
 }
 

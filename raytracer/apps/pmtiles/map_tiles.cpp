@@ -91,7 +91,6 @@ namespace {
 
 std::string to_webp(const std::vector<map::Rgba8>& pixels, int edge, const std::string& attempt) {
     const output::GdalWatch watch(attempt);
-    constexpr int kBands = 4;
     static_assert(sizeof(map::Rgba8) == kBands);
     const output::GdalDataset picture =
         output::memory_dataset({pixels.data(), GDT_Byte, edge, edge, kBands, 1, kBands}, watch);

@@ -27,7 +27,7 @@ struct Column {
 };
 
 constexpr int kGround = 5;
-constexpr int kWidth = 3;  // of a column's things, so that the middle is enclosed
+constexpr int kThingWidth = 3;  // of a column's things, so that the middle is enclosed
 
 std::vector<Column> columns() {
     using enum Material;
@@ -53,15 +53,15 @@ std::vector<Column> columns() {
 }
 
 std::unique_ptr<ArrayWorld> meadow(const std::vector<Column>& all) {
-    const int length = kWidth * static_cast<int>(all.size());
+    const int length = kThingWidth * static_cast<int>(all.size());
     auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{0, -20, 0},
-                                              ArrayWorld::Coord{length, 30, kWidth});
-    world->fill({0, -20, 0}, {length, kGround - 1, kWidth}, Material::kRock);
-    world->fill({0, kGround - 1, 0}, {length, kGround, kWidth}, Material::kGrass);
+                                              ArrayWorld::Coord{length, 30, kThingWidth});
+    world->fill({0, -20, 0}, {length, kGround - 1, kThingWidth}, Material::kRock);
+    world->fill({0, kGround - 1, 0}, {length, kGround, kThingWidth}, Material::kGrass);
     for (int i = 0; i < static_cast<int>(all.size()); ++i)
         for (const auto& part : all[static_cast<std::size_t>(i)].parts)
-            world->fill({kWidth * i, part.from, 0}, {kWidth * (i + 1), part.to, kWidth},
-                        part.material);
+            world->fill({kThingWidth * i, part.from, 0},
+                        {kThingWidth * (i + 1), part.to, kThingWidth}, part.material);
     return world;
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("the free height of a cell is the air below the lowest thing above its
         const float height = is_tower ? 3 : c.height;
         const bool has_value = height != core::kNoData;
         const Material material = is_tower ? Material::kWall : c.material;
-        const int x = kWidth * i + 1;
+        const int x = kThingWidth * i + 1;
         CHECK(raster.at(x, 1, "clearance") ==
               (has_value ? height * static_cast<float>(voxel_m) : core::kNoData));
         CHECK(raster.at(x, 1, "material") ==
