@@ -22,7 +22,7 @@ struct Described {
     std::string crs = "EPSG:3794";
     voxel::VoxelBounds bounds{{462'000, 200, -102'000}, {463'000, 900, -101'000}};
     double units_per_voxel = 1;
-    std::string licence;
+    std::string licence = {};
 };
 
 nlohmann::json to_item(const Described& what) {
