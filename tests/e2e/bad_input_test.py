@@ -164,7 +164,7 @@ class BadInput(Case):
             "unknown ending": (
                 2,
                 self.out / "a.bmp",
-                "allowed: .png .jpg (8-bit), .exr .tif (float)",
+                "allowed: .png .jpg ",
             ),
             "no ending": (2, self.out / "picture", "allowed: .png"),
             "a folder": (2, self.out, "allowed: .png"),
