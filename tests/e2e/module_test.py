@@ -191,6 +191,13 @@ class Pictures(Case):
         for ending in (".png", ".tif"):
             self.assertDone(Run([*render, "-o", out / f"a{ending}"], environment=environment))
 
+    def test_where_it_has_no_room_its_formats_are_refused_and_nothing_waits(self):
+        little = ["prlimit", f"--as={420 << 20}", binary("RAYTRACER"), "render", "generated:5"]
+        out = temporary_folder()
+        run = Run([*little, "--size", "32x18", "--quiet", "-o", out / "a.exr"])
+        self.assertRefused(run, 1, "load the module of pictures", "ulimit -v")
+        self.assertEqual(list(out.iterdir()), [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,6 +1,8 @@
 #include "raytracer/core/output/picture_file.hpp"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <cstdint>
 #include <fstream>
@@ -15,7 +17,26 @@ namespace {
 
 constexpr const char* kWhat = "module of pictures";
 
+/// The module brings some hundred libraries. One of them starts threads as it is loaded, and waits
+/// for ever where they get no memory, so room is looked for first.
+/// @throws Error where the limit of this process leaves too little
+void check_address_space() {
+    constexpr std::size_t kMiB = 320;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return;
+    void* const room =
+        mmap(nullptr, kMiB << 20, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (room == MAP_FAILED)
+        throw util::Error(
+            "load the {}: of the {} MiB of addresses that this process may have, less than {} are "
+            "left; allowed: a higher limit (ulimit -v), or a .png",
+            kWhat, limit.rlim_cur >> 20, kMiB);
+    munmap(room, kMiB << 20);
+}
+
 const PictureModule& load_pictures() {
+    check_address_space();
     void* const module = util::open_module(TERRAVOX_PICTURE_MODULE, kWhat);
     auto* const find = reinterpret_cast<FindPictureModule*>(dlsym(module, kFindPictureModule));
     if (find == nullptr)
