@@ -1,5 +1,5 @@
-# One folder, one library, and one CMakeLists.txt a wing: what a folder needs stands with its library,
-# and a program that links it gets no more than that.
+# One folder, one library, and one CMakeLists.txt a wing: what a folder needs stands with its
+# library, and a program that links it gets no more than that.
 include_guard(GLOBAL)
 
 # terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS] | OPTIMISE_LITTLE | COMMAND_LINE]

@@ -116,10 +116,10 @@ TEST_CASE("requests for all of space neither reach the world nor fill the cache"
     for (const std::int32_t far : {-2147483647 - 1, -1000, 1000, 2147483647})
         for (int axis = 0; axis < 3; ++axis)
             for (int level = 0; level < 3; ++level)
-                CHECK(
-                    f.cache
-                        .find_or_make({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})
-                        ->air());
+                CHECK(f.cache
+                          .find_or_make({level, axis == 0 ? far : 0, axis == 1 ? far : 0,
+                                         axis == 2 ? far : 0})
+                          ->air());
     CHECK(f.world.requests == 0);
     CHECK(f.cache.stats().memory.entries == 0);
 }
