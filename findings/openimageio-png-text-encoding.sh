@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # OpenImageIO 3.2.2.0 (its wheel on PyPI), format PNG: texts beyond ASCII are written as UTF-8 into
-# chunks tEXt, which the standard (W3C PNG, third edition) reserves for Latin-1. OpenImageIO reads its own
-# files back right, so a round trip through it shows nothing; readers that follow the standard
-# (Pillow 11.3.0 here) show other letters.
+# chunks tEXt, which the standard (W3C PNG, third edition) reserves for Latin-1. OpenImageIO reads
+# its own files back right, so a round trip through it shows nothing; readers that follow the
+# standard (Pillow 11.3.0 here) show other letters.
 #
 # A good guess: a library that holds all strings as UTF-8 writes iTXt, the chunk for UTF-8, where a
 # string has more than ASCII, or refuses it.
