@@ -52,7 +52,8 @@ std::string CameraPath::to_toml(const scene::Scene& base) const {
     std::set<std::string> moving;
     for (const Key& key : m_keys)
         for (const scene::FieldText& field : scene::changed_fields(key.scene, m_keys.front().scene))
-            if (std::find(kMovingFields.begin(), kMovingFields.end(), field.path) != kMovingFields.end())
+            if (std::find(kMovingFields.begin(), kMovingFields.end(), field.path) !=
+                kMovingFields.end())
                 moving.insert(field.path);
     // A field that some keys leave at the default cannot be interpolated.
     for (const Key& key : m_keys)
