@@ -325,8 +325,8 @@ std::optional<FileLock> FileLock::try_take(const std::filesystem::path& file) {
                 return std::nullopt;
             throw failed(file);
         }
-        // Else the one who had the lock has removed the file meanwhile, and a third one may lock
-        // the next file of that name.
+        // Else the process that had the lock has removed the file meanwhile, and a third one may
+        // lock the next file of that name.
         if (is_named(out.m_file.get(), file)) {
             sign(out.m_file.get());
             return out;

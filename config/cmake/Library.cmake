@@ -77,7 +77,7 @@ function(terravox_optimise_little target)
 endfunction()
 
 # terravox_link_module(target module folder): a link to a module where what `target` builds looks
-# for it (util::module_file in common/util/folders.hpp); programs lie beside it.
+# for it (util::module_file in common/util/folders.hpp); programs lie next to it.
 function(terravox_link_module target module folder)
   add_dependencies(${target} ${module})
   add_custom_command(TARGET ${target} POST_BUILD

@@ -102,8 +102,8 @@ lint_layers() {
     python3 -B "$ROOT/tests/layers_test.py" >&2
 }
 
-# lint_typescript: eslint and prettier, for the grabber, the web page and their tests. Returns 1 when
-# something is to be done.
+# lint_typescript: eslint and prettier, for the grabber, the web page and their tests. Returns 1
+# when something is to be done.
 lint_typescript() {
     use_node || die "lint: Node.js $NODE_OLDEST or newer is missing; run terravox deps"
     in_grabber npm run --silent lint >&2 || {

@@ -63,11 +63,6 @@ CompressedBoxPtr to_compressed_box(std::uint64_t checksum, std::shared_ptr<const
         CompressedBox{checksum, hash, std::move(frame), reach});
 }
 
-/// @param i of its eight children
-voxel::BoxKey child_key(const voxel::BoxKey& key, int i) {
-    return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-}
-
 }  // namespace
 
 BoxCache::BoxCache(voxel::ProvenanceWorld& world, util::StageTimes& times,
@@ -132,7 +127,7 @@ CompressedBoxPtr BoxCache::find_or_make_when_idle(const voxel::BoxKey& key) {
     // Its children first, each when the machine is idle.
     if (key.level > 0 && m_downsample)
         for (int i = 0; i < 8; ++i)
-            if (!find_or_make_when_idle(child_key(key, i)))
+            if (!find_or_make_when_idle(voxel::Pyramid::child(key, i)))
                 return nullptr;
     const AdmissionControl::PrefetchPermit permit(m_admission);
     return permit ? find_or_make(key, Origin::kPrefetch) : nullptr;

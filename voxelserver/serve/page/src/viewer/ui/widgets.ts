@@ -87,7 +87,7 @@ export function select<T extends string>(
   return { row: field(name, input), input };
 }
 
-/** What a tool says to somebody who uses it. */
+/** What a tool tells its user. */
 export const makeNote = (): HTMLElement => element('p', { class: 'note', role: 'status' });
 
 /** A button that takes the point in the middle of the picture; `note` says that there is none. */
