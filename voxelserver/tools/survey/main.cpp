@@ -1,9 +1,9 @@
 #include <chrono>
 #include <cstdio>
-#include <string>
+#include <optional>
 
 #include "common/util/program.hpp"
-#include "voxelserver/tools/survey/survey.hpp"
+#include "voxelserver/tools/survey/survey_options.hpp"
 
 namespace {
 
@@ -24,12 +24,10 @@ void print_table(const std::vector<survey::SquareReport>& reports, double second
 }
 
 int run(int argc, char** argv) {
-    std::string answer;
-    const auto options = survey::parse_options(argc, argv, answer);
-    if (!options) {
-        std::fputs(answer.c_str(), stdout);
-        return static_cast<int>(util::ExitCode::kDone);
-    }
+    std::optional<int> exit_code;
+    const auto options = survey::parse_options(argc, argv, exit_code);
+    if (!options)
+        return *exit_code;
     const auto start = std::chrono::steady_clock::now();
     const std::size_t count = survey::list_squares(*options).size();
     const auto reports =

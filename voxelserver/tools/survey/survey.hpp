@@ -32,12 +32,6 @@ struct SurveyOptions {
 /// @return the squares row by row from the south-west
 [[nodiscard]] std::vector<SquareExtent> list_squares(const SurveyOptions& options);
 
-/// Parses the command line.
-/// @return nullopt for --help or --version; `answer` then holds the text to print
-/// @throws UsageError for an unknown flag or a value out of range
-[[nodiscard]] std::optional<SurveyOptions> parse_options(int argc, const char* const* argv,
-                                                         std::string& answer);
-
 /// The result of writing one square.
 struct SquareReport {
     std::string name;
