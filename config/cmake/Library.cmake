@@ -2,14 +2,14 @@
 # library, and a program that links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS] | OPTIMISE_LITTLE | COMMAND_LINE]
+# terravox_library(name [[IN_MODULE] [WITHOUT_ASSERTIONS | OPTIMISE_LITTLE] | COMMAND_LINE]
 #                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of shared objects, too (voxelserver/serve/module,
 #                       raytracer/apps/library), and compiled for them
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
-#   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, panels of a window;
-#                       compiled with -O1, which takes two thirds of the time
+#   OPTIMISE_LITTLE     for what no picture or box waits for: links of a farm, plans, panels of a
+#                       window; compiled with -O1, which takes two thirds of the time
 #   COMMAND_LINE        the same, with precompiled headers of the library CLI11
 #   SOURCES             none: a folder of headers
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
@@ -24,6 +24,8 @@ function(terravox_library name)
   set(flavour programs)
   if(arg_IN_MODULE AND arg_WITHOUT_ASSERTIONS)
     set(flavour unchecked_module)
+  elseif(arg_IN_MODULE AND arg_OPTIMISE_LITTLE)
+    set(flavour little_module)
   elseif(arg_IN_MODULE)
     set(flavour module)
   elseif(arg_WITHOUT_ASSERTIONS)
@@ -33,10 +35,10 @@ function(terravox_library name)
   elseif(arg_COMMAND_LINE)
     set(flavour commands)
   endif()
-  if((arg_OPTIMISE_LITTLE AND NOT flavour STREQUAL little) OR
+  if((arg_OPTIMISE_LITTLE AND NOT flavour MATCHES "^little") OR
      (arg_COMMAND_LINE AND NOT flavour STREQUAL commands))
-    message(FATAL_ERROR "terravox_library(${name} ...): OPTIMISE_LITTLE and COMMAND_LINE go with "
-            "none of the others")
+    message(FATAL_ERROR "terravox_library(${name} ...): COMMAND_LINE goes with none of the others, "
+            "OPTIMISE_LITTLE with IN_MODULE alone")
   endif()
   set(target terravox_${name})
   if(NOT arg_SOURCES)

@@ -99,6 +99,8 @@ terravox_precompile(unchecked OPTIONS ${TERRAVOX_WITHOUT_ASSERTIONS})
 terravox_precompile(unchecked_module IN_MODULE
                     OPTIONS -fno-semantic-interposition ${TERRAVOX_WITHOUT_ASSERTIONS})
 terravox_precompile(little OPTIONS ${TERRAVOX_OPTIMISE_LITTLE})
+terravox_precompile(little_module IN_MODULE
+                    OPTIONS -fno-semantic-interposition ${TERRAVOX_OPTIMISE_LITTLE})
 # Command lines: reading the headers of CLI11 takes longer than compiling what uses them.
 terravox_precompile(commands OPTIONS ${TERRAVOX_OPTIMISE_LITTLE} HEADERS <CLI/CLI.hpp>
                     LIBRARIES CLI11::CLI11)
