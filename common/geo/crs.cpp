@@ -183,6 +183,17 @@ std::string not_understood(const std::string& text) {
     return "not understood";
 }
 
+// What is wrong with a system that PROJ has understood; empty for one that places coordinates on
+// the Earth. A site's own grid, or a unit alone, does not, and of three axes from the Earth's
+// centre none is a height.
+std::string fault_of_placing(const OGRSpatialReference& ogr) {
+    if (ogr.IsProjected() != 0 || ogr.IsGeographic() != 0)
+        return "";
+    const char* const name = ogr.GetName();
+    return "it does not say where on the Earth '" + std::string(name != nullptr ? name : "") +
+           "' is";
+}
+
 // One line; empty when the format cannot express the system.
 std::string exported(const OGRSpatialReference& ogr, const char* format) {
     char* text = nullptr;
@@ -211,6 +222,8 @@ Crs Crs::from_text(const std::string& text) {
         ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) !=
             OGRERR_NONE)
         fault = not_understood(text);
+    if (fault.empty())
+        fault = fault_of_placing(*ogr);
     if (!fault.empty())
         throw util::UsageError(
             "{}{}; allowed: EPSG:<code>, WKT or a PROJ string, without names of files",
@@ -225,9 +238,15 @@ Crs Crs::from_wkt(const std::string& wkt) {
         find_notation(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
     if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE)
         fault = not_understood(wkt);
+    if (fault.empty())
+        fault = fault_of_placing(*ogr);
     if (!fault.empty())
         throw util::Error("{}{}; allowed: WKT without names of files", attempt_to_read(wkt), fault);
     return Crs(std::move(ogr));
+}
+
+const OGRSpatialReference* Crs::placing(const OGRSpatialReference* read) {
+    return read != nullptr && fault_of_placing(*read).empty() ? read : nullptr;
 }
 
 Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
@@ -270,8 +289,7 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
     if (GDALDatasetUniquePtr image{
             GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
         const OGRSpatialReference* found = image->GetSpatialRef();
-        if (found != nullptr &&
-            (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
+        if (found != nullptr && fault_of_placing(*found).empty()) {
             OGRSpatialReference read(*found);
             if (const auto unit = stated_vertical_unit(directory))
                 set_vertical_unit(read, *unit);

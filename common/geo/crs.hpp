@@ -76,6 +76,11 @@ public:
     /// @throws Error naming the text when it is refused or cannot be parsed
     static Crs from_wkt(const std::string& wkt);
 
+    /// @param read what GDAL has read of a file, or null
+    /// @return the same, or null where it does not say where on the Earth the file is: a site's own
+    /// grid, or a unit alone
+    [[nodiscard]] static const OGRSpatialReference* placing(const OGRSpatialReference* read);
+
     /// Wraps a system that GDAL has read, e.g. that of an image.
     /// @param origin where the system comes from, for messages: a file's name
     /// @throws Error naming the origin when the system names files for PROJ to open

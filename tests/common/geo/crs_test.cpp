@@ -514,8 +514,21 @@ TEST_CASE("a system names the reference of its heights", "[common][geo][crs]") {
          {"Not specified (based on WGS 84 ellipsoid)", "unknown", "Unnamed"}) {
         INFO(name);
         CHECK_FALSE(
-            Crs::from_text("VERTCRS[\"h\",VDATUM[\"" + name +
-                           "\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"metre\",1]]")
+            Crs::from_text("COMPOUNDCRS[\"c\"," + Crs::from_text("EPSG:3794").wkt() +
+                           ",VERTCRS[\"h\",VDATUM[\"" + name +
+                           "\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"metre\",1]]]")
                 .vertical_datum());
     }
+}
+
+TEST_CASE("a system that says not where on the Earth it is, is none", "[common][geo][crs]") {
+    const std::string site =
+        "LOCAL_CS[\"Site grid\",LOCAL_DATUM[\"Site\",0],UNIT[\"metre\",1],AXIS[\"X\",EAST],"
+        "AXIS[\"Y\",NORTH]]";
+    for (const std::string& text : {site, std::string("EPSG:5703"), std::string("EPSG:4978")}) {
+        INFO(text);
+        CHECK_THROWS_WITH(Crs::from_text(text), contains("does not say where on the Earth"));
+    }
+    CHECK_THROWS_WITH(Crs::from_wkt(site), contains("'Site grid'"));
+    CHECK_FALSE(GeoKeys().code(kModelType, 1).code(kVerticalUnits, kInternationalFoot).read());
 }

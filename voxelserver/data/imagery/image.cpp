@@ -177,7 +177,7 @@ void Image::learn_georeference() {
     if (!finite || !(std::abs(area) > 0))
         fail("the size of its pixels is not above 0 (area " + std::to_string(area) +
              "; allowed: above 0)");
-    if (const OGRSpatialReference* own = m_data->GetSpatialRef())
+    if (const OGRSpatialReference* own = geo::Crs::placing(m_data->GetSpatialRef()))
         m_crs = geo::Crs::from_ogr(*own, m_path.string());
 }
 

@@ -74,7 +74,7 @@ void HeightFile::open() {
 // whole, so cells do not depend on the order of requests.
 void HeightFile::warp() {
     // GDAL would take its coordinates for those of the other system.
-    if (!m_reading.crs && m_source->GetSpatialRef() == nullptr)
+    if (!m_reading.crs && geo::Crs::placing(m_source->GetSpatialRef()) == nullptr)
         fail("no coordinate reference system, from which it could be warped");
     const std::string to = m_reading.warped_to->wkt();
     const std::string from = m_reading.crs ? m_reading.crs->wkt() : std::string();
@@ -132,7 +132,7 @@ void HeightFile::learn() {
         m_crs = m_reading.warped_to;
     else if (m_reading.crs)
         m_crs = m_reading.crs;
-    else if (const OGRSpatialReference* own = m_data->GetSpatialRef())
+    else if (const OGRSpatialReference* own = geo::Crs::placing(m_data->GetSpatialRef()))
         m_crs = geo::Crs::from_ogr(*own, path().string());
     else
         fail("no coordinate reference system; give one with --crs");
@@ -141,7 +141,7 @@ void HeightFile::learn() {
 // A CRS given by the user is mostly horizontal only; the file's own may then define the unit of
 // heights.
 double HeightFile::vertical_unit_m() const {
-    const OGRSpatialReference* own = m_source->GetSpatialRef();
+    const OGRSpatialReference* own = geo::Crs::placing(m_source->GetSpatialRef());
     if (own == nullptr)
         return m_crs->vertical_metres_per_unit().value_or(1);
     try {
