@@ -22,37 +22,49 @@ namespace terravox::lidar {
 namespace {
 
 template <class T>
-std::span<const T> record_as(const laszip_vlr_struct& vlr) {
-    return {reinterpret_cast<const T*>(vlr.data), vlr.record_length_after_header / sizeof(T)};
+std::vector<T> read_payload(const pointcloud::FileBytes& file, const VariableRecord& record) {
+    std::vector<T> out(record.bytes / sizeof(T));
+    file.read(record.at, {reinterpret_cast<unsigned char*>(out.data()), out.size() * sizeof(T)});
+    return out;
 }
 
-std::optional<geo::Crs> find_crs(const laszip_header_struct& header,
-                                 const std::filesystem::path& path) {
+/// What a file says of its coordinate reference system. Where several records say the same, the
+/// first one that can be read counts.
+struct CrsRecords {
+    std::vector<std::string> wkts;
     std::vector<std::uint16_t> directory;
     std::vector<double> doubles;
-    std::span<const char> ascii;
-    std::string wkt;
-    for (std::uint32_t i = 0; i < header.number_of_variable_length_records; ++i) {
-        const laszip_vlr_struct& vlr = header.vlrs[i];
-        if (vlr.data == nullptr ||
-            std::strncmp(vlr.user_id, "LASF_Projection", sizeof vlr.user_id) != 0)
+    std::vector<char> ascii;
+};
+
+CrsRecords read_crs_records(const pointcloud::FileBytes& file) {
+    CrsRecords out;
+    std::vector<VariableRecord> records = read_records(file);
+    const auto extended = read_extended_records(file);
+    records.insert(records.end(), extended.begin(), extended.end());
+    for (const VariableRecord& record : records) {
+        // A longer one is refused as a text of a system, and is not read for that.
+        if (record.user != "LASF_Projection" || record.bytes > geo::kLongestCrsText)
             continue;
-        // Copied, since the payload of a record is not aligned.
-        if (vlr.record_id == 2112)
-            wkt.assign(reinterpret_cast<const char*>(vlr.data), vlr.record_length_after_header);
-        if (vlr.record_id == 34735) {
-            directory.resize(vlr.record_length_after_header / 2);
-            std::memcpy(directory.data(), vlr.data, directory.size() * 2);
+        if (record.id == 2112) {
+            const auto text = read_payload<char>(file, record);
+            if (std::string wkt(text.begin(), std::find(text.begin(), text.end(), '\0'));
+                !wkt.empty())
+                out.wkts.push_back(std::move(wkt));
         }
-        if (vlr.record_id == 34736) {
-            doubles.resize(vlr.record_length_after_header / 8);
-            std::memcpy(doubles.data(), vlr.data, doubles.size() * 8);
-        }
-        if (vlr.record_id == 34737)
-            ascii = record_as<char>(vlr);
+        if (record.id == 34735 && out.directory.empty())
+            out.directory = read_payload<std::uint16_t>(file, record);
+        if (record.id == 34736 && out.doubles.empty())
+            out.doubles = read_payload<double>(file, record);
+        if (record.id == 34737 && out.ascii.empty())
+            out.ascii = read_payload<char>(file, record);
     }
-    wkt.erase(std::find(wkt.begin(), wkt.end(), '\0'), wkt.end());
-    if (!wkt.empty()) {
+    return out;
+}
+
+std::optional<geo::Crs> find_crs(const std::filesystem::path& path) {
+    const CrsRecords records = read_crs_records(pointcloud::FileBytes(path));
+    for (const std::string& wkt : records.wkts) {
         try {
             return geo::Crs::from_wkt(wkt);
         } catch (const geo::ProjUnusableError&) {
@@ -64,7 +76,7 @@ std::optional<geo::Crs> find_crs(const laszip_header_struct& header,
         }
     }
     try {
-        return geo::Crs::from_geokeys(directory, doubles, ascii);
+        return geo::Crs::from_geokeys(records.directory, records.doubles, records.ascii);
     } catch (const geo::ProjUnusableError&) {
         throw;
     } catch (const util::Error& e) {
@@ -77,8 +89,9 @@ std::optional<geo::Crs> find_crs(const laszip_header_struct& header,
 
 LasInfo read_las_info(const std::filesystem::path& path) {
     LasInfo info = check_las_header(path);
+    // What LASzip does not open is refused here, not when its first points are wanted.
     const LaszipReader reader(path, {});
-    info.crs = find_crs(reader.header(), path);
+    info.crs = find_crs(path);
     return info;
 }
 
@@ -296,6 +309,16 @@ std::vector<RawPoint> sample_root(const LasInfo& info, PointRange root, std::siz
     return out;
 }
 
+// Whoever needs the hierarchy says what is wrong with it; a sample does not.
+std::optional<PointRange> find_root(const LasInfo& info) {
+    try {
+        const auto copc = read_copc_index(info);
+        return copc ? copc->root : std::nullopt;
+    } catch (const util::Error&) {
+        return std::nullopt;
+    }
+}
+
 std::vector<PointRange> beginnings(const LasInfo& info, std::size_t about) {
     if (!info.seekable)
         return {{0, std::min<std::uint64_t>(about, info.point_count)}};
@@ -323,9 +346,8 @@ std::vector<RawPoint> sample_points(const LasInfo& info, std::size_t about) {
     if (info.point_count == 0 || about == 0)
         return {};
     // A root with only a few points would be a poor sample of millions.
-    if (const auto copc = read_copc_index(info);
-        copc && copc->root && copc->root->end - copc->root->begin >= about)
-        return sample_root(info, *copc->root, about);
+    if (const auto root = find_root(info); root && root->end - root->begin >= about)
+        return sample_root(info, *root, about);
     std::vector<RawPoint> out;
     read_point_batches(info, beginnings(info, about), [&](std::span<const RawPoint> batch) {
         out.insert(out.end(), batch.begin(), batch.end());

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <string>
 
+#include "common/util/log.hpp"
 #include "voxelserver/data/lidar/chunk_table.hpp"
 #include "voxelserver/data/pointcloud/file_bytes.hpp"
 
@@ -142,6 +143,32 @@ std::vector<VariableRecord> read_records(const pointcloud::FileBytes& file) {
     return out;
 }
 
+std::vector<VariableRecord> read_extended_records(const pointcloud::FileBytes& file) {
+    constexpr std::uint64_t kRecordHeader = 60;
+    constexpr std::uint32_t kMaxRecords = 1024;
+    std::vector<VariableRecord> out;
+    if (file.at<std::uint8_t>(25) < 4)
+        return out;
+    std::uint64_t at = file.at<std::uint64_t>(235);
+    const auto count = file.at<std::uint32_t>(243);
+    for (std::uint32_t i = 0; i < std::min(count, kMaxRecords); ++i) {
+        const bool begins = at <= file.size() && file.size() - at >= kRecordHeader;
+        const std::uint64_t bytes = begins ? file.at<std::uint64_t>(at + 20) : 0;
+        if (!begins || bytes > file.size() - at - kRecordHeader) {
+            util::log_warn(
+                "{}: extended record {} of {} runs beyond the end of the file; what lies there is "
+                "left out",
+                file.path().string(), i + 1, count);
+            break;
+        }
+        const auto user = file.at<std::array<char, 16>>(at + 2);
+        out.push_back({std::string(user.data(), ::strnlen(user.data(), user.size())),
+                       file.at<std::uint16_t>(at + 18), at + kRecordHeader, bytes});
+        at += kRecordHeader + bytes;
+    }
+    return out;
+}
+
 std::optional<LaszipRecord> read_laszip_record(const pointcloud::FileBytes& file,
                                                const std::vector<VariableRecord>& records,
                                                int point_format, std::uint32_t record_bytes) {
@@ -255,14 +282,15 @@ void check_version(const pointcloud::FileBytes& bytes, LasInfo& info) {
                    " bytes; a header has at least 227");
     const int major = bytes.at<std::uint8_t>(24);
     info.version_minor = bytes.at<std::uint8_t>(25);
-    if (major != 1 || info.version_minor > 4)
+    if (major != 1 || info.version_minor > 5)
         bytes.fail("LAS version " + std::to_string(major) + "." +
-                   std::to_string(info.version_minor) + "; allowed: 1.0 to 1.4");
+                   std::to_string(info.version_minor) + "; allowed: 1.0 to 1.5");
     const std::uint64_t header_bytes = bytes.at<std::uint16_t>(94);
     const std::uint64_t points_at = bytes.at<std::uint32_t>(96);
-    const std::uint64_t min_header_bytes = info.version_minor == 4   ? 375
-                                           : info.version_minor == 3 ? 235
-                                                                     : kSmallestHeader;
+    constexpr std::array<std::uint64_t, 6> kHeaderBytes = {
+        kSmallestHeader, kSmallestHeader, kSmallestHeader, 235, 375, 393};
+    const std::uint64_t min_header_bytes =
+        kHeaderBytes[static_cast<std::size_t>(info.version_minor)];
     if (header_bytes < min_header_bytes || points_at < header_bytes || points_at > bytes.size())
         bytes.fail("header of " + std::to_string(header_bytes) + " bytes and points at byte " +
                    std::to_string(points_at) + " of " + std::to_string(bytes.size()));
@@ -272,15 +300,18 @@ Layout check_format(const pointcloud::FileBytes& bytes, LasInfo& info) {
     const auto format_byte = bytes.at<std::uint8_t>(104);
     info.compressed = (format_byte & 0xC0) != 0;
     info.point_format = format_byte & 0x3F;
-    if (info.point_format > 10)
-        bytes.fail("point format " + std::to_string(info.point_format) + "; allowed: 0 to 10");
+    const int first_format = info.version_minor == 5 ? 6 : 0;
+    if (info.point_format < first_format || info.point_format > 10)
+        bytes.fail("point format " + std::to_string(info.point_format) + " in LAS 1." +
+                   std::to_string(info.version_minor) +
+                   "; allowed: " + std::to_string(first_format) + " to 10");
     const std::uint32_t record_bytes = bytes.at<std::uint16_t>(105);
     const std::uint32_t needed = kRecordBytes[static_cast<std::size_t>(info.point_format)];
     if (record_bytes < needed)
         bytes.fail("point records of " + std::to_string(record_bytes) + " bytes; format " +
                    std::to_string(info.point_format) + " needs " + std::to_string(needed));
-    info.point_count = bytes.at<std::uint32_t>(107);
-    if (info.version_minor == 4) {
+    info.point_count = info.version_minor == 5 ? 0 : bytes.at<std::uint32_t>(107);
+    if (info.version_minor >= 4) {
         const auto count = bytes.at<std::uint64_t>(247);
         if (count != 0)
             info.point_count = count;

@@ -10,17 +10,22 @@
 
 namespace terravox::lidar {
 
-/// A variable-length record of the header: the location of its payload.
+/// A variable-length record: the location of its payload.
 struct VariableRecord {
     std::string user;  ///< user ID, up to 16 characters
     std::uint16_t id = 0;
-    std::uint64_t at = 0;  ///< offset of the payload in the file, bytes
-    std::uint16_t bytes = 0;
+    std::uint64_t at = 0;     ///< offset of the payload in the file, bytes
+    std::uint64_t bytes = 0;  ///< up to 65,535 between header and points
 };
 
 /// Reads the list of records between the header and the points.
 /// @throws Error when they do not all fit there
 [[nodiscard]] std::vector<VariableRecord> read_records(const pointcloud::FileBytes& file);
+
+/// Reads the list of extended records, which LAS 1.4 and later have behind the points. Points can
+/// be read without them: the list ends before the first one that does not lie in the file, with a
+/// warning. At most 1,024.
+[[nodiscard]] std::vector<VariableRecord> read_extended_records(const pointcloud::FileBytes& file);
 
 /// LASzip's own record, which defines the compression of the points. Ref: Isenburg, "LASzip:
 /// lossless compression of LiDAR data", 2013.

@@ -17,6 +17,7 @@ public:
     /// @throws Error naming the file when it is missing, not a regular file, or cannot be opened
     explicit FileBytes(std::filesystem::path path);
 
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] std::uint64_t size() const noexcept { return m_size; }
     /// @throws Error when [offset, offset + out.size()) is not entirely within the file
     void read(std::uint64_t offset, std::span<unsigned char> out) const;
