@@ -167,6 +167,18 @@ void check_apart(const Sources& sources) {
     }
 }
 
+// An index that was left behind by an older state of a file, or copied by a program that knows
+// nothing of it, hides no points: they are read without it.
+std::shared_ptr<const pointcloud::SpatialIndex> usable_index(
+    const pointcloud::PointSource& points) {
+    try {
+        return points.spatial_index();
+    } catch (const util::Error& e) {
+        util::log_warn("{}; points are read without this index", e.what());
+    }
+    return nullptr;
+}
+
 // Places one file in the frame: its columns, and the heights outside of which its points are
 // outliers.
 void place(SquareSource& source, const SquareSample& sample, const grid::Frame& frame,
@@ -186,7 +198,7 @@ void place(SquareSource& source, const SquareSample& sample, const grid::Frame& 
     source.lowest = std::max(source.info.min[2] - rounding, sample.low - outlier);
     source.highest = std::min(source.info.max[2] + rounding, sample.high + outlier);
     if (!source.transform && (known == nullptr || known->has_index))
-        source.spatial_index = source.points->spatial_index();
+        source.spatial_index = usable_index(*source.points);
 }
 
 KnownSquare known_square(const SquareSource& file, const SquareSample& sample,
