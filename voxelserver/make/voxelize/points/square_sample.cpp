@@ -38,19 +38,35 @@ std::vector<GroundEcho> echoes_from(const SquareSource& source,
     return out;
 }
 
+std::uint16_t find_brightest(std::span<const pointcloud::Point> points) {
+    std::uint16_t out = 0;
+    for (const pointcloud::Point& p : points)
+        for (const std::uint16_t c : p.rgb)
+            out = std::max(out, c);
+    return out;
+}
+
+void set_colours(SquareSource& source, std::uint16_t brightest) {
+    source.has_colour = brightest > 0;
+    source.colour_shift = brightest > 255 ? 8 : 0;
+}
+
 // Sets the heights that nearly all points keep, where enough points are known.
 // @param sample kept points, at least one
-void set_heights(SquareSample& out, const SquareSource& source,
-                 std::span<const pointcloud::Point> sample, const KeepsPoint& keeps) {
+// @return the brightest colour of the points that were looked at
+std::uint16_t set_heights(SquareSample& out, const SquareSource& source,
+                          std::span<const pointcloud::Point> sample, const KeepsPoint& keeps) {
     // The sample of a file with few chunks comes from a corner of it, and says nothing of the rest;
     // such files are mostly small, and then all points are read in tenths of a second.
     constexpr std::size_t kSpread = 24;  // of 64
     constexpr std::uint64_t kFewPoints = 250'000;
     const bool is_spread = parts_met(source.info, sample) >= kSpread;
     if (!is_spread && source.info.point_count > kFewPoints)
-        return;
+        return 0;
     std::vector<double> heights;
+    std::uint16_t brightest = 0;
     const auto add = [&](std::span<const pointcloud::Point> points) {
+        brightest = std::max(brightest, find_brightest(points));
         for (const pointcloud::Point& p : points)
             if (keeps(p))
                 heights.push_back(p.z);
@@ -62,10 +78,10 @@ void set_heights(SquareSample& out, const SquareSource& source,
         else
             source.points->read({&all, 1}, add);
     } catch (const util::Error&) {
-        return;  // whoever wants the square's voxels hears of the damage
+        return 0;  // whoever wants the square's voxels hears of the damage
     }
     if (heights.empty())
-        return;  // another file has taken its place
+        return 0;  // another file has taken its place
     const std::size_t beyond = heights.size() / 50;
     const auto at = [&](std::size_t i) {
         const auto place = heights.begin() + static_cast<std::ptrdiff_t>(i);
@@ -74,6 +90,7 @@ void set_heights(SquareSample& out, const SquareSource& source,
     };
     out.low = at(beyond);
     out.high = at(heights.size() - 1 - beyond);
+    return brightest;
 }
 
 }  // namespace
@@ -85,14 +102,10 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
     };
     std::vector<pointcloud::Point> sample = source.points->sample(kSampledPoints);
     SquareSample out;
-    std::uint16_t brightest = 0;
-    for (const pointcloud::Point& p : sample) {
-        for (const std::uint16_t c : p.rgb)
-            brightest = std::max(brightest, c);
+    for (const pointcloud::Point& p : sample)
         out.water = out.water || classes.meaning[p.classification].role == Role::kWater;
-    }
-    source.has_colour = brightest > 0;
-    source.colour_shift = brightest > 255 ? 8 : 0;
+    const std::uint16_t brightest = find_brightest(sample);
+    set_colours(source, brightest);
     keep_wanted(sample, classes, filters);
     pointcloud::PointCloudInfo& info = source.info;
     out.islands = settle_extent(*source.points, info, sample, keeps, threads);
@@ -100,9 +113,10 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
     out.high = info.max[2];
     if (sample.empty())
         return out;
+    // Points without colours, or dark ones, may come first.
+    set_colours(source, std::max(brightest, set_heights(out, source, sample, keeps)));
     out.echoes = echoes_from(source, sample, classes);
     out.has_echoes = !out.echoes.empty();
-    set_heights(out, source, sample, keeps);
     return out;
 }
 
