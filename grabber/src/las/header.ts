@@ -2,14 +2,16 @@ import type { PointFacts } from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
 
 /**
- * The public header block of a LAS 1.0 - 1.4 file.
- * Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4.
+ * The public header block of a LAS 1.0 - 1.5 file.
+ * Ref: ASPRS, "LAS Specification 1.4 - R15", 2019, section 2.4; "LAS Specification 1.5", 2025.
  */
 export type LasHeader = {
   readonly version: string;
   readonly headerSize_bytes: number;
   readonly pointOffset_bytes: number;
   readonly vlrCount: number;
+  /** Of the records behind the points, from LAS 1.4 on; as the file says, which may be wrong. */
+  readonly extended: { readonly at: number; readonly count: number };
   /** 0 to 10, without the bit that marks compression. */
   readonly pointFormat: number;
   readonly compressed: boolean;
@@ -21,12 +23,12 @@ export type LasHeader = {
 };
 
 /** Enough bytes for the header of every version. */
-export const kHeaderReadBytes = 375;
+export const kHeaderReadBytes = 393;
 const kMinHeaderBytes = 227;
 const kSignature = 'LASF';
 
 /** Header length by minor version. */
-const kHeaderBytes = [227, 227, 227, 235, 375] as const;
+const kHeaderBytes = [227, 227, 227, 235, 375, 393] as const;
 /** Shortest point record by point format. */
 const kRecordBytes = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67] as const;
 /** LASzip marks its files with the highest bit of the point format. */
@@ -82,6 +84,7 @@ export function readLasHeader(start: Uint8Array, fileBytes: number, shown: strin
     version: `1.${minor}`,
     ...sizes,
     vlrCount: view.readUInt32LE(100),
+    extended: readExtended(view, minor),
     ...points,
     pointCount,
     min,
@@ -97,7 +100,7 @@ function readVersion(view: Buffer, fail: Fail): { minor: number; neededBytes: nu
   const minor = view.readUInt8(25);
   const neededBytes = major === 1 ? kHeaderBytes[minor] : undefined;
   return neededBytes === undefined
-    ? fail('version', `${major}.${minor}`, '1.0 to 1.4')
+    ? fail('version', `${major}.${minor}`, '1.0 to 1.5')
     : { minor, neededBytes };
 }
 
@@ -127,6 +130,9 @@ function readPointFormat(
   const pointFormat = formatByte & ~kCompressedBit;
   const minRecord = kRecordBytes[pointFormat];
   if (minRecord === undefined) return fail('point format', pointFormat, '0 to 10');
+  if (pointFormat < 6 && minor > 4) {
+    fail('point format', `${pointFormat} in version 1.${minor}`, '6 to 10 from version 1.5 on');
+  }
   if (pointFormat >= 6 && minor < 4) {
     const found = `${pointFormat} in version 1.${minor}`;
     fail('point format', found, '0 to 5 before version 1.4');
@@ -139,9 +145,14 @@ function readPointFormat(
   return { pointFormat, compressed, recordLength_bytes };
 }
 
-/** LAS 1.4 keeps the old 32-bit count only where it fits, and writes 0 otherwise. */
+function readExtended(view: Buffer, minor: number): LasHeader['extended'] {
+  if (minor < 4) return { at: 0, count: 0 };
+  return { at: Number(view.readBigUInt64LE(235)), count: view.readUInt32LE(243) };
+}
+
+/** LAS 1.4 keeps the old 32-bit count only where it fits, and writes 0 otherwise; 1.5 has none. */
 function readPointCount(view: Buffer, minor: number): number {
-  const legacy = view.readUInt32LE(107);
+  const legacy = minor > 4 ? 0 : view.readUInt32LE(107);
   if (minor < 4) return legacy;
   const count = Number(view.readBigUInt64LE(247));
   return count === 0 ? legacy : count;

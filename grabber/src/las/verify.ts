@@ -3,6 +3,8 @@ import { GrabberError } from '../util/errors.js';
 import { kHeaderReadBytes, readLasHeader, truncated, type LasHeader } from './header.js';
 
 const kVlrHeaderBytes = 54;
+const kExtendedHeaderBytes = 60;
+const kLongestText_bytes = 65_535;
 const kHeadBytes = 32 * 1024;
 const kLaszipUser = 'laszip encoded';
 const kLaszipRecord = 22204;
@@ -35,7 +37,7 @@ export async function verifyLasFile(
     const file: Reader = { fd, head };
     const header = readLasHeader(head.subarray(0, kHeaderReadBytes), fileBytes, shown);
     if (header.compressed) checkChunkTable(file, fileBytes, header, shown, signal);
-    return { ...header, crs: readCrs(readVlrs(file, header, signal)) };
+    return { ...header, crs: readCrs(readRecords(file, header, fileBytes, signal)) };
   } finally {
     closeSync(fd);
   }
@@ -109,13 +111,36 @@ function* readVlrs(file: Reader, header: LasHeader, signal: AbortSignal): Genera
     position += kVlrHeaderBytes;
     const length = head.readUInt16LE(20);
     if (position + length > header.pointOffset_bytes) return;
-    yield {
-      user: head.toString('latin1', 2, 18).replace(/\0.*$/s, ''),
-      record: head.readUInt16LE(18),
-      data: readAt(file, position, length),
-    };
+    yield toVlr(head, readAt(file, position, length));
     position += length;
   }
+}
+
+/** All records that may tell the CRS: those behind the points, from LAS 1.4 on, are the last. */
+function* readRecords(
+  file: Reader,
+  header: LasHeader,
+  fileBytes: number,
+  signal: AbortSignal,
+): Generator<Vlr> {
+  yield* readVlrs(file, header, signal);
+  let position = header.extended.at;
+  for (let index = 0; index < Math.min(header.extended.count, kMaxVlrs); ++index) {
+    signal.throwIfAborted();
+    if (position + kExtendedHeaderBytes > fileBytes) return;
+    const head = readAt(file, position, kExtendedHeaderBytes);
+    position += kExtendedHeaderBytes;
+    const length = Number(head.readBigUInt64LE(20));
+    if (position + length > fileBytes) return;
+    // Texts of a CRS are no longer than that; others may be as long as the points.
+    if (length <= kLongestText_bytes) yield toVlr(head, readAt(file, position, length));
+    position += length;
+  }
+}
+
+function toVlr(head: Buffer, data: Buffer): Vlr {
+  const user = head.toString('latin1', 2, 18).replace(/\0.*$/s, '');
+  return { user, record: head.readUInt16LE(18), data };
 }
 
 /** The caller has checked that the bytes are there, so a short read is an error of the disk. */
@@ -159,11 +184,17 @@ export function readCrs(vlrs: Iterable<Vlr>): string | undefined {
   let keys: Buffer | undefined;
   for (const { user, record, data } of vlrs) {
     if (user !== kUser) continue;
-    if (record === kWktRecord) wkt = data.toString('latin1').replace(/\0[^]*$/, '');
-    if (record === kKeysRecord) keys = data;
+    if (record === kWktRecord) wkt ||= usableWkt(data);
+    if (record === kKeysRecord) keys ??= data;
   }
   const code = wkt === '' ? keys && readKeyCode(keys) : parseWktCode(wkt);
   return code === undefined ? undefined : `EPSG:${code}`;
+}
+
+/** @return the text of a record; '' for one that is no WKT: then the next record counts */
+function usableWkt(data: Buffer): string {
+  const text = data.toString('latin1').replace(/\0[^]*$/, '');
+  return parseWktCode(text) === undefined && !/^\s*\w+\s*[[(]/.test(text) ? '' : text;
 }
 
 function readKeyCode(keys: Buffer): number | undefined {

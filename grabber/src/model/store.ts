@@ -82,7 +82,7 @@ export type StoredFile = {
 /** What the header of a point cloud says. */
 export type PointFacts = {
   readonly pointCount: number;
-  /** "1.0" to "1.4" */
+  /** "1.0" to "1.5" */
   readonly lasVersion: string;
   /** 0 to 10 */
   readonly pointFormat: number;

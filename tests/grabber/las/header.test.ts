@@ -13,12 +13,13 @@ test('a header gives version, format, point count and bounds', async (t) => {
     ['LAS 1.2', { minor: 2, format: 3 }, '1.2'],
     ['LAS 1.3', { minor: 3, format: 5 }, '1.3'],
     ['LAS 1.4 with the long point count', { minor: 4, format: 8 }, '1.4'],
+    ['LAS 1.5', { minor: 5, format: 6 }, '1.5'],
     ['extra bytes in each record', { minor: 4, format: 6, recordLength: 45 }, '1.4'],
   ];
   for (const [name, fixture, version] of cases) {
     await t.test(name, () => {
       const file = makeLas({ ...fixture, points: 12 });
-      const header = readLasHeader(file.subarray(0, 375), file.length, 'a.las');
+      const header = readLasHeader(file.subarray(0, 393), file.length, 'a.las');
       assert.equal(header.version, version);
       assert.equal(header.pointFormat, fixture.format);
       assert.equal(header.pointCount, 12);
@@ -32,13 +33,14 @@ test('a header gives version, format, point count and bounds', async (t) => {
 test('a header that cannot be right is refused with field, value and allowed range', async (t) => {
   const cases: [name: string, fixture: LasFixture, code: string, message: RegExp][] = [
     ['other magic', { signature: 'PK\u0003\u0004' }, 'NOT_LAS', /starts with "PK.*allowed: "LASF"/],
-    ['version 2.0', { major: 2 }, 'LAS_HEADER', /version is 2\.2; allowed: 1\.0 to 1\.4/],
+    ['version 2.0', { major: 2 }, 'LAS_HEADER', /version is 2\.2; allowed: 1\.0 to 1\.5/],
     ['version 1.9', { minor: 9 }, 'LAS_HEADER', /version is 1\.9/],
     ['short header size', { headerSize: 100 }, 'LAS_HEADER', /is 100; allowed: at least 227/],
     ['points inside the header', { pointOffset: 200 }, 'LAS_HEADER', /offset to points is 200/],
     ['points after the end', { pointOffset: 9_999_999 }, 'LAS_TRUNCATED', /needs 10000000/],
     ['point format 11', { minor: 4, format: 11 }, 'LAS_HEADER', /is 11; allowed: 0 to 10/],
     ['new format, old version', { minor: 2, format: 6 }, 'LAS_HEADER', /6 in version 1\.2/],
+    ['old format, new version', { minor: 5, format: 3 }, 'LAS_HEADER', /3 in version 1\.5/],
     ['short records', { format: 1, recordLength: 20 }, 'LAS_HEADER', /is 20; allowed: at least 28/],
     ['no points', { points: 0 }, 'LAS_HEADER', /point count is 0; allowed: 1 to/],
     ['more points than bytes', { claimedPoints: 11 }, 'LAS_TRUNCATED', /28 bytes needs 535/],
@@ -49,7 +51,7 @@ test('a header that cannot be right is refused with field, value and allowed ran
   for (const [name, fixture, code, message] of cases) {
     await t.test(name, () => {
       const file = makeLas(fixture);
-      assert.throws(() => readLasHeader(file.subarray(0, 375), file.length, 'a.las'), {
+      assert.throws(() => readLasHeader(file.subarray(0, 393), file.length, 'a.las'), {
         code,
         message,
       });
@@ -147,6 +149,7 @@ test('a file says in which CRS its points are', async (t) => {
   const keys = (...pairs: [number, number][]): Buffer => makeLas({ vlrs: [makeKeys(...pairs)] });
   const other = makeKeys([3072, 3912]);
   const cutOff = makeLas({ vlrs: [other], pointOffset: 227 + 54 + 15 });
+  const las14 = (fixture: LasFixture): Buffer => makeLas({ minor: 4, format: 6, ...fixture });
   const cases: [name: string, file: Buffer, crs: string | undefined][] = [
     ['no records', makeLas(), undefined],
     ['WKT', makeLas({ minor: 4, format: 6, vlrs: [wkt] }), 'EPSG:3794'],
@@ -156,6 +159,14 @@ test('a file says in which CRS its points are', async (t) => {
     ['user-defined keys', keys([1024, 1], [2048, 4258], [3072, 32767]), undefined],
     ['WKT counts before keys', makeLas({ vlrs: [other, wkt] }), 'EPSG:3794'],
     ['keys that are cut off', cutOff, undefined],
+    ['WKT behind the points', las14({ extended: [wkt] }), 'EPSG:3794'],
+    ['keys behind the points of LAS 1.5', las14({ minor: 5, extended: [other] }), 'EPSG:3912'],
+    [
+      'no WKT in the first record',
+      las14({ vlrs: [makeWkt('none')], extended: [wkt] }),
+      'EPSG:3794',
+    ],
+    ['a record that is cut off', las14({ extended: [wkt] }).subarray(0, -9), undefined],
   ];
   const folder = await temporaryFolder(t);
   for (const [name, file, crs] of cases) {

@@ -17,9 +17,11 @@ export type LasFixture = {
   max?: [number, number, number];
   /** Records of a CRS. */
   vlrs?: readonly Buffer[];
+  /** The same, behind the points. */
+  extended?: readonly Buffer[];
 };
 
-const kHeaderBytes = [227, 227, 227, 235, 375];
+const kHeaderBytes = [227, 227, 227, 235, 375, 393];
 const kRecordBytes = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
 
 export function makeLas(fixture: LasFixture = {}): Buffer {
@@ -29,7 +31,19 @@ export function makeLas(fixture: LasFixture = {}): Buffer {
   const vlrs = Buffer.concat(fixture.vlrs ?? []);
   const header = makeHeader(fixture, 0, vlrs.length);
   header.writeUInt32LE(fixture.vlrs?.length ?? 0, 100);
-  return Buffer.concat([header, vlrs, records]);
+  const extended = (fixture.extended ?? []).map(extendRecord);
+  if (extended.length > 0) {
+    header.writeBigUInt64LE(BigInt(header.length + vlrs.length + records.length), 235);
+    header.writeUInt32LE(extended.length, 243);
+  }
+  return Buffer.concat([header, vlrs, records, ...extended]);
+}
+
+/** A record as it stands behind the points: its length has eight bytes. */
+function extendRecord(record: Buffer): Buffer {
+  const length = Buffer.alloc(8);
+  length.writeUInt16LE(record.readUInt16LE(20));
+  return Buffer.concat([record.subarray(0, 20), length, record.subarray(22)]);
 }
 
 function makeVlr(user: string, record: number, data: Buffer): Buffer {
@@ -85,7 +99,7 @@ export function makeLaz(
 function makeHeader(fixture: LasFixture, formatBits: number, vlrBytes = 0): Buffer {
   const minor = fixture.minor ?? 2;
   const format = fixture.format ?? 1;
-  const size = kHeaderBytes[minor] ?? 375;
+  const size = kHeaderBytes[minor] ?? 393;
   const count = fixture.claimedPoints ?? fixture.points ?? 10;
   const header = Buffer.alloc(size);
   header.write(fixture.signature ?? 'LASF', 0, 'latin1');
@@ -96,7 +110,7 @@ function makeHeader(fixture: LasFixture, formatBits: number, vlrBytes = 0): Buff
   header.writeUInt8(format | formatBits, 104);
   header.writeUInt16LE(fixture.recordLength ?? kRecordBytes[format] ?? 30, 105);
   header.writeUInt32LE(minor < 4 ? count : 0, 107);
-  if (minor === 4) header.writeBigUInt64LE(BigInt(count), 247);
+  if (minor >= 4) header.writeBigUInt64LE(BigInt(count), 247);
   const min = fixture.min ?? [462_000, 101_000, 280];
   const max = fixture.max ?? [463_000, 102_000, 540.5];
   for (const axis of [0, 1, 2] as const) {
