@@ -150,6 +150,12 @@ ReadFile read_first(const fs::path& file, std::size_t bytes) {
     return out;
 }
 
+/// Other programs' texts may begin with the mark of UTF-8, which is no part of them.
+std::string without_mark(std::string text) {
+    constexpr std::string_view kMark = "\xEF\xBB\xBF";
+    return text.starts_with(kMark) ? text.substr(kMark.size()) : std::move(text);
+}
+
 std::string size_text(std::size_t bytes) {
     constexpr std::size_t kMib = std::size_t{1} << 20;
     return bytes % kMib == 0 ? std::to_string(bytes / kMib) + " MiB"
@@ -164,7 +170,7 @@ std::string read_text(const fs::path& file, std::size_t limit_bytes, const FailT
         fail("more than " + size_text(limit_bytes) + "; allowed: up to that");
     if (!out.fault.empty())
         fail(out.fault);
-    return std::move(out.text);
+    return without_mark(std::move(out.text));
 }
 
 std::string read_text(const fs::path& file, std::size_t limit_bytes, const std::string& attempt) {
@@ -176,7 +182,7 @@ std::optional<std::string> try_read_text(const fs::path& file, std::size_t limit
     ReadFile out = read_first(file, limit_bytes + 1);
     if (out.text.size() > limit_bytes || !out.fault.empty())
         return std::nullopt;
-    return std::move(out.text);
+    return without_mark(std::move(out.text));
 }
 
 std::string read_start(const fs::path& file, std::size_t bytes) {

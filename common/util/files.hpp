@@ -59,7 +59,8 @@ struct Pipe {
 /// Told what is wrong with a file ("no such file"); throws.
 using FailToRead = std::function<void(const std::string& what)>;
 
-/// A plain file as a text, whatever its bytes. Any other kind is not even opened: that could wait
+/// A plain file as a text, whatever its bytes, without the mark of UTF-8 that other programs may
+/// begin it with. Any other kind is not even opened: that could wait
 /// for a writer, or be read without end.
 /// @param limit_bytes of a longer file no more than that is read, whatever length it reports
 /// @throws what `fail` throws: "no such file", "not a plain file", "more than 1 MiB; allowed: up to

@@ -110,6 +110,14 @@ std::string write_number(Number value, Form... form) {
 
 }  // namespace
 
+std::string_view trimmed(std::string_view text) noexcept {
+    constexpr std::string_view kBlank = " \t\r\n";
+    const std::size_t begin = text.find_first_not_of(kBlank);
+    if (begin == std::string_view::npos)
+        return {};
+    return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
 std::string number_text(double value) {
     return write_number(value);
 }

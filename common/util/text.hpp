@@ -58,6 +58,9 @@ namespace terravox::util {
 [[nodiscard]] std::string allowed_words(std::string_view mistyped,
                                         std::span<const std::string> known);
 
+/// Without spaces, tabs and ends of lines before and behind it.
+[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+
 /// The shortest text that reads back as the same number, whatever the locale: "0.1", "1e+05".
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string number_text(float value);

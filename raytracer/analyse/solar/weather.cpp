@@ -14,6 +14,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/log.hpp"
+#include "common/util/text.hpp"
 #include "raytracer/analyse/solar/energy.hpp"
 #include "raytracer/analyse/solar/light_sums.hpp"
 
@@ -26,14 +27,6 @@ constexpr std::size_t kHoursOfDay = 24;
 constexpr std::size_t kHoursOfYear = 365 * kHoursOfDay;
 constexpr int kLeapYear = 2000;
 constexpr int kPlainYear = 2001;
-
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view kBlank = " \t\r";
-    const std::size_t begin = text.find_first_not_of(kBlank);
-    if (begin == std::string_view::npos)
-        return {};
-    return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
 
 /// A time that is written on a line of the file: hours end at it.
 struct Stamp {
@@ -67,7 +60,7 @@ public:
         read_location();
         read_periods();
         while (next_line())
-            if (!trimmed(m_line).empty())
+            if (!util::trimmed(m_line).empty())
                 read_hour();
         check_length();
         check_missing();
@@ -97,7 +90,7 @@ private:
         std::string_view line = m_line;
         for (m_count = 0; m_count < m_fields.size(); ++m_count) {
             const std::size_t comma = line.find(',');
-            m_fields[m_count] = trimmed(line.substr(0, comma));
+            m_fields[m_count] = util::trimmed(line.substr(0, comma));
             if (comma == std::string_view::npos) {
                 ++m_count;
                 break;
@@ -110,7 +103,9 @@ private:
     [[nodiscard]] double number(std::size_t column, const char* what, double min,
                                 double max) const {
         double value = 0;
-        const std::string_view text = m_fields.at(column);
+        std::string_view text = m_fields.at(column);
+        if (text.starts_with('+'))
+            text.remove_prefix(1);
         const auto [at, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (failed != std::errc{} || at != text.data() + text.size() ||
             !(value >= min && value <= max))
