@@ -1,6 +1,7 @@
 #include "common/geo/geojson.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -11,29 +12,58 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/json_text.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::geo {
 namespace {
 
 using nlohmann::json;
 
-/// @return the number that a text is, with or without its unit "m"; NaN for others
-double number_in(const std::string& text) {
+constexpr double kFoot_m = 0.3048;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Takes the number that a text begins with off it, and spaces around it.
+/// @return NaN where it begins with none
+double take_number(std::string_view& text) {
+    text = util::trimmed(text);
+    if (text.starts_with('+'))
+        text.remove_prefix(1);
     double number = 0;
     const char* const end = text.data() + text.size();
     const auto [next, failed] = std::from_chars(text.data(), end, number);
-    const std::string_view unit(next, end);
-    const bool is_number = failed == std::errc{} && std::isfinite(number) &&
-                           (unit.empty() || unit == "m" || unit == " m");
-    return is_number ? number : std::numeric_limits<double>::quiet_NaN();
+    if (failed != std::errc{} || !std::isfinite(number))
+        return kNone;
+    text = util::trimmed({next, static_cast<std::size_t>(end - next)});
+    return number;
 }
 
-/// @return NaN where a property is no number
-double to_number(const json& property) {
-    if (property.is_number())
-        return property.get<double>();
-    return property.is_string() ? number_in(property.get_ref<const std::string&>())
-                                : std::numeric_limits<double>::quiet_NaN();
+/// @return the length that a text says, in metres; NaN for others
+double length_in(std::string_view text) {
+    const double number = take_number(text);
+    struct Unit {
+        std::string_view name;
+        double metres;
+    };
+    static constexpr std::array<Unit, 11> kUnits{{{"", 1},
+                                                  {"m", 1},
+                                                  {"metre", 1},
+                                                  {"metres", 1},
+                                                  {"meter", 1},
+                                                  {"meters", 1},
+                                                  {"cm", 0.01},
+                                                  {"ft", kFoot_m},
+                                                  {"foot", kFoot_m},
+                                                  {"feet", kFoot_m},
+                                                  {"'", kFoot_m}}};
+    for (const Unit& unit : kUnits)
+        if (text == unit.name)
+            return number * unit.metres;
+    // Feet and inches.
+    if (!text.starts_with('\''))
+        return kNone;
+    text.remove_prefix(1);
+    const double inches = take_number(text);
+    return text == "\"" || text == "''" ? (number + inches / 12) * kFoot_m : kNone;
 }
 
 /// Reads one file.
@@ -93,7 +123,8 @@ private:
 
     void read_feature(const json& object, bool is_feature) {
         check_stop();
-        m_numbers = std::make_shared<std::map<std::string, double>>();
+        m_lengths = std::make_shared<Lengths>();
+        m_lengths->attempt = m_attempt + ": feature " + std::to_string(m_feature);
         if (!is_feature) {
             read_geometry(object);
             return;
@@ -101,16 +132,36 @@ private:
         if (const auto found = object.find("properties");
             found != object.end() && found->is_object())
             for (const auto& [name, value] : found->items())
-                if (const double number = to_number(value); !std::isnan(number))
-                    (*m_numbers)[name] = number;
+                read_property(name, value);
         // A feature without a place has the geometry null.
         if (const auto found = object.find("geometry"); found != object.end() && found->is_object())
             read_geometry(*found);
     }
 
+    void read_property(const std::string& name, const json& value) {
+        double metres = kNone;
+        if (value.is_number())
+            metres = value.get<double>();
+        else if (value.is_string())
+            metres = length_in(value.get_ref<const std::string&>());
+        constexpr std::size_t kShown = 40;
+        if (!std::isnan(metres))
+            m_lengths->metres[name] = metres;
+        else if (!value.is_null() && value != "" && !value.is_structured())
+            m_lengths->others[name] =
+                value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, kShown);
+    }
+
     void read_geometry(const json& geometry) {
         const std::string type = find_type(geometry);
+        if (type == "GeometryCollection") {
+            for (const json& part : member(geometry, "geometries"))
+                read_geometry(part);
+            return;
+        }
         const json& at = member(geometry, "coordinates");
+        if (at.empty())
+            return;
         if (type == "Point")
             add(ShapeKind::kPoint, json::array({json::array({at})}));
         else if (type == "LineString")
@@ -138,7 +189,7 @@ private:
     void add(ShapeKind kind, const json& parts) {
         Shape shape;
         shape.kind = kind;
-        shape.numbers = m_numbers;  // shared by all parts of the feature
+        shape.lengths = m_lengths;
         shape.feature = m_feature;
         if (!parts.is_array() || parts.empty())
             fail("feature " + std::to_string(m_feature) + " has no positions");
@@ -189,6 +240,14 @@ private:
         if (name == nullptr || !name->is_string())
             fail("a member 'crs' without a name");
         std::string text = name->get<std::string>();
+        // The same as an address: .../AUTHORITY/VERSION/CODE.
+        for (const std::string_view address :
+             {"http://www.opengis.net/def/crs/", "https://www.opengis.net/def/crs/"})
+            if (text.starts_with(address)) {
+                text.erase(0, address.size());
+                std::replace(text.begin(), text.end(), '/', ':');
+                text.insert(0, "urn:ogc:def:crs:");
+            }
         constexpr std::string_view kUrn = "urn:ogc:def:crs:";
         if (!text.starts_with(kUrn))
             return text;
@@ -200,10 +259,20 @@ private:
         return text.substr(0, text.find(':')) + text.substr(text.rfind(':'));
     }
 
+    [[nodiscard]] Crs read_crs(const std::string& name) const {
+        try {
+            return Crs::from_text(name);
+        } catch (const ProjUnusableError&) {
+            throw;
+        } catch (const util::Error& e) {
+            fail(e.what());
+        }
+    }
+
     void transform(const Crs& to) {
         check_stop();
         const std::string name = crs_name();
-        const Crs from = Crs::from_text(name.empty() ? "OGC:CRS84" : name);
+        const Crs from = read_crs(name.empty() ? "OGC:CRS84" : name);
         if (from.same_horizontal(to))
             return;
         std::vector<double> x;
@@ -231,12 +300,25 @@ private:
     const std::stop_token& m_stop;
     json m_root;
     std::vector<Shape> m_shapes;
-    std::shared_ptr<std::map<std::string, double>> m_numbers;
+    std::shared_ptr<Lengths> m_lengths;
     std::size_t m_feature = 0;
     std::size_t m_positions = 0;
 };
 
 }  // namespace
+
+double Shape::metres(const std::string& name) const {
+    if (!lengths)
+        return kNone;
+    if (const auto found = lengths->metres.find(name); found != lengths->metres.end())
+        return found->second;
+    if (const auto found = lengths->others.find(name); found != lengths->others.end())
+        throw util::Error(
+            "{} has {} = {}; allowed: a number of metres, or one with its unit: 7 m, 30 ft, 30', "
+            "5'6\"",
+            lengths->attempt, name, found->second);
+    return kNone;
+}
 
 std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to,
                                 const std::stop_token& stop) {

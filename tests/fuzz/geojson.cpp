@@ -40,8 +40,8 @@ void check(const geo::Shape& shape) {
             expect(!std::isinf(at[2]), "a third coordinate is finite, or there is none");
         }
     }
-    expect(shape.numbers != nullptr, "a shape has the numbers of its feature");
-    for (const auto& [name, number] : *shape.numbers)
+    expect(shape.lengths != nullptr, "a shape has the lengths of its feature");
+    for (const auto& [name, number] : shape.lengths->metres)
         expect(std::isfinite(number), "a property that is a number is finite");
 }
 

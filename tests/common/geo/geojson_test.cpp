@@ -26,22 +26,69 @@ std::string feature(const std::string& geometry, const std::string& properties =
 
 }  // namespace
 
-TEST_CASE("texts of a number of metres are numbers", "[common][geo]") {
+TEST_CASE("lengths are numbers of metres, or have a unit", "[common][geo]") {
     const auto height = [](const std::string& value) {
         return read(feature(R"({"type":"Point","coordinates":[1,2]})",
                             R"({"height":)" + value + "}"))
             .at(0)
-            .number("height");
+            .metres("height");
     };
-    for (const char* text : {"7.5", R"("7.5")", R"("7.5 m")", R"("7.5m")"}) {
-        INFO(text);
-        CHECK(height(text) == 7.5);
+    struct Case {
+        const char* text;
+        double metres;
+    };
+    for (const Case& c :
+         {Case{"7.5", 7.5}, Case{R"("7.5")", 7.5}, Case{R"("7.5 m")", 7.5},
+          Case{R"(" +7.5m ")", 7.5}, Case{R"("750 cm")", 7.5}, Case{R"("30 ft")", 9.144},
+          Case{R"("30'")", 9.144}, Case{R"("5'6\"")", 1.6764}, Case{R"("5' 6''")", 1.6764}}) {
+        INFO(c.text);
+        CHECK(std::abs(height(c.text) - c.metres) < 1e-9);
     }
-    for (const char* text : {R"("7.5 ft")", R"("m")", R"("")", R"("nan")", R"("inf")", R"("1e999")",
-                             R"("7.5 m high")", "true", "null"}) {
+    for (const char* text : {R"("m")", R"("nan")", R"("inf")", R"("1e999")", R"("7.5 m high")",
+                             R"("7,5")", R"("5'6")", "true"}) {
+        INFO(text);
+        CHECK_THROWS_WITH(height(text), contains("a.geojson: feature 0 has height = "));
+    }
+    for (const char* text : {R"("")", "null"}) {
         INFO(text);
         CHECK(std::isnan(height(text)));
     }
+}
+
+TEST_CASE("geometries without positions are left out, those of a collection are one each",
+          "[common][geo]") {
+    const auto shapes = read(
+        R"({"type":"FeatureCollection","features":[)" +
+        feature(R"({"type":"Polygon","coordinates":[]})") + "," +
+        feature(
+            R"({"type":"GeometryCollection","geometries":[{"type":"Point","coordinates":[15,46]},)"
+            R"({"type":"Point","coordinates":[]},{"type":"LineString","coordinates":[[15,46],[16,46]]}]})",
+            R"({"height":3})") +
+        "]}");
+    REQUIRE(shapes.size() == 2);
+    CHECK(shapes[0].kind == geo::ShapeKind::kPoint);
+    CHECK(shapes[1].kind == geo::ShapeKind::kLine);
+    CHECK(shapes[1].feature == 1);
+    CHECK(shapes[1].metres("height") == 3);
+}
+
+TEST_CASE("a system may be named as an address", "[common][geo]") {
+    const auto position = [](const std::string& name) {
+        return read(
+                   R"({"type":"Point","coordinates":[462000,101000],"crs":{"properties":{"name":")" +
+                   name + R"("}}})")
+            .at(0)
+            .parts.at(0)
+            .at(0);
+    };
+    for (const char* name :
+         {"EPSG:3794", "urn:ogc:def:crs:EPSG::3794", "http://www.opengis.net/def/crs/EPSG/0/3794",
+          "https://www.opengis.net/def/crs/EPSG/0/3794"}) {
+        INFO(name);
+        CHECK(position(name)[0] == 462000);
+    }
+    CHECK_THROWS_WITH(position("http://www.opengis.net/def/crs/EPSG/0/0"),
+                      contains("a.geojson") && contains("EPSG:0"));
 }
 
 TEST_CASE("shapes of a GeoJSON file are read with their numbers", "[common][geo]") {
@@ -57,9 +104,9 @@ TEST_CASE("shapes of a GeoJSON file are read with their numbers", "[common][geo]
     REQUIRE(shapes.size() == 4);
     CHECK(shapes[0].kind == geo::ShapeKind::kPoint);
     CHECK(shapes[0].parts.at(0).at(0) == geo::Shape::Position{462000, 101000, 12.5});
-    CHECK(std::isnan(shapes[0].number("height")));
+    CHECK(std::isnan(shapes[0].metres("height")));
     CHECK(shapes[1].parts.size() == 2);
-    CHECK(shapes[1].number("height") == 30);
+    CHECK(shapes[1].metres("height") == 30);
     CHECK(shapes[2].feature == 1);
     CHECK(shapes[3].kind == geo::ShapeKind::kLine);
     CHECK(shapes[3].feature == 3);
@@ -92,7 +139,7 @@ TEST_CASE("a GeoJSON file of a million objects is read in one go", "[common][geo
         objects += ",{}";
     const auto shapes = read(feature(R"({"type":"Point","coordinates":[15,46]})",
                                      R"({"objects":[)" + objects + R"(],"height":3})"));
-    CHECK(shapes.at(0).number("height") == 3);
+    CHECK(shapes.at(0).metres("height") == 3);
 }
 
 TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
@@ -107,9 +154,8 @@ TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
              Case{R"({"type":"Point"})", "coordinates"},
              Case{R"({"type":"Point","coordinates":[1]})", "no list of numbers"},
              Case{R"({"type":"Point","coordinates":[1,"2"]})", "no list of numbers"},
-             Case{R"({"type":"Polygon","coordinates":[]})", "no positions"},
              Case{R"({"type":"Polygon","coordinates":[[]]})", "no positions"},
-             Case{R"({"type":"GeometryCollection","coordinates":[]})", "allowed: points"},
+             Case{R"({"type":"Curve","coordinates":[[1,2]]})", "allowed: points"},
              Case{R"({"type":"FeatureCollection","features":[{"type":"Point"}]})", "is a Point"},
              Case{R"({"type":"Point","coordinates":[1,2],"crs":{}})", "without a name"},
              Case{R"({"type":"Point","coordinates":[1,2],"crs":[]})", "without a name"},

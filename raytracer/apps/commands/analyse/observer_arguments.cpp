@@ -69,7 +69,7 @@ private:
         analyse::Observer observer;
         observer.x = at[0] / m_world.crs_units_per_voxel;
         observer.z = -at[1] / m_world.crs_units_per_voxel;
-        const double height = shape.number("height");
+        const double height = shape.metres("height");
         if (std::isnan(height) && !std::isnan(at[2])) {
             observer.height_m = at[2];
         } else {

@@ -92,9 +92,9 @@ private:
             if (shape.kind == geo::ShapeKind::kLine)
                 refuse(name + " is neither a polygon nor a point");
             const bool is_lamp = shape.kind == geo::ShapeKind::kPoint;
-            const double top = shape.number("top");
+            const double top = shape.metres("top");
             Height height =
-                std::isnan(top) ? Height{shape.number("height"), true} : Height{top, false};
+                std::isnan(top) ? Height{shape.metres("height"), true} : Height{top, false};
             if (is_lamp && std::isnan(height.metres))
                 height.metres = kLampHeight_m;
             if (std::isnan(height.metres))
