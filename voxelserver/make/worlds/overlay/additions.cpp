@@ -153,7 +153,7 @@ private:
         }
         double top = height.metres / m_info.voxel_m;
         if (height.is_above_ground) {
-            const auto ground = ground_below(*footprint);
+            const auto ground = ground_below(*footprint, is_lamp);
             if (!ground && is_lamp)
                 return false;
             if (!ground)
@@ -195,9 +195,15 @@ private:
                number_text(is_placed ? -b.min[2] * unit : b.max[2]));
     }
 
-    [[nodiscard]] std::optional<std::int32_t> ground_below(const Footprint& footprint) const {
-        return ground_at(m_world, static_cast<std::int32_t>(std::floor(footprint.middle()[0])),
-                         static_cast<std::int32_t>(std::floor(footprint.middle()[1])));
+    /// A lamp may stand on a roof; what is planned takes the place of houses.
+    [[nodiscard]] std::optional<std::int32_t> ground_below(const Footprint& footprint,
+                                                           bool is_lamp) const {
+        const auto x = static_cast<std::int32_t>(std::floor(footprint.middle()[0]));
+        const auto z = static_cast<std::int32_t>(std::floor(footprint.middle()[1]));
+        if (!is_lamp)
+            return find_ground(m_world, x, z);
+        const auto found = find_surface(m_world, x, z);
+        return found ? std::optional(found->top) : std::nullopt;
     }
 
     voxel::World& m_world;

@@ -203,7 +203,7 @@ std::string OverlayWorld::edition() const {
     return (of_base.empty() ? "" : of_base + " ") + "with " + m_text;
 }
 
-std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x, std::int32_t z) {
+std::optional<Surface> find_surface(voxel::World& world, std::int32_t x, std::int32_t z) {
     const std::int32_t bx = voxel::floor_div(x, voxel::kBoxSizeX);
     const std::int32_t bz = voxel::floor_div(z, voxel::kBoxSizeZ);
     const voxel::ColumnExtent extent = world.column(0, bx, bz);
@@ -224,12 +224,35 @@ std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x, std::
             highest = std::max(highest.value_or(top), top);
             const voxel::Grain grain = voxel::find_traits(attr->material).grain;
             if (grain == voxel::Grain::kTerrain || grain == voxel::Grain::kWater)
-                return opaque_top == kNone ? top : opaque_top;
+                return opaque_top == kNone ? Surface{top, true} : Surface{opaque_top, false};
             if (!voxel::see_through(attr->material) && opaque_top == kNone)
                 opaque_top = top;
         }
     }
-    return highest;
+    return highest ? std::optional(Surface{*highest, false}) : std::nullopt;
+}
+
+std::optional<std::int32_t> find_ground(voxel::World& world, std::int32_t x, std::int32_t z) {
+    const auto here = find_surface(world, x, z);
+    if (!here || here->is_ground)
+        return here ? std::optional(here->top) : std::nullopt;
+    // What a building stands on is in no voxel: the ground around it counts.
+    constexpr std::int32_t kFarthest = 128;
+    std::vector<std::int32_t> around;
+    for (int dx = -1; dx <= 1; ++dx)
+        for (int dz = -1; dz <= 1; ++dz)
+            for (std::int32_t i = 1; i <= kFarthest && (dx != 0 || dz != 0); ++i) {
+                const auto there = find_surface(world, x + i * dx, z + i * dz);
+                if (there && there->is_ground)
+                    around.push_back(there->top);
+                if (!there || there->is_ground)
+                    break;
+            }
+    if (around.empty())
+        return here->top;
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+    std::nth_element(around.begin(), middle, around.end());
+    return *middle;
 }
 
 }  // namespace terravox::overlay

@@ -62,12 +62,24 @@ private:
     voxel::WorldInfo m_info;
 };
 
-/// Height of the ground at a column of level 0: the top of its highest voxel of terrain or water
-/// that is not inside of something opaque, such as a building, whose top counts instead.
+/// What a column of level 0 shows from above, apart from plants.
+struct Surface {
+    std::int32_t top = 0;    ///< of its highest voxel, voxels
+    bool is_ground = false;  ///< terrain or water, on which nothing opaque stands, such as a house
+};
+
 /// @return nullopt for a column of air
 /// @throws Error as World::box()
-[[nodiscard]] std::optional<std::int32_t> ground_at(voxel::World& world, std::int32_t x,
-                                                    std::int32_t z);
+[[nodiscard]] std::optional<Surface> find_surface(voxel::World& world, std::int32_t x,
+                                                  std::int32_t z);
+
+/// Height of the ground at a column of level 0, voxels: below a building, which voxels do not tell,
+/// the median of the nearest ground in eight directions, up to 128 voxels away; where there is none
+/// either, the top of what is there.
+/// @return nullopt for a column of air
+/// @throws Error as World::box()
+[[nodiscard]] std::optional<std::int32_t> find_ground(voxel::World& world, std::int32_t x,
+                                                      std::int32_t z);
 
 /// The forms of an addition, for help and messages.
 inline constexpr const char* kAdditionForms =

@@ -133,11 +133,12 @@ TEST_CASE("boxes asked for together are those asked for alone", "[voxelserver][o
 
 TEST_CASE("heights count from the ground in the middle of an object", "[voxelserver][overlay]") {
     const auto world = land();
-    CHECK(overlay::ground_at(*world, 0, 0) == 0);
-    CHECK(overlay::ground_at(*world, 22, 22) == 0);  // below a crown
-    CHECK(overlay::ground_at(*world, 45, 45) == 6);  // on a house
+    CHECK(overlay::find_ground(*world, 0, 0) == 0);
+    CHECK(overlay::find_ground(*world, 22, 22) == 0);  // below a crown
+    CHECK(overlay::find_ground(*world, 45, 45) == 0);  // below a house
+    CHECK(overlay::find_surface(*world, 45, 45)->top == 6);
     CHECK(with({"21,21,24,24,+30"})->info().bounds.max[1] == 30);
-    CHECK(with({"42,42,48,48,+30"})->info().bounds.max[1] == 36);
+    CHECK(with({"42,42,48,48,+30"})->info().bounds.max[1] == 30);
 }
 
 TEST_CASE("polygons of a file are put into the world", "[voxelserver][overlay]") {
