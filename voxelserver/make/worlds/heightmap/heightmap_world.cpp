@@ -316,9 +316,13 @@ bool is_height_raster(const std::filesystem::path& path) noexcept {
         if (data->GetRasterCount() > 2)
             return false;
         GDALRasterBand* band = data->GetRasterBand(1);
-        if (band->GetRasterDataType() == GDT_Byte ||
-            GDALDataTypeIsComplex(band->GetRasterDataType()) != 0 ||
+        if (GDALDataTypeIsComplex(band->GetRasterDataType()) != 0 ||
             band->GetColorTable() != nullptr)
+            return false;
+        // Heights below 256 fit into a byte; so do grey pictures, in formats of pictures.
+        const std::string_view format = data->GetDriverName();
+        if (band->GetRasterDataType() == GDT_Byte &&
+            (format == "JPEG" || format == "PNG" || format == "JP2OpenJPEG"))
             return false;
         return data->GetRasterCount() == 1 ||
                (data->GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand);
