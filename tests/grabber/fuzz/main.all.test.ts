@@ -11,12 +11,9 @@ import { TargetProcesses } from './target-process.js';
 const kTargets = ['las', 'zip', 'toml'];
 const kMain = fileURLToPath(new URL('main.js', import.meta.url));
 
-test('without options each fuzz target runs for 3 s, one at a time', () => {
+test('fuzz targets are chosen by name, and options may stand anywhere', () => {
   const { seconds, jobs, names } = parseFuzzOptions([], kTargets);
   assert.deepEqual({ seconds, jobs, names }, { seconds: 3, jobs: 1, names: kTargets });
-});
-
-test('fuzz targets are chosen by name, and options may stand anywhere', () => {
   const words = ['toml', '--seconds', '600', 'las', '--jobs=64', 'toml', '--seed', '7'];
   const expected = { seconds: 600, jobs: 64, seed: 7, names: ['las', 'toml'] };
   assert.deepEqual(parseFuzzOptions(words, kTargets), expected);
@@ -49,7 +46,7 @@ test('fuzz targets run side by side, each in its own process, and report their r
   assert.equal(lines.length, 2);
   for (const name of ['retry-after', 'toml-nesting']) {
     const line = lines.find((one) => one.startsWith(`${name} `));
-    assert.match(line ?? '', / [1-9]\d* runs, +[1-9]\d* lines$/, run.stdout);
+    assert.match(line ?? '', / [1-9]\d* runs$/, run.stdout);
   }
 });
 

@@ -33,8 +33,8 @@ const waiting = [...names];
 /** Runs one waiting target after another. */
 async function runWaiting(): Promise<void> {
   for (let name = waiting.shift(); name !== undefined; name = waiting.shift()) {
-    const { runs, lines, find } = await processes.run(name, { seconds, seed });
-    const mark = find === undefined ? `, ${String(lines).padStart(4)} lines` : '  FIND';
+    const { runs, find } = await processes.run(name, { seconds, seed });
+    const mark = find === undefined ? '' : '  FIND';
     process.stdout.write(`${name.padEnd(26)} ${String(runs).padStart(9)} runs${mark}\n`);
     if (find !== undefined) finds.push(`\n${name}: ${find}\n`);
   }

@@ -9,13 +9,11 @@ import { bothEnds } from '../../../grabber/src/util/errors.js';
 export type TargetMessage =
   | { readonly kind: 'series'; readonly runs: number; readonly seed: number }
   | { readonly kind: 'find'; readonly runs: number; readonly report: string }
-  | { readonly kind: 'end'; readonly runs: number; readonly lines: number };
+  | { readonly kind: 'end'; readonly runs: number };
 
 export type TargetResult = {
   /** How many inputs the target was given; without the last series if that ended the process. */
   readonly runs: number;
-  /** Lines of the grabber's sources that ran; undefined when something was found. */
-  readonly lines: number | undefined;
   /** What is wrong, and how to repeat it; undefined when nothing was found. */
   readonly find: string | undefined;
 };
@@ -94,10 +92,7 @@ function waitForResult(
       seed = message.seed;
       timer = setTimeout(endChild, kSeriesTimeout_ms);
     } else {
-      result =
-        message.kind === 'find'
-          ? { runs, lines: undefined, find: message.report }
-          : { runs, lines: message.lines, find: undefined };
+      result = { runs, find: message.kind === 'find' ? message.report : undefined };
     }
   });
   return new Promise((resolve, reject) => {
@@ -108,7 +103,7 @@ function waitForResult(
         ? `a series of inputs took longer than ${kSeriesTimeout_ms / 1000} s`
         : `the process ended early with ${signal ?? `exit code ${code}`}`;
       const again = `repeat with: npm run fuzz -- --seed ${seed} ${name}`;
-      resolve(result ?? { runs, lines: undefined, find: `${how}; ${again}\n${errorText}` });
+      resolve(result ?? { runs, find: `${how}; ${again}\n${errorText}` });
     });
   });
 }
