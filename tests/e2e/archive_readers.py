@@ -11,7 +11,7 @@ import random
 import shutil
 import struct
 
-from support import HANGS_S
+from support import HANGS_S, make, make_survey
 
 HEAD_BYTES = 16 << 10
 MAX_PART_BYTES = 64 << 10
@@ -23,26 +23,24 @@ FIRST_WAIT_S = 0.25
 OPTIONS = ["--voxel", "0.5", "--cache", "none", "--quiet", "--steps=-material_guesses"]
 
 
-def two_states(folder, run, squares, square_m, number):
+def two_states(folder, squares, square_m, number):
     """An archive of made-up squares, and the one after a square was flown again.
 
-    @param run called with a program's name and its words; the program must succeed
     @param number of the square: not the one with the lowest place of all, as rock reaches down to
     that everywhere
     @return the archive, the two changes that lead to and fro, and the bytes of both states
     """
     flights = {density: folder / f"flight{density}" for density in (2, 3)}
     for density, flight in flights.items():
-        words = ["--seed", "7", "--squares", squares, "--square-m", square_m, "--density", density]
-        run("SURVEY", *words, "-o", flight)
+        make_survey(flight, squares, square_m, density)
     name = sorted(file.stem for file in flights[2].glob("*.laz"))[number]
     first, second = folder / "first.tvx", folder / "second.tvx"
     changes = [folder / "to.tvx", folder / "back.tvx"]
-    run("CONVERT", flights[2], first, *OPTIONS)
-    run("CONVERT", flights[2], changes[1], *OPTIONS, "--squares", name)
+    make("CONVERT", flights[2], first, *OPTIONS)
+    make("CONVERT", flights[2], changes[1], *OPTIONS, "--squares", name)
     shutil.copy(flights[3] / f"{name}.laz", flights[2])
-    run("CONVERT", flights[2], second, *OPTIONS)
-    run("CONVERT", flights[2], changes[0], *OPTIONS, "--squares", name)
+    make("CONVERT", flights[2], second, *OPTIONS)
+    make("CONVERT", flights[2], changes[0], *OPTIONS, "--squares", name)
     return first, changes, [first.read_bytes(), second.read_bytes()]
 
 

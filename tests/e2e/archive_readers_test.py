@@ -2,7 +2,6 @@
 """An archive that is patched while many read it over HTTP: from the server, and from nginx."""
 
 import asyncio
-import contextlib
 import pathlib
 import resource
 import shutil
@@ -11,16 +10,11 @@ import unittest
 
 from archive_readers import read_while, two_states
 from nginx import NGINX, Front, Static
-from support import HANGS_S, THOROUGH, Case, Run, Server, binary, render, temporary_folder
+from support import HANGS_S, THOROUGH, Case, Server, make, render, temporary_folder
 
 # Readers at the same time.
 READERS = 1000 if THOROUGH else 120
 PATCHES = 4
-
-
-def command(program, *words):
-    run = Run([binary(program), *words])
-    assert run.code == 0, run
 
 
 class ArchiveReaders(Case):
@@ -29,7 +23,7 @@ class ArchiveReaders(Case):
         hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 16384), hard))
         cls.first, cls.changes, cls.states = two_states(
-            temporary_folder(), command, squares="3x3", square_m=128, number=4
+            temporary_folder(), squares="3x3", square_m=128, number=4
         )
 
     def setUp(self):
@@ -46,9 +40,7 @@ class ArchiveReaders(Case):
             while counts.opened < opened + READERS and not counts.errors:
                 self.assertLess(time.monotonic(), deadline, "nobody reads")
                 time.sleep(0.01)
-            self.assertDone(
-                Run([binary("ARCHIVE"), "patch", self.place, self.changes[n % 2], "--quiet"])
-            )
+            make("ARCHIVE", "patch", self.place, self.changes[n % 2], "--quiet")
 
     def assertReadWell(self, port, path):
         counts = asyncio.run(
@@ -59,13 +51,8 @@ class ArchiveReaders(Case):
         self.assertGreater(counts.changed, 0, "nobody has met a change")
         self.assertGreater(counts.parts, READERS)
 
-    @contextlib.contextmanager
     def served(self, *options):
-        server = Server(self.place, "--cache", "none", *options)
-        try:
-            yield server
-        finally:
-            self.assertEqual(server.stop(), 0, server.err)
+        return Server(self.place, "--cache", "none", *options)
 
     def test_readers_of_the_server_see_whole_archives(self):
         with self.served() as server:
@@ -92,7 +79,7 @@ class ArchiveReaders(Case):
                     server.get("/v2/archive.tvx", {"Range": "bytes=0-9"})[1]["ETag"],
                 )
                 expected = {path: other.get(path)[2] for path in other.box_paths()}
-            command("ARCHIVE", "patch", self.place, self.changes[0], "--quiet")
+            make("ARCHIVE", "patch", self.place, self.changes[0], "--quiet")
             for path, body in expected.items():
                 status, _, now = server.get(path)
                 self.assertIn(status, (200, 204), path)
@@ -102,7 +89,7 @@ class ArchiveReaders(Case):
             self.place.unlink()
             self.assertEqual(server.get("/healthz")[0], 200)
             self.assertEqual(server.get("/v2/archive.tvx")[0], 404)
-            command("ARCHIVE", "patch", self.first, self.changes[0], "-o", self.place, "--quiet")
+            make("ARCHIVE", "patch", self.first, self.changes[0], "-o", self.place, "--quiet")
         self.assertEqual(server.err.count("was replaced or removed"), 1, server.err)
         with self.served() as server:
             self.assertNotEqual(server.get("/v2/world")[1]["Terravox-Edition"], edition)

@@ -5,6 +5,7 @@
 """
 
 import os
+import resource
 import struct
 import unittest
 
@@ -198,7 +199,7 @@ class BadInput(Case):
                 target = self.out / ("a" + ending)
                 target.write_text("older")
                 words = ["--size", "160x90", "--samples", "1", "--quiet", "-o", target]
-                run = render(square(), *words, file_bytes=4096)
+                run = render(square(), *words, limits=[(resource.RLIMIT_FSIZE, 4096)])
                 self.assertRefused(run, 1, target.name)
                 self.assertEqual(entries(self.out), [target.name], "something was left behind")
                 self.assertEqual(target.read_bytes(), b"older")

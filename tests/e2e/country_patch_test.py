@@ -13,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from support import ROOT, Case, Run, binary, entries, prints_of, temporary_folder
+from support import ROOT, Case, Run, binary, entries, make_survey, prints_of, temporary_folder
 
 OPTIONS = ["--voxel", "1", "--quiet"]
 
@@ -26,12 +26,10 @@ class CountryPatch(Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.flights = {}
-        for density in (2, 3):
-            cls.flights[density] = temporary_folder() / f"flight{density}"
-            words = ["--seed", "7", "--squares", "5x5", "--square-m", "64", "--density", density]
-            run = Run([binary("SURVEY"), *words, "-o", cls.flights[density]])
-            assert run.code == 0, run
+        cls.flights = {
+            density: make_survey(temporary_folder() / f"flight{density}", "5x5", 64, density)
+            for density in (2, 3)
+        }
         cls.names = sorted(file.stem for file in cls.flights[2].glob("*.laz"))
         cls.sharded = {}
         cls.anew = {}

@@ -2,6 +2,7 @@
 """terravox country as a user runs it: a plan, its shards made here or by tasks, one archive."""
 
 import contextlib
+import functools
 import json
 import os
 import pathlib
@@ -14,34 +15,37 @@ import time
 import unittest
 
 from small_disk import SmallDisk, why_not
-from support import ROOT, Case, Run, binary, only_in_all, temporary_folder, wait_until
+from support import (
+    ROOT,
+    Case,
+    Run,
+    binary,
+    make,
+    make_survey,
+    only_in_all,
+    temporary_folder,
+    wait_until,
+)
 
 NO_SMALL_DISK = why_not()
 KILLED_RUNS = 10
 # Of the archive. Voxels of a metre suffice: 36 columns of boxes to be divided into shards.
 VOXEL = ["--voxel", "1"]
-_made = {}
+_plans = {}
 
 
+@functools.cache
 def survey():
     """A folder with 3 x 3 squares of 128 m; made once."""
-    if "survey" not in _made:
-        folder = temporary_folder() / "survey"
-        words = ["--seed", "7", "--squares", "3x3", "--square-m", "128", "--density", "2"]
-        run = Run([binary("SURVEY"), *words, "-o", folder])
-        assert run.code == 0, run
-        _made["survey"] = folder
-    return _made["survey"]
+    return make_survey(temporary_folder() / "survey", "3x3", 128, 2)
 
 
+@functools.cache
 def whole():
     """The archive that a single run writes."""
-    if "whole" not in _made:
-        out = temporary_folder() / "whole.tvx"
-        run = Run([binary("CONVERT"), survey(), out, *VOXEL, "--cache", "none"])
-        assert run.code == 0, run
-        _made["whole"] = out.read_bytes()
-    return _made["whole"]
+    out = temporary_folder() / "whole.tvx"
+    make("CONVERT", survey(), out, *VOXEL, "--cache", "none")
+    return out.read_bytes()
 
 
 def country(*arguments, **options):
@@ -87,11 +91,10 @@ class Country(Case):
         if options or data:
             self.write_plan(self.plan, data or survey(), shards, *options)
             return
-        name = f"plan of {shards}"
-        if name not in _made:
-            _made[name] = temporary_folder() / "plan"
-            self.write_plan(_made[name], survey(), shards)
-        shutil.copytree(_made[name], self.plan)
+        if shards not in _plans:
+            _plans[shards] = temporary_folder() / "plan"
+            self.write_plan(_plans[shards], survey(), shards)
+        shutil.copytree(_plans[shards], self.plan)
 
     def write_plan(self, plan, data, shards, *options):
         words = [data, "-o", plan, "--shards", shards, "--sample", "2", *VOXEL, "--quiet"]

@@ -71,23 +71,18 @@ class EmptyArchive(Case):
 
     def test_it_is_served_as_air(self):
         for name, file in self.files.items():
-            with self.subTest(name):
-                server = Server(file, "--cache", "none")
-                try:
-                    world = server.json("/v2/world")
-                    top = world["levels"] - 1
-                    for box in ("0/0/0/0", f"{top}/0/0/0"):
-                        status, _, body = server.get(f"/v2/boxes/{box}")
-                        self.assertEqual((status, body), (204, b""), box)
-                    self.assertEqual(server.get("/map/0/0/0.png")[0], 200)
-                    self.assertEqual(server.get("/v2/archive.tvx")[2], file.read_bytes())
-                    picture = self.out / "served.exr"
-                    run = render(server.url, *FLAGS, "--layers", "all", "-o", picture)
-                    self.assertDone(run)
-                    self.assertSky(picture)
-                finally:
-                    code = server.stop()
-                self.assertEqual(code, 0, server.err)
+            with self.subTest(name), Server(file, "--cache", "none") as server:
+                world = server.json("/v2/world")
+                top = world["levels"] - 1
+                for box in ("0/0/0/0", f"{top}/0/0/0"):
+                    status, _, body = server.get(f"/v2/boxes/{box}")
+                    self.assertEqual((status, body), (204, b""), box)
+                self.assertEqual(server.get("/map/0/0/0.png")[0], 200)
+                self.assertEqual(server.get("/v2/archive.tvx")[2], file.read_bytes())
+                picture = self.out / "served.exr"
+                run = render(server.url, *FLAGS, "--layers", "all", "-o", picture)
+                self.assertDone(run)
+                self.assertSky(picture)
 
 
 if __name__ == "__main__":

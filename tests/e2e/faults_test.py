@@ -16,8 +16,8 @@ import threading
 import time
 import unittest
 
-from support import THOROUGH, Program, Server, binary, has_sanitizers, temporary_folder
-from writers import WRITERS, Ended, Writers
+from support import FARM_TOKEN, THOROUGH, Program, Server, binary, has_sanitizers, temporary_folder
+from writers import WRITERS, Writers, ended
 
 FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
 
@@ -28,7 +28,7 @@ def least_address_space(program, among):
     Failures before main() are outside this project.
     """
     for value in among:
-        if all(Ended([program, "--version"], "address space", value).code == 0 for _ in range(3)):
+        if all(ended([program, "--version"], "address space", value).code == 0 for _ in range(3)):
             return value
     raise AssertionError(f"{program} does not start with {among[-1]} bytes")
 
@@ -40,7 +40,7 @@ class Faults(Writers):
             with self.subTest(name):
                 limit = self.whole(name).stat().st_size // 2
                 arguments, out = self.writer(name)
-                run = Ended(arguments, "file size", limit)
+                run = ended(arguments, "file size", limit)
                 self.assertEqual(run.code, 1, str(run))
                 self.assert_told(run, name)
                 self.assertIn(str(out), run.last)
@@ -54,7 +54,7 @@ class Faults(Writers):
             for value in range(3, 40) if THOROUGH else (3, 5, 6, 8, 11, 16, 24):
                 with self.subTest(name, descriptors=value):
                     arguments, out = self.writer(name)
-                    run = Ended(arguments, "descriptors", value)
+                    run = ended(arguments, "descriptors", value)
                     if run.code == 127:
                         continue  # the loader found no descriptor for a library
                     self.assert_told(run, name)
@@ -73,7 +73,7 @@ class Faults(Writers):
             for more in range(0, 400, 4) if THOROUGH else (0, 12, 16, 40, 80, 140):
                 with self.subTest(name, more_mib=more):
                     arguments, out = self.writer(name)
-                    run = Ended(arguments, "address space", least[program] + more * mib)
+                    run = ended(arguments, "address space", least[program] + more * mib)
                     if run.code == 127:
                         # It went on as another program (exec), whose libraries did not fit.
                         self.assertLess(more, 300, str(run))
@@ -146,16 +146,12 @@ class Faults(Writers):
             jumping.start()
             stack.callback(jumping.join)
             stack.callback(over.set)
-            token = "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"
-            environment = {**clock, "TERRAVOX_FARM_TOKEN": token}
-            worker = Program("worker", "--listen", "127.0.0.1:0", environment=environment)
-            stack.callback(worker.kill)
-            port = worker.saw(r"on port (\d+)")[1]
+            environment = {**clock, "TERRAVOX_FARM_TOKEN": FARM_TOKEN}
+            words = ["worker", "--listen", "127.0.0.1:0"]
+            worker = Program(*words, environment=environment, test=self)
             arguments, out = self.writer(name)
             arguments[arguments.index("--threads") + 1] = "0"
-            run = Ended([*arguments, "--worker", f"127.0.0.1:{port}"], environment=environment)
-            worker.kill()
-            worker.process.stdout.close()
+            run = ended([*arguments, "--worker", worker.address()], environment=environment)
         self.assertEqual(run.code, 0, f"{run}\nworker:\n{worker.log()}")
         self.assert_as_on_a_good_day(name, out)
 

@@ -12,8 +12,8 @@ import shutil
 import unittest
 
 from small_disk import PAGE_BYTES, SmallDisk, why_not
-from support import ROOT, Run, Server, binary, temporary_folder
-from writers import WRITERS, Ended, Writers
+from support import ROOT, Run, Server, make_survey, temporary_folder
+from writers import WRITERS, Writers, ended
 
 REASON = why_not()
 NODE = shutil.which(os.environ.get("TERRAVOX_NODE") or "node")
@@ -29,7 +29,7 @@ class FullDisk(Writers):
             for free in sorted({0, pages // 2, pages - 1}):
                 with self.subTest(name, free_pages=free, of=pages), SmallDisk(free) as disk:
                     arguments, _ = self.writer(name, disk.folder)
-                    run = Ended(arguments, within=disk.within)
+                    run = ended(arguments, within=disk.within)
                     self.assertEqual(run.code, 1, str(run))
                     self.assert_told(run, name)
                     self.assertIn(str(disk.folder), run.last)
@@ -38,7 +38,7 @@ class FullDisk(Writers):
                     if not WRITERS[name].left and free != pages // 2:
                         continue
                     disk.leave(GIB_PAGES)
-                    again = Ended(arguments, within=disk.within)
+                    again = ended(arguments, within=disk.within)
                     self.assertEqual(again.code, 0, f"once there is room: {again}")
                     self.assert_as_on_a_good_day(name, disk.seen)
 
@@ -53,22 +53,15 @@ class FullDisk(Writers):
                 for room in (False, True):
                     if room:
                         disk.leave(GIB_PAGES)
-                    server = Server(self.data, "--cache", disk.folder, program=disk.within)
-                    try:
+                    with Server(self.data, "--cache", disk.folder, program=disk.within) as server:
                         self.assertEqual({path: server.get(path)[::2] for path in paths}, boxes)
-                    finally:
-                        code = server.stop()
-                    self.assertEqual(code, 0, server.err)
-                again = Server(self.data, "--cache", disk.folder, program=disk.within)
-                try:
+                with Server(self.data, "--cache", disk.folder, program=disk.within) as again:
                     self.assertEqual({path: again.get(path)[::2] for path in paths}, boxes)
                     self.assertGreater(
                         again.json("/v2/stats")["disk"]["hits"],
                         0,
                         "nothing was kept though there was room",
                     )
-                finally:
-                    again.stop()
 
 
 @unittest.skipIf(REASON, REASON)
@@ -76,10 +69,7 @@ class FullDisk(Writers):
 class FullDiskOfTheGrabber(Writers):
     @classmethod
     def setUpClass(cls):
-        cls.survey = temporary_folder() / "survey"
-        words = ["--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "0.1"]
-        run = Run([binary("SURVEY"), *words, "-o", cls.survey])
-        assert run.code == 0, run
+        cls.survey = make_survey(temporary_folder() / "survey", "1x1", 1000, 0.1)
         cls.square = (cls.survey / "TM_462_101.laz").read_bytes()
 
     def fetch(self, disk, *arguments):

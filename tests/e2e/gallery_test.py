@@ -37,8 +37,7 @@ def gallery(*arguments):
 
 
 def names():
-    run = gallery("--list")
-    assert run.code == 0, run
+    run = gallery("--list").done()
     return [line.split()[0] for line in run.out.splitlines()]
 
 

@@ -8,6 +8,7 @@ outlive the server, preparing.
 import contextlib
 import json
 import re
+import resource
 import shutil
 import sqlite3
 import ssl
@@ -228,7 +229,7 @@ class Kept(Case):
 
     def test_preparing_fails_where_the_disk_is_full(self):
         words = [binary("VOXELSERVER"), survey(), "--cache", temporary_folder(), "--prepare-only"]
-        run = Run(words, file_bytes=100_000)
+        run = Run(words, limits=[(resource.RLIMIT_FSIZE, 100_000)])
         self.assertEqual(run.code, 1, str(run))
         self.assertIn("cannot be kept in", run.err.splitlines()[-1])
 

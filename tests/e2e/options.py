@@ -35,9 +35,7 @@ def options_of(command):
     if command in TEXTS:
         return "".join(file.read_text(encoding="utf-8") for file in TEXTS[command])
     variable, *words = PROGRAMS[command]
-    run = Run([binary(variable), *words, "--help", "all"])
-    if run.code != 0:
-        raise AssertionError(run)
+    run = Run([binary(variable), *words, "--help", "all"]).done()
     # Further arguments of the cluster's commands are those of these.
     if command.startswith("cluster "):
         others = ("render", "animate", "analyse sun")

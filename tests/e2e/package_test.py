@@ -86,8 +86,7 @@ def make_packages(*options, **environment):
         [ROOT / "terravox", "package", "deb", *options, "-o", folder],
         environment={**MAINTAINER, **environment},
         timeout_s=BUILD_S,
-    )
-    assert run.code == 0, run
+    ).done()
     files = [pathlib.Path(line) for line in run.out.split() if line.endswith(".deb")]
     return {file.name.split("_")[0]: file for file in files}
 
@@ -174,8 +173,7 @@ class Installed(Case):
             shutil.copy(file, cls.root.folder / "tmp")
         shutil.copytree(survey(), cls.root.folder / "tmp" / "survey")
         shutil.copytree(EXAMPLES, cls.root.folder / "tmp" / "examples")
-        run = cls.root.run("apt-get", "update")
-        assert run.code == 0, run
+        cls.root.run("apt-get", "update").done()
 
     def install(self, *packages):
         """Those of ours by their files, others by their names."""

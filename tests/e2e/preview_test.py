@@ -14,6 +14,7 @@ import unittest
 
 from desktop import MISSING, Desktop, changed, colours
 from support import (
+    FARM_TOKEN,
     Case,
     Program,
     Run,
@@ -27,7 +28,7 @@ from support import (
     wait_until,
 )
 
-TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a", "TERRAVOX_FARM_TEST": "1"}
+TOKEN = {"TERRAVOX_FARM_TOKEN": FARM_TOKEN, "TERRAVOX_FARM_TEST": "1"}
 WIDTH = 1000
 HEIGHT = 640
 FIRST = "first picture after"  # of a change
@@ -78,9 +79,7 @@ class Window(Case):
         words = ["preview", world, "--window", f"{width}x{height}", "--log", "trace"]
         words += ["--report", self.out / "report.json", "--save-scene", self.out / "scene.toml"]
         environment = {**self.desktop.environment, **(environment or {})}
-        program = Program(*words, *arguments, environment=environment, cwd=self.out)
-        self.addCleanup(program.process.stdout.close)
-        self.addCleanup(program.kill)
+        program = Program(*words, *arguments, environment=environment, cwd=self.out, test=self)
         if first:
             program.saw(FIRST)
             self.desktop.do("mousemove", *MIDDLE)
@@ -88,10 +87,8 @@ class Window(Case):
         return program
 
     def worker(self):
-        program = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=TOKEN)
-        self.addCleanup(program.process.stdout.close)
-        self.addCleanup(program.kill)
-        return program, "127.0.0.1:" + program.saw(r"on port (\d+)").group(1)
+        words = ("worker", "--listen", "127.0.0.1:0", "--threads", "1")
+        return Program(*words, environment=TOKEN, test=self).address()
 
     def quit(self, program, code=0):
         self.desktop.key("ctrl+q")
@@ -279,7 +276,7 @@ class Window(Case):
 
     @only_in_all
     def test_threads_and_workers_are_added_and_a_final_picture_given_up(self):
-        _, address = self.worker()
+        address = self.worker()
         slow = ["--integrator", "path", "--samples", "4000", "--size", "1600x900", "--threads", "0"]
         program = self.preview(survey(), *slow, environment=TOKEN, height=1500)
         desktop = self.desktop
@@ -464,9 +461,7 @@ class Window(Case):
             program.saw("hole at box")
         self.saved(program)
         self.keep("server-gone")
-        again = Program("--port", str(port), survey(), program="VOXELSERVER")
-        self.addCleanup(again.process.stdout.close)
-        self.addCleanup(again.kill)
+        again = Program("--port", str(port), survey(), program="VOXELSERVER", test=self)
         again.saw("listening on")
         # By itself, after a while.
         program.saw("a box that was a hole has come")

@@ -7,7 +7,6 @@ import re
 import shutil
 import signal
 import struct
-import subprocess
 import unittest
 import urllib.error
 import urllib.request
@@ -28,7 +27,6 @@ from site_views import (
 from static_host import StaticHost
 from support import (
     HANGS_S,
-    ROOT,
     Case,
     Program,
     Run,
@@ -37,6 +35,7 @@ from support import (
     entries,
     only_in_all,
     render,
+    run_page_tests,
     survey,
     temporary_folder,
     wait_until,
@@ -55,8 +54,7 @@ class Publish(Case):
     @classmethod
     def setUpClass(cls):
         cls.site = temporary_folder() / "site"
-        run = publish(survey(), "--ortho", survey() / "ortho", cls.site, *VIEW, "--title", "A & B")
-        assert run.code == 0, run
+        publish(survey(), "--ortho", survey() / "ortho", cls.site, *VIEW, "--title", "A & B").done()
 
     def place(self, site):
         return json.loads((site / "place.json").read_text())
@@ -266,7 +264,7 @@ class Publish(Case):
             TERRAVOX_SITE_SIZE=f"{SIZE[0]}x{SIZE[1]}",
         )
         if not shown.exists():
-            self.skipTest("no browser: " + run.stdout)
+            self.skipTest("no browser: " + run.out)
         with self.subTest("the picture"):
             wanted = folder / "wanted.png"
             self.assertDone(render(self.site / "place.tvx", *VIEW, "-o", wanted))
@@ -280,28 +278,19 @@ class Publish(Case):
         for what in ("TERRAVOX_SITE_TOOLS", "TERRAVOX_SITE_DRAWING"):
             with self.subTest(what):
                 run = self.run_in_browser(what)
-                if "# SKIP" in run.stdout:
-                    self.skipTest("no browser: " + run.stdout)
+                if "# SKIP" in run.out:
+                    self.skipTest("no browser: " + run.out)
 
     def run_in_browser(self, what, **environment):
         """Runs tests of the page (tests/page/run.mjs); what: the variable for the address."""
-        node = os.environ.get("TERRAVOX_NODE")
-        if not node:
+        if not os.environ.get("TERRAVOX_NODE"):
             self.skipTest("no Node.js")
         host = StaticHost(self.site)
         try:
-            run = subprocess.run(
-                [node, ROOT / "tests" / "page" / "run.mjs"],
-                env={**os.environ, what: host.url, **environment},
-                capture_output=True,
-                text=True,
-                timeout=4 * HANGS_S,
-                check=False,
-            )
+            run = run_page_tests(**{what: host.url}, **environment)
         finally:
             host.stop()
-        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
-        return run
+        return run.done()
 
     def compare_hits(self, hits, folder):
         """First hits of the viewer with those of the ray tracer, pixel by pixel."""

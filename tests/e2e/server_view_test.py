@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
 """The viewer of the real voxel server, in a browser, next to a site of the same data."""
 
-import os
-import subprocess
 import unittest
 
 from static_host import StaticHost
-from support import HANGS_S, ROOT, Case, Run, Server, binary, survey, temporary_folder
+from support import Case, Server, make, run_page_tests, secret_file, survey, temporary_folder
 
 TOKEN = "correct-horse-battery-staple-1871"
 
@@ -15,18 +13,8 @@ class ServerView(Case):
     @classmethod
     def setUpClass(cls):
         folder = temporary_folder() / "site"
-        run = Run(
-            [
-                binary("PUBLISH"),
-                survey(),
-                "--ortho",
-                survey() / "ortho",
-                folder,
-                "--no-preview",
-                "--quiet",
-            ]
-        )
-        assert run.code == 0, run
+        photos = ("--ortho", survey() / "ortho")
+        make("PUBLISH", survey(), *photos, folder, "--no-preview", "--quiet")
         cls.site = StaticHost(folder)
 
     @classmethod
@@ -35,26 +23,11 @@ class ServerView(Case):
 
     def show(self, *arguments, **environment):
         """The squares are not prepared: the server makes its boxes while they are looked at."""
-        cache = temporary_folder()
-        server = Server(survey(), "--ortho", survey() / "ortho", "--cache", cache, *arguments)
-        try:
-            run = subprocess.run(
-                [os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"],
-                env={
-                    **os.environ,
-                    "TERRAVOX_VIEWED": server.url,
-                    "TERRAVOX_VIEWED_SITE": self.site.url,
-                    **environment,
-                },
-                capture_output=True,
-                text=True,
-                timeout=4 * HANGS_S,
-                check=False,
-            )
-        finally:
-            code = server.stop()
-        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
-        self.assertEqual(code, 0, server.err)
+        words = ("--ortho", survey() / "ortho", "--cache", temporary_folder())
+        with Server(survey(), *words, *arguments) as server:
+            run_page_tests(
+                TERRAVOX_VIEWED=server.url, TERRAVOX_VIEWED_SITE=self.site.url, **environment
+            ).done()
         for line in server.err.splitlines():
             self.assertFalse(line.startswith(("[warn", "[error")), server.err)
 
@@ -62,10 +35,7 @@ class ServerView(Case):
         self.show()
 
     def test_with_a_token_the_page_asks_for_it(self):
-        file = temporary_folder() / "token"
-        file.write_text(TOKEN + "\n")
-        file.chmod(0o600)
-        self.show("--token-file", file, TERRAVOX_VIEWED_TOKEN=TOKEN)
+        self.show("--token-file", secret_file(TOKEN), TERRAVOX_VIEWED_TOKEN=TOKEN)
 
 
 if __name__ == "__main__":

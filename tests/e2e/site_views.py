@@ -66,8 +66,7 @@ class View:
 
 def three_views(archive):
     """Into a place from outside, over its middle, and from high above: many levels of detail."""
-    told = Run([binary("RAYTRACER"), "world", "info", archive, "--json"])
-    assert told.code == 0, told
+    told = Run([binary("RAYTRACER"), "world", "info", archive, "--json"]).done()
     bounds = json.loads(told.out)["bounds"]
     low, high = bounds["min"], bounds["max"]
     width = high[0] - low[0]
@@ -141,11 +140,9 @@ class Traced:
 
     def __init__(self, archive, flags, folder):
         picture = folder / "traced.exr"
-        run = render(archive, *flags, *PLAIN, "-o", picture)
-        assert run.code == 0, run
+        render(archive, *flags, *PLAIN, "-o", picture).done()
         raw = folder / "traced.values"
-        told = Run([binary("VALUES"), picture, raw])
-        assert told.code == 0, told
+        told = Run([binary("VALUES"), picture, raw]).done()
         facts = json.loads(told.out)
         self.channels = [channel["name"] for channel in facts["channels"]]
         self.values = array.array("f", raw.read_bytes())

@@ -1,6 +1,7 @@
 """Shared parts of the end-to-end tests: binaries, a small synthetic survey, results of runs."""
 
 import atexit
+import functools
 import hashlib
 import http.client
 import json
@@ -91,15 +92,19 @@ def hold_port():
 class Run:
     """A program that has ended."""
 
-    def __init__(self, arguments, cwd=None, file_bytes=None, timeout_s=HANGS_S, environment=None):
+    def __init__(
+        self, arguments, cwd=None, limits=(), timeout_s=HANGS_S, environment=None, within=()
+    ):
+        """@param limits (resource of setrlimit, value) @param within a command that runs others"""
+
         def limit():
-            if file_bytes is not None:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
+            for which, value in limits:
+                resource.setrlimit(which, (value, value))
 
         # restore_signals=False: Python ignores SIGXFSZ, and so does the child then: its writes fail
         # with EFBIG, as on a full disk.
         done = subprocess.run(
-            [str(a) for a in arguments],
+            [str(a) for a in [*within, *arguments]],
             cwd=cwd,
             capture_output=True,
             text=True,
@@ -113,9 +118,42 @@ class Run:
         self.code = done.returncode
         self.out = done.stdout
         self.err = done.stderr
+        self.last = (self.err.strip().splitlines() or [""])[-1]
 
     def __str__(self):
         return f"exit code {self.code}\n--- stdout\n{self.out}\n--- stderr\n{self.err}"
+
+    def done(self):
+        """@return itself @throws AssertionError unless it has succeeded"""
+        if self.code != 0:
+            raise AssertionError(str(self))
+        return self
+
+
+def make(program, *words, **options):
+    """Runs a program that must succeed, as tests prepare what they need. @return the Run"""
+    return Run([binary(program), *words], **options).done()
+
+
+def run_page_tests(**environment):
+    """Runs the tests of the web page that these variables choose (tests/page/run.mjs)."""
+    words = [os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"]
+    return Run(words, environment=environment, timeout_s=4 * HANGS_S)
+
+
+def make_survey(folder, squares, square_m, density, *options):
+    """@return the folder"""
+    words = ["--seed", "7", "--squares", squares, "--square-m", square_m, "--density", density]
+    make("SURVEY", *words, *options, "-o", folder)
+    return folder
+
+
+def secret_file(text):
+    """@return a file of a secret that its user alone may read"""
+    file = temporary_folder() / "secret"
+    file.touch(mode=0o600)
+    file.write_text(text + "\n")
+    return file
 
 
 def render(*arguments, **options):
@@ -126,20 +164,10 @@ def compare(a, b, exact=False):
     return Run([binary("COMPARE"), *(["--exact"] if exact else []), a, b])
 
 
-_survey = None
-
-
+@functools.cache
 def survey():
     """A folder with one square of 256 m; made once."""
-    global _survey
-    if _survey is None:
-        folder = temporary_folder() / "survey"
-        words = ["--seed", "7", "--squares", "1x1", "--square-m", "256", "--density", "4"]
-        run = Run([binary("SURVEY"), *words, "-o", folder])
-        if run.code != 0:
-            raise AssertionError(f"terravox-survey: {run}")
-        _survey = folder
-    return _survey
+    return make_survey(temporary_folder() / "survey", "1x1", 256, 4)
 
 
 def prints_of(folder):
@@ -185,6 +213,14 @@ class Server:
         self.err = self._log.read()
         self._log.close()
         return self.process.returncode
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        """Where it does not end well, neither does the block."""
+        if self.stop() != 0:
+            raise AssertionError(f"the server has ended with {self.process.returncode}: {self.err}")
 
     def stop(self, timeout_s=HANGS_S):
         """Ends it by SIGTERM. @return the exit code"""
@@ -239,11 +275,18 @@ class Server:
         return out
 
 
+FARM_TOKEN = "kv7r2mx9q4tz8wpd5hcnb3fj6gy1ks7a"
+
+
 class Program:
     """A program that runs on; its log is read as it comes."""
 
-    def __init__(self, *arguments, environment=None, within=(), program="RAYTRACER", cwd=None):
-        """@param within a command that runs others somewhere @param program as binary() has it"""
+    def __init__(
+        self, *arguments, environment=None, within=(), program="RAYTRACER", cwd=None, test=None
+    ):
+        """@param within a command that runs others somewhere @param program as binary() has it
+        @param test that ends it, unless it has ended before
+        """
         self.process = subprocess.Popen(
             [*within, binary(program), *(str(a) for a in arguments)],
             stdout=subprocess.PIPE,
@@ -257,6 +300,16 @@ class Program:
         self.changed = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
+        if test is not None:
+            test.addCleanup(self.process.stdout.close)
+            test.addCleanup(self.kill)
+
+    def port(self):
+        """@return of this machine, once it listens there"""
+        return int(self.saw(r"on port (\d+)")[1])
+
+    def address(self):
+        return f"127.0.0.1:{self.port()}"
 
     def _read(self):
         for line in self.process.stdout:

@@ -3,7 +3,17 @@
 import unittest
 
 from static_host import StaticHost
-from support import Program, Run, Server, binary, render, survey, temporary_folder
+from support import (
+    Program,
+    Run,
+    Server,
+    binary,
+    make,
+    render,
+    secret_file,
+    survey,
+    temporary_folder,
+)
 
 FARM = "w8nq3vz6tk2mx9rj5hcpb4fg7dy1ks2e"
 SERVER = "the-secret-of-the-server-61c0f7d3"
@@ -30,8 +40,7 @@ class Tokens(unittest.TestCase):
     def setUpClass(cls):
         cls.out = temporary_folder()
         place = cls.out / "place.tvx"
-        made = Run([binary("RAYTRACER"), "convert", survey(), place])
-        assert made.code == 0, made
+        make("RAYTRACER", "convert", survey(), place)
         cls.content = place.read_bytes()
 
     def host(self):
@@ -52,10 +61,7 @@ class Tokens(unittest.TestCase):
     def worker(self, environment, *arguments):
         """A daemon that listens. Returns its address."""
         words = ["worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments]
-        daemon = Program(*words, environment={**NOTHING, **environment})
-        self.addCleanup(daemon.process.stdout.close)
-        self.addCleanup(daemon.kill)
-        return "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
+        return Program(*words, environment={**NOTHING, **environment}, test=self).address()
 
     def test_the_farm_s_token_goes_to_no_web_server(self):
         web = self.host()
@@ -82,10 +88,7 @@ class Tokens(unittest.TestCase):
                 self.assertEqual(len(begun), 1, web.log)
 
     def test_a_voxel_server_that_wants_a_token_gets_it_from_clients_that_have_bound_it(self):
-        file = self.out / "token"
-        file.write_text(SERVER + "\n")
-        file.chmod(0o600)
-        server = Server(survey(), "--cache", "none", "--token-file", file)
+        server = Server(survey(), "--cache", "none", "--token-file", secret_file(SERVER))
         self.addCleanup(server.stop)
         refused = self.render(server.url, {"TERRAVOX_SERVER_TOKEN": SERVER})
         self.assertEqual(refused.code, 1, refused)

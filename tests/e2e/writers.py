@@ -3,14 +3,12 @@
 import functools
 import itertools
 import json
-import os
 import resource
 import shutil
 import struct
-import subprocess
 from typing import NamedTuple
 
-from support import Case, binary, temporary_folder
+from support import Case, Run, binary, make, make_survey, temporary_folder
 
 LIMITS = {
     "descriptors": resource.RLIMIT_NOFILE,
@@ -133,35 +131,11 @@ WRITERS = {
 ENVIRONMENT = {"OGR_CURRENT_DATE": "2026-01-01T00:00:00.000Z"}
 
 
-class Ended:
-    def __init__(self, arguments, limit=None, value=0, timeout_s=600, environment=None, within=()):
-        """@param limit  a name of LIMITS, set to `value`
-        @param within a command that runs others somewhere
-        """
-
-        def confine():
-            if limit:
-                resource.setrlimit(LIMITS[limit], (value, value))
-
-        # Python ignores SIGXFSZ, and so does the child: writes fail with EFBIG, as on a full disk.
-        done = subprocess.run(
-            [str(a) for a in [*within, *arguments]],
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=timeout_s,
-            preexec_fn=confine,
-            restore_signals=False,
-            check=False,
-            env={**os.environ, **ENVIRONMENT, **(environment or {})},
-        )
-        self.code = done.returncode
-        self.out = done.stdout
-        self.err = done.stderr
-        self.last = (self.err.strip().splitlines() or [""])[-1]
-
-    def __str__(self):
-        return f"exit code {self.code}\n{self.err}"
+def ended(arguments, limit=None, value=0, environment=None, within=()):
+    """@param limit a name of LIMITS, set to `value` @return the Run"""
+    limits = [(LIMITS[limit], value)] if limit else []
+    environment = {**ENVIRONMENT, **(environment or {})}
+    return Run(arguments, limits=limits, environment=environment, within=within)
 
 
 def write_las(path):
@@ -189,17 +163,11 @@ class Inputs:
         """@return what stands for a word of a Writer"""
         return getattr(self, word) if word.isupper() else [word]
 
-    def _make(self, program, *words):
-        run = Ended([binary(program), *words])
-        assert run.code == 0, run
-
     @functools.cached_property
     def DATA(self):
         # A quarter of survey(), without its orthophotos and truth: each format still fills several
         # pages, and the writers run a hundred times.
-        made = self.folder / "survey"
-        options = ["--seed", "7", "--squares", "1x1", "--square-m", "128", "--density", "4"]
-        self._make("SURVEY", *options, "-o", made)
+        made = make_survey(self.folder / "survey", "1x1", 128, 4)
         data = self.folder / "data"
         data.mkdir()
         for file in made.glob("*.laz"):
@@ -222,38 +190,38 @@ class Inputs:
         parts = [f"{part}/2" for part in (1, 2)]
         for part in parts:
             options = ["--part", part, "--cache", "none", *OF_A_PICTURE.split()]
-            self._make("RAYTRACER", "render", *self.DATA, "-o", picture, *options)
+            make("RAYTRACER", "render", *self.DATA, "-o", picture, *options)
         return sorted(self.folder.glob("tiles.png.part-*"))
 
     @functools.cached_property
     def ARCHIVE(self):
         archive = self.folder / "archive.tvx"
-        self._make("CONVERT", *self.DATA, archive, "--cache", "none")
+        make("CONVERT", *self.DATA, archive, "--cache", "none")
         return [archive]
 
     @functools.cached_property
     def CHANGES(self):
         changes = self.folder / "changes.tvx"
-        self._make("CONVERT", *self.DATA, changes, "--cache", "none", "--squares", *self.SQUARE)
+        make("CONVERT", *self.DATA, changes, "--cache", "none", "--squares", *self.SQUARE)
         return [changes]
 
     @functools.cached_property
     def SHARDS(self):
         shards = [self.folder / f"shard{i}.tvx" for i in (1, 2)]
         for i, shard in enumerate(shards, 1):
-            self._make("CONVERT", *self.DATA, shard, "--cache", "none", "--shard", f"{i}/2")
+            make("CONVERT", *self.DATA, shard, "--cache", "none", "--shard", f"{i}/2")
         return shards
 
     @functools.cached_property
     def LARGE(self):
         """An archive of a little more than 1 MiB."""
         archive = self.folder / "large.tvx"
-        self._make("CONVERT", "generated:7", archive, "--area", "0,0,512,512")
+        make("CONVERT", "generated:7", archive, "--area", "0,0,512,512")
         return [archive]
 
     @functools.cached_property
     def PARTS(self):
-        self._make("ARCHIVE", "split", *self.LARGE, "--max-mib", "1", "-o", self.folder / "parts")
+        make("ARCHIVE", "split", *self.LARGE, "--max-mib", "1", "-o", self.folder / "parts")
         return sorted((self.folder / "parts").iterdir())
 
     @functools.cached_property
@@ -291,8 +259,7 @@ class Writers(Case):
         """Output of a writer without faults."""
         if name not in self.good:
             arguments, out = self.writer(name)
-            run = Ended(arguments)
-            self.assertEqual(run.code, 0, f"{name}: {run}")
+            ended(arguments).done()
             self.good[name] = out
         return self.good[name] / WRITERS[name].file
 
@@ -319,9 +286,7 @@ class Writers(Case):
 
     def facts_of(self, tiles):
         """What is there of a picture, and which it is."""
-        run = Ended([binary("RAYTRACER"), "merge", "--info", tiles])
-        self.assertEqual(run.code, 0, str(run))
-        return run.out.replace(str(tiles), "")
+        return make("RAYTRACER", "merge", "--info", tiles).out.replace(str(tiles), "")
 
     def assert_as_on_a_good_day(self, name, out):
         made = out / WRITERS[name].file
