@@ -6,9 +6,11 @@
 #include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/raytracer/core/scene/some_cameras.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
+using terravox::test::corner;
 using voxel::VoxelBounds;
 
 namespace {
@@ -34,12 +36,6 @@ Pixel find_pixel(const scene::Camera& camera, core::Vec3 point, int width, int h
     const double depth = core::dot(to, camera.forward());
     return {width / 2.0 * (1 + core::dot(to, right) / depth / core::dot(right, right)),
             height / 2.0 * (1 + core::dot(to, down) / depth / core::dot(down, down)), depth};
-}
-
-core::Vec3 corner(const VoxelBounds& b, int i) {
-    return {static_cast<double>((i & 1) != 0 ? b.max[0] : b.min[0]),
-            static_cast<double>((i & 2) != 0 ? b.max[1] : b.min[1]),
-            static_cast<double>((i & 4) != 0 ? b.max[2] : b.min[2])};
 }
 
 voxel::WorldInfo delft() {

@@ -48,6 +48,12 @@ inline scene::Scene make_scene(core::CameraProjection projection, int width = 64
     return scene;
 }
 
+inline core::Vec3 corner(const voxel::VoxelBounds& b, int i) {
+    return {static_cast<double>((i & 1) != 0 ? b.max[0] : b.min[0]),
+            static_cast<double>((i & 2) != 0 ? b.max[1] : b.min[1]),
+            static_cast<double>((i & 4) != 0 ? b.max[2] : b.min[2])};
+}
+
 /// A camera somewhere about the world that looks somewhere.
 inline scene::Scene placed(Random& random, core::CameraProjection projection) {
     scene::Scene scene = make_scene(projection, 1 + static_cast<int>(random.in(1, 900)),
