@@ -1,5 +1,6 @@
 #pragma once
 
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -11,6 +12,14 @@
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::test {
+
+/// @return where a socket listens on this machine
+[[nodiscard]] inline sockets::Address bound_address(const sockets::Socket& listening) {
+    sockets::Endpoint bound;
+    bound.size_bytes = sizeof bound.storage;
+    ::getsockname(listening.fd(), reinterpret_cast<sockaddr*>(&bound.storage), &bound.size_bytes);
+    return {.host = "127.0.0.1", .port = bound.port()};
+}
 
 /// A connection that sends arbitrary bytes.
 class RawPeer {

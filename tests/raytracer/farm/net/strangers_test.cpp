@@ -2,11 +2,9 @@
 
 #include <fcntl.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
-#include <future>
 #include <random>
 
 #include "raytracer/farm/net/handshake.hpp"
@@ -30,38 +28,6 @@ net::ListenerLimits handshake_within(std::chrono::milliseconds time) {
     limits.handshake = time;
     return limits;
 }
-
-/// A listener of the test: one connection, and what `serve` makes of it.
-class FakeListener {
-public:
-    explicit FakeListener(std::function<void(RawPeer&)> serve)
-        : m_listening(sockets::listen_at({.host = "127.0.0.1", .port = 0})),
-          m_served(std::async(std::launch::async, [this, serve = std::move(serve)] {
-              sockets::Socket socket;
-              while (!socket && !m_stopping) {
-                  pollfd one{m_listening.front().fd(), POLLIN, 0};
-                  if (::poll(&one, 1, 5) > 0)
-                      socket = sockets::Socket(::accept4(m_listening.front().fd(), nullptr, nullptr,
-                                                         SOCK_NONBLOCK | SOCK_CLOEXEC));
-              }
-              RawPeer peer(std::move(socket));
-              if (!m_stopping)
-                  serve(peer);
-          })) {}
-    ~FakeListener() { m_stopping = true; }
-    [[nodiscard]] sockets::Address address() const {
-        sockets::Endpoint bound;
-        bound.size_bytes = sizeof bound.storage;
-        ::getsockname(m_listening.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
-                      &bound.size_bytes);
-        return {.host = "127.0.0.1", .port = bound.port()};
-    }
-
-private:
-    std::vector<sockets::Socket> m_listening;
-    std::atomic<bool> m_stopping{false};
-    std::future<void> m_served;
-};
 
 std::string hear(RawPeer& peer, std::size_t size_bytes) {
     std::string out(size_bytes, '\0');
@@ -87,57 +53,10 @@ TEST_CASE("a dialler with another token is refused for good, with the reason",
     CHECK(farm.works());
 }
 
-TEST_CASE("a listener without the token is refused by the dialler", "[common][net][strangers]") {
-    const auto hello = [] { return net::DiallerHandshake(kToken).hello(); };
-    struct Case {
-        const char* name;
-        std::function<void(RawPeer&)> serve;
-        const char* why;
-        bool for_good;
-    };
-    const auto answering = [&](std::uint8_t verdict) {
-        return [hello, verdict](RawPeer& peer) {
-            static_cast<void>(hear(peer, net::kHello_bytes));
-            peer.say(hello());
-            static_cast<void>(hear(peer, net::kProof_bytes));
-            peer.say(std::string(1, static_cast<char>(verdict)) +
-                     std::string(net::kProof_bytes, 'p'));
-            static_cast<void>(peer.hear_all());
-        };
-    };
-    for (const Case& c :
-         std::vector<Case>{{"it sends the proof back",
-                            [](RawPeer& peer) {
-                                peer.say(hear(peer, net::kHello_bytes));
-                                peer.say(std::string(1, '\0') + hear(peer, net::kProof_bytes));
-                                static_cast<void>(peer.hear_all());
-                            },
-                            "does not know the token", true},
-                           {"it is busy", answering(2), "no room", false},
-                           {"it closes at once", [](RawPeer&) {}, "", false}}) {
-        INFO(c.name);
-        const FakeListener fake(c.serve);
-        std::string why;
-        bool for_good = false;
-        try {
-            static_cast<void>(net::dial(fake.address(), token(kToken), kLong));
-        } catch (const net::RefusedError& e) {
-            why = e.what();
-            for_good = true;
-        } catch (const util::Error& e) {
-            why = e.what();
-        }
-        CHECK_THAT(why, contains("connect to " + fake.address().text()) && contains(c.why));
-        CHECK(for_good == c.for_good);
-    }
-}
-
 TEST_CASE("a dialler waits no longer than its timeout", "[common][net][strangers]") {
-    std::promise<void> over;
-    const FakeListener silent([&](RawPeer&) { over.get_future().wait(); });
-    CHECK_THROWS_WITH(net::dial(silent.address(), token(kToken), 100ms),
+    const auto silent = sockets::listen_at({.host = "127.0.0.1", .port = 0});
+    CHECK_THROWS_WITH(net::dial(bound_address(silent.front()), token(kToken), 100ms),
                       contains("no answer in time"));
-    over.set_value();
 }
 
 TEST_CASE("invalid credentials are reported before any attempt", "[common][net][strangers]") {

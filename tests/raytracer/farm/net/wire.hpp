@@ -10,7 +10,7 @@
 #include <chrono>
 #include <thread>
 
-#include "tests/raytracer/farm/net/farm.hpp"
+#include "tests/raytracer/farm/net/raw_peer.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::test {
@@ -31,13 +31,7 @@ public:
         m_state = State::kCut;
         m_thread.join();
     }
-    [[nodiscard]] sockets::Address address() const {
-        sockets::Endpoint bound;
-        bound.size_bytes = sizeof bound.storage;
-        ::getsockname(m_listening.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
-                      &bound.size_bytes);
-        return {.host = "127.0.0.1", .port = bound.port()};
-    }
+    [[nodiscard]] sockets::Address address() const { return bound_address(m_listening.front()); }
     /// Resets both ends, as by machines that crash and restart.
     void cut() { m_state = State::kCut; }
     /// Transfers nothing more, and closes nothing, as when a cable is pulled out.
