@@ -1,4 +1,4 @@
-"""A TCP link that is bad on purpose: it has resets and silence, or passes writes in tiny pieces.
+"""A TCP link that is bad on purpose: it has resets and silence.
 
 For machines whose kernel has no netem, and for tests without root. TCP turns lost packets into
 delays: to a program a packet that is lost for good is a silent connection, or a reset.
@@ -10,7 +10,6 @@ order of acceptance; how the bytes of several connections interleave in time is 
 import asyncio
 import collections
 import contextlib
-import math
 import random
 import socket
 import struct
@@ -29,18 +28,14 @@ class BadLink:
     It does so for as long as the block lasts.
     """
 
-    def __init__(self, to_port, seed, *, piece_bytes=None, fates=(), fate_bytes=(1, 1), silent_s=0):
-        """@param piece_bytes from, to: writes are split into pieces of so many bytes; None: whole
-        @param fates       RESET or SILENT_...: what happens to successive connections
-        @param fate_bytes  from, to: how many bytes of both ways a fate takes
-        @param silent_s    how long a silence lasts, and nothing is lost by it; 0: for ever
+    def __init__(self, to_port, seed, *, fates=(), fate_bytes=(1, 1)):
+        """@param fates RESET or SILENT_...: what happens to successive connections
+        @param fate_bytes from, to: how many bytes of both ways a fate takes
         """
         self._to_port = to_port
         self._seed = seed
-        self._piece_bytes = piece_bytes
         self._fates = collections.deque(fates)
         self._fate_bytes = fate_bytes
-        self._silent_s = silent_s or math.inf
         self._counts = collections.Counter()
         self._listening = socket.create_server(("127.0.0.1", 0), backlog=128)
         self._listening.setblocking(False)
@@ -50,10 +45,7 @@ class BadLink:
 
     @property
     def counts(self):
-        """What has really happened so far, by name.
-
-        connections, pieces, and each fate.
-        """
+        """What has really happened so far: connections, and each fate by its name."""
         return collections.Counter(self._counts)
 
     def __enter__(self):
@@ -93,8 +85,8 @@ class _Connection:
     def __init__(self, link, number):
         self._link = link
         self._counts = link._counts
-        self._numbers = random.Random(f"{link._seed} {number}")
-        self._bytes_to_fate = self._numbers.randint(*link._fate_bytes)
+        chance = random.Random(f"{link._seed} {number}")
+        self._bytes_to_fate = chance.randint(*link._fate_bytes)
         self._silent = set()  # ways that carry nothing now
 
     async def carry(self, near):
@@ -107,11 +99,9 @@ class _Connection:
             await loop.sock_connect(far, ("127.0.0.1", self._link._to_port))
             for end in (near, far):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            # Numbers for each way: how many reads there are depends on the machine.
-            numbers = [random.Random(self._numbers.random()) for _ in range(2)]
             ways = [
-                loop.create_task(self._way("forth", near, far, numbers[0])),
-                loop.create_task(self._way("back", far, near, numbers[1])),
+                loop.create_task(self._way("forth", near, far)),
+                loop.create_task(self._way("back", far, near)),
             ]
             await asyncio.gather(*ways)
         except OSError:  # one end has reset it, or a fate: so the other sees the same
@@ -122,9 +112,8 @@ class _Connection:
             near.close()
             far.close()
 
-    async def _way(self, name, source, to, numbers):
+    async def _way(self, name, source, to):
         loop = asyncio.get_running_loop()
-        link = self._link
         while True:
             try:
                 data = await loop.sock_recv(source, _READ_BYTES)
@@ -133,17 +122,14 @@ class _Connection:
                     raise
                 data = b""  # a silence hides it from both ends
             if not data:
-                await self._wait_in_silence(name)
+                await self._end_in_silence(name)
                 to.shutdown(socket.SHUT_WR)
                 return
             while data:
-                await self._wait_in_silence(name)
+                await self._end_in_silence(name)
                 most = len(data)
                 if self._bytes_to_fate > 0:
                     most = min(most, self._bytes_to_fate)
-                if link._piece_bytes:
-                    most = min(most, numbers.randint(*link._piece_bytes))
-                    self._counts["pieces"] += 1
                 piece = data[:most]
                 data = data[most:]
                 meets_fate = most == self._bytes_to_fate
@@ -152,10 +138,9 @@ class _Connection:
                 if meets_fate:
                     self._meet_fate()
 
-    async def _wait_in_silence(self, name):
+    async def _end_in_silence(self, name):
         if name in self._silent:
-            await asyncio.sleep(self._link._silent_s)
-            self._silent.discard(name)
+            await asyncio.Event().wait()
 
     def _meet_fate(self):
         if not self._link._fates:
