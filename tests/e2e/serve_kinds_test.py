@@ -17,7 +17,6 @@ from support import (
     Server,
     binary,
     hold_port,
-    square,
     temporary_folder,
 )
 
@@ -87,8 +86,7 @@ class Kinds(Case):
         cls.archive = cls.folder / "noise.tvx"
         cls.game = cls.folder / "game"
         for target in (cls.archive, cls.game):
-            run = convert(SEED, target, *AREA)
-            assert run.code == 0, run
+            convert(SEED, target, *AREA).done()
         cls.zipped = cls.folder / "game.zip"
         with zipfile.ZipFile(cls.zipped, "w") as out:
             for file in sorted(cls.game.rglob("*")):
@@ -253,19 +251,10 @@ class Kinds(Case):
     def test_unsuitable_or_broken_inputs_are_refused_by_one_line(self):
         folder = temporary_folder()
         (folder / "cut.tvx").write_bytes(self.archive.read_bytes()[:1000])
-        (folder / "bad.zip").write_bytes(b"PK\x03\x04" + b"x" * 500)
-        (folder / "bad.asc").write_text("ncols 4\nnrows x\n")
         for arguments, code, *said in (
             ([self.game, "--classes", "asprs"], 2, "--classes", "a Minecraft world", "--dimension"),
-            ([self.archive, "--voxel", "2"], 2, "--voxel", "none such"),
-            ([self.archive, "--processing-box-timeout-s", "3"], 2, "--processing-box-timeout-s"),
-            ([self.game, "--dimension", "moon"], 2, "moon"),
-            ([SEED, "--generated-harmonics", "99"], 2, "harmonics"),
-            ([square(), SEED], 2, "inputs of one kind"),
             ([folder / "none"], 2, "does not exist", "generated:SEED"),
             ([folder / "cut.tvx"], 1, "cut.tvx"),
-            ([folder / "bad.zip"], 2, "bad.zip"),
-            ([folder / "bad.asc"], 2, "bad.asc"),
             ([SEED, "--prepare"], 2, "columns of boxes"),
             (["http://127.0.0.1:1", "--processing-box-timeout-s", "1"], 1, "127.0.0.1:1"),
         ):

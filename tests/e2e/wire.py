@@ -94,17 +94,15 @@ def connect(port, timeout_s=HANGS_S):
     return socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
 
 
-def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close=False, heads=()):
+def talk(port, data, quiet_s=0.3, half_close=False, heads=()):
     """Sends bytes and receives replies.
 
     @param quiet_s timeout without new bytes; a reply that has begun is waited for
-    @param most_s  timeout in all
-    @param piece   bytes sent at a time, with pause_s between them; 0: all at once
     @param heads   for each reply: whether the request was HEAD
     """
-    until = time.monotonic() + most_s
+    until = time.monotonic() + HANGS_S
     with connect(port) as connection:
-        closed = _send(connection, data, piece, pause_s)
+        closed = _send(connection, data)
         if half_close and not closed:
             connection.shutdown(socket.SHUT_WR)
         got = b""
@@ -124,13 +122,10 @@ def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close
         return Talk(got, closed, heads)
 
 
-def _send(connection, data, piece, pause_s):
+def _send(connection, data):
     """@return True when the server closed during sending; earlier replies may still be readable"""
     try:
-        for at in range(0, len(data), piece or max(len(data), 1)):
-            connection.sendall(data[at : at + piece] if piece else data)
-            if pause_s:
-                time.sleep(pause_s)
+        connection.sendall(data)
     except ConnectionError:
         return True
     return False
