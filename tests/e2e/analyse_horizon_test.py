@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Hills beyond the data, from a coarse raster of heights: what they hide, on threads, workers and
-in parts; rasters that are refused."""
+"""Hills beyond the data, from a coarse raster of heights: what they hide, on threads and workers;
+rasters that are refused."""
 
 import shutil
 import subprocess
@@ -8,7 +8,7 @@ import unittest
 
 import analyse_test
 from analysing import NO_DATA, analyse, area, area_flag
-from support import Case, Run, binary, entries, square, temporary_folder
+from support import Case, entries, square, temporary_folder
 
 CELL_M = 100
 HALF_CELLS = 150
@@ -64,30 +64,14 @@ class Horizon(Case):
         self.assertLess(sum(hidden), 0.4 * sum(free))
         wanted = raster.read_bytes()
         self.assertEqual(self.raster("sun", *flags, *self.worker()).read_bytes(), wanted)
-        self.assertEqual(self.raster("sun", *flags, "--tile", "32").read_bytes(), wanted)
-        folder = temporary_folder()
-        parts = []
-        for part in ("1/2", "2/2"):
-            run = analyse(
-                "sun", square(), *area_flag(), *flags, "--part", part, "-q", "-o", folder / "a.tif"
-            )
-            self.assertEqual(run.code, 0, run)
-            parts.append(folder / f"a.tif.part-{part.replace('/', '-of-')}.tiles")
-        run = Run([binary("RAYTRACER"), "merge", *parts, "-o", folder / "joined.tif"])
-        self.assertEqual(run.code, 0, run)
-        self.assertEqual((folder / "joined.tif").read_bytes(), wanted)
 
     def test_what_is_no_horizon_is_refused_in_one_line(self):
         good = heights(ridge)
         folder = temporary_folder()
-        broken = folder / "broken.tif"
-        broken.write_bytes(good.read_bytes()[:2000])
         words = folder / "words.tif"
         words.write_text("mountains", encoding="ascii")
         bare = good.with_suffix(".asc")
         cases = {
-            "missing": (["sun", "--horizon", folder / "none.tif"], 1, "none.tif"),
-            "broken": (["sun", "--horizon", broken], 1, "broken.tif"),
             "no raster": (["energy", "--horizon", words], 1, "words.tif"),
             "an address": (["sky", "--horizon", "/vsicurl/http://x/y.tif"], 1, "y.tif"),
             "without a system": (["sky", "--horizon", bare], 1, "coordinate reference system"),

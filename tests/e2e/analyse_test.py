@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shutil
-import signal
 import sqlite3
 import subprocess
 import unittest
@@ -29,29 +28,17 @@ from analysing import (
     village,
 )
 from support import (
-    HANGS_S,
+    FARM_TOKEN,
     Case,
-    Run,
-    binary,
+    Program,
     entries,
-    hold_port,
     only_in_all,
+    secret_file,
     square,
     temporary_folder,
 )
 
 ZONE = ["--zone", "Europe/Ljubljana"]
-
-
-def scarce(kind):
-    """@return flags with which some to some thousand boxes are loaded again, as the statistics of a
-    run with --verbose say
-
-    All boxes take 2 to 4 MiB. With a MiB less than here they are loaded so often that the sky takes
-    ten times as long, for nothing that would be found by it.
-    """
-    memory_mib = {"terrain": "1", "sight": "1", "sun": "2"}.get(kind, "3")
-    return ["--memory-mib", memory_mib, "--tile", "112"]
 
 
 @unittest.skipUnless(shutil.which("gdalinfo"), "needs GDAL's programs")
@@ -132,21 +119,6 @@ class Rasters(Case):
         self.assertGreater(cells, 10_000)
         self.assertGreater(interpolated, 5)
 
-    @only_in_all
-    def test_free_heights_end_below_the_surface(self):
-        heights = zip(
-            self.values(raster("clearance"), 1),
-            self.values(raster("terrain"), 1 + TERRAIN.index("ndsm")),
-            strict=True,
-        )
-        pairs = [pair for rows in heights for pair in zip(*rows, strict=True)]
-        free = [pair for pair in pairs if pair[0] != NO_DATA]
-        self.assertGreater(len(free), 100)
-        self.assertLess(len(free), len(pairs) / 2)
-        for height, surface in free:
-            self.assertGreaterEqual(height, 0)
-            self.assertLess(height, surface)
-
     def test_a_summary_of_what_observers_see_is_that_of_the_file(self):
         west, south, east, north = area()
         first = ["--observer", f"{west + 10},{south + 10},+2"]
@@ -206,18 +178,6 @@ class Rasters(Case):
             single = [[255 if v == NO_DATA else v for v in row] for row in self.values(one, 1)]
             self.assertEqual(masks, single)
         self.assertEqual({v for row in self.values(cube, 4) for v in row}, {0})
-
-    @only_in_all
-    def test_files_are_the_same_for_any_threads_tiles_and_memory(self):
-        for kind, *what in (["terrain"], ["sun", "--times", "09:00,15:00"], ["energy"]):
-            with self.subTest(kind, what=what):
-                wanted = raster(kind, *what).read_bytes()
-                for flags in (
-                    ["--threads", "1"],
-                    ["--threads", "3", "--tile", "32"],
-                    scarce(kind),
-                ):
-                    self.assertEqual(raster(kind, *what, *flags).read_bytes(), wanted, flags)
 
     def test_a_report_and_a_map_tell_what_the_raster_holds(self):
         folder = temporary_folder()
@@ -318,21 +278,9 @@ class Rasters(Case):
 
     def worker(self):
         """@return the flags with which a worker renders alone"""
-        folder = temporary_folder()
-        token = folder / "token"
-        token.write_text("w5gn8kx2cq7tz4vd9mrj3hp6bf1ys8ae\n", encoding="utf-8")
-        token.chmod(0o600)
-        address = f"127.0.0.1:{hold_port()}"
-        log = (folder / "worker.log").open("w", encoding="utf-8")
-        self.addCleanup(log.close)
-        worker = subprocess.Popen(
-            [binary("RAYTRACER"), "worker", "--listen", address, "--token-file", token],
-            stdout=log,
-            stderr=log,
-        )
-        self.addCleanup(worker.wait, HANGS_S)
-        self.addCleanup(worker.terminate)
-        return ["--threads", "0", "--worker", address, "--token-file", str(token)]
+        token = ["--token-file", secret_file(FARM_TOKEN)]
+        worker = Program("worker", "--listen", "127.0.0.1:0", *token, test=self)
+        return ["--threads", "0", "--worker", worker.address(), *token]
 
     def test_a_worker_measures_the_same(self):
         flags = self.worker()
@@ -373,33 +321,6 @@ class Rasters(Case):
         is_hole = [[value == 1 for value in row] for row in holes]
         self.assertEqual([[value == NO_DATA for value in row] for row in first], is_hole)
         self.assertGreater(sum(map(sum, is_hole)), 1000)
-
-    @only_in_all
-    def test_an_interrupted_raster_goes_on_where_it_was(self):
-        file = temporary_folder() / "a.tif"
-        words = ["analyse", "sky", square(), *area_flag(), "--tile", "16", "--resume", "-o", file]
-        process = subprocess.Popen(
-            [binary("RAYTRACER"), *words, "--directions", "1024", "--threads", "1"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        tiles = file.with_name("a.tif.tiles")
-        while process.poll() is None and not (tiles.exists() and tiles.stat().st_size > 30_000):
-            pass
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=HANGS_S)
-        self.assertIn("interrupted", err)
-        self.assertEqual(entries(file.parent), ["a.tif.tiles"])
-        other = analyse(*words[1:], "--quiet")
-        self.assertEqual(other.code, 1, other)  # with other directions
-        self.assertIn("analysis.directions", other.err)
-        run = Run([binary("RAYTRACER"), *words, "--directions", "1024"])
-        self.assertEqual(run.code, 0, run)
-        self.assertIn("tiles are in", run.out + run.err)
-        self.assertEqual(entries(file.parent), ["a.tif"])
-        whole = raster("sky", "--tile", "16", "--directions", "1024")
-        self.assertEqual(self.values(file, 1), self.values(whole, 1))
 
 
 if __name__ == "__main__":

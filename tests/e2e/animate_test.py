@@ -1,22 +1,11 @@
 #!/usr/bin/env python3
-"""Animations: frames, leftovers of a killed run, ranges, wrong files, and a video with ffmpeg."""
+"""Animations: frames, what is done and stays, ranges, wrong files, and a video with ffmpeg."""
 
 import shutil
-import subprocess
 import unittest
 
 from pictures import Picture, scene_of
-from support import (
-    ROOT,
-    Case,
-    Run,
-    binary,
-    entries,
-    only_in_all,
-    square,
-    temporary_folder,
-    wait_until,
-)
+from support import ROOT, Case, Run, binary, make_survey, only_in_all, square, temporary_folder
 
 SIZE = ["--size", "96x54", "--samples", "1"]
 TURN = "fps = 6\n[turntable]\nseconds = 1\n"
@@ -24,10 +13,6 @@ TURN = "fps = 6\n[turntable]\nseconds = 1\n"
 
 def animate(file, *arguments, **options):
     return Run([binary("RAYTRACER"), "animate", file, square(), *arguments], **options)
-
-
-def is_whole_png(data):
-    return data.startswith(b"\x89PNG\r\n\x1a\n") and data.endswith(b"IEND\xaeB\x60\x82")
 
 
 class Animations(Case):
@@ -55,56 +40,6 @@ class Animations(Case):
         turns = [float(s["camera.azimuth_deg"]) % 360 for s in self.scenes()]
         for i, deg in enumerate(turns):
             self.assertAlmostEqual(deg, (225 + 60 * i) % 360, places=6)
-
-    @only_in_all
-    def test_killed_in_the_middle_it_goes_on_where_it_was(self):
-        frames = 24  # of which a busy machine may let some pass between the third and the kill
-        film = self.file(f"fps = {frames}\n[turntable]\nseconds = 1\n")
-        flags = ["--size", "320x180", "--samples", "2"]
-        whole = self.folder / "whole"
-        self.assertDone(animate(film, *flags, "--quiet", "-o", whole / "%03d.png"))
-        child = subprocess.Popen(
-            [binary("RAYTRACER"), "animate", film, square(), *flags, "--quiet", "-o", self.pattern],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        wait_until(
-            lambda: (
-                child.poll() is not None or (self.frames.exists() and len(self.contents()) >= 3)
-            ),
-            "three frames",
-        )
-        child.kill()
-        child.wait()
-        left = self.contents()
-        self.assertTrue(
-            3 <= len(left) < frames, f"it was killed too early or too late: {sorted(left)}"
-        )
-        for name, data in left.items():
-            self.assertTrue(is_whole_png(data), name)
-        noted = {
-            int(line.split()[0])
-            for line in (self.frames / ".frames.png.done").read_text().splitlines()
-            if line
-        }
-        self.assertTrue(
-            noted <= {int(name[:3]) for name in left}, "a frame is noted that is not there"
-        )
-        before = {name: (self.frames / name).stat().st_mtime_ns for name in left}
-        run = animate(film, *flags, "-o", self.pattern)
-        self.assertDone(run)
-        self.assertIn(f"{frames - len(noted)} frames made, {len(noted)} were done before", run.err)
-        for frame in noted:
-            name = f"{frame:03}.png"
-            self.assertEqual(
-                (self.frames / name).stat().st_mtime_ns, before[name], f"{name} was made again"
-            )
-        self.assertEqual(self.contents(), {p.name: p.read_bytes() for p in whole.glob("*.png")})
-        self.assertEqual(
-            [e for e in entries(self.frames) if "part" in e],
-            [],
-            "what the killed run had begun still lies there",
-        )
 
     @only_in_all
     def test_done_frames_stay_changed_ones_are_made_again(self):
@@ -156,9 +91,7 @@ class Animations(Case):
             file.seek(0)
             file.write(text)
         self.assertIn("6 frames made, 0 were done before", said())
-        other = self.folder / "other"
-        words = ["--seed", "8", "--squares", "1x1", "--square-m", "256", "--density", "3"]
-        self.assertDone(Run([binary("SURVEY"), *words, "-o", other]))
+        other = make_survey(self.folder / "other", "1x1", 256, 3)
         shutil.copy(next(other.glob("*.laz")), data / "a.laz")
         self.assertIn("6 frames made, 0 were done before", said())
 
@@ -172,18 +105,10 @@ class Animations(Case):
         self.assertIn(
             "3 frames made, 3 were done before", animate(film, *SIZE, "-o", self.pattern).err
         )
-        for flags, said in {
-            ("--first", "6"): "first = 6; allowed: 0 to 5",
-            ("--every", "0"): "every = 0; allowed: 1 and more",
-        }.items():
-            with self.subTest(said):
-                self.assertRefused(animate(film, *SIZE, *flags, "-o", self.pattern), 2, said)
 
     def test_wrong_files_and_names(self):
         for text, pattern, said in (
             (None, self.pattern, "no such file"),
-            ("fps = \n", self.pattern, "line 1"),
-            (TURN + "speed = 3\n", self.pattern, "turntable.speed"),
             (TURN, self.frames / "a.png", "one %d or %0Nd"),
         ):
             with self.subTest(said):

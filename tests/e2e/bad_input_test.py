@@ -63,15 +63,9 @@ class BadInput(Case):
             "missing file": (2, [self.inputs / "none.laz"], "none.laz"),
             "empty folder": (2, [self.inputs / "empty"], "empty"),
             "an empty file": (1, [made("zero.laz", b"")], "zero.laz"),
-            "not a LAS": (1, [made("text.laz", b"no points here\n" * 50)], "text.laz"),
-            "a truncated header": (1, [made("header.laz", whole[:100])], "header.laz"),
             "one good, one cut": (1, [square(), made("cut2.laz", whole[:-5000])], "cut2.laz"),
             "no CRS": (2, [made("nowhere.laz", bytes(no_crs))], "--crs EPSG:"),
-            "an address together with files": (
-                2,
-                [square(), "http://127.0.0.1:1"],
-                "http://127.0.0.1:1",
-            ),
+            "an address and files": (2, [square(), "http://127.0.0.1:1"], "http://127.0.0.1:1"),
             "orthophoto missing": (2, [square(), "--ortho", self.inputs / "none.tif"], "none.tif"),
             "orthophoto that is no image": (
                 1,
@@ -103,72 +97,22 @@ class BadInput(Case):
 
     def test_flags(self):
         for flags, said in (
-            (["--no-such-flag"], "unknown option --no-such-flag"),
-            (["--fov"], "--fov: its value is missing"),
-            (["--fov", "wide"], "--fov = 'wide'; allowed: a number"),
             (["--sun-light", "1e39,1,1"], "--sun-light = 1e+39; allowed: 0 to 1e+06"),
-            (
-                ["--output-size", "4x4"],
-                "--output-size, --size: given 2 times; allowed: once",
-            ),
             (
                 ["--steps", "-houses"],
                 "'-houses' is no step; allowed: all, none, water_equalization",
             ),
-            (["--colour", "red"], "allowed: material, true, mix"),
             (["--classes", "nonsense"], "asprs"),
-            (["--crs", "EPSG:99999999"], "EPSG:99999999"),
-            (["--level", "15"], "quality.level = 15; this world has 0 to"),
-            (["--camera-position", "1,2,3"], "camera.target is missing"),
             (["--scene", self.inputs / "none.toml"], "none.toml"),
             (["--voxel", "0"], "--voxel = 0; allowed: 0.01 to 1000"),
         ):
             with self.subTest(said):
-                run = render(square(), *SMALL, "-o", self.picture, *flags)
-                self.assertRefused(run, 2, said)
-                self.assertEqual(entries(self.out), [])
-        run = render(square(), "--log", "loud", "-o", self.picture)
-        self.assertRefused(run, 2, "loud")
-
-    def test_sizes(self):
-        for size in ("axb", "0x0", "70000x1", "-1x5"):
-            with self.subTest(size):
-                words = ["--quiet", "--size=" + size, "-o", self.picture]
-                self.assertRefused(render(square(), *words), 2)
-                self.assertEqual(entries(self.out), [])
-
-    def test_no_command_and_no_arguments(self):
-        for arguments in ([], ["render"], ["render", square()], ["paint"]):
-            with self.subTest(str(arguments)):
-                self.assertRefused(Run([binary("RAYTRACER"), *arguments]), 2)
-
-    def test_a_camera_inside_rock(self):
-        # The middle of the square, far below its ground.
-        camera = ["--camera-position", "462500,101490,462", "--camera-target", "462600,101490,462"]
-        run = render(square(), *SMALL, "-o", self.picture, *camera)
-        self.assertRefused(run, 2, "is solid", "m higher, or --camera-inside-rock yes")
-        self.assertEqual(entries(self.out), [])
-
-    def test_scene_files(self):
-        for text, said in {
-            "[camera]\nfov = 40\n": "unknown field 'camera.fov'",
-            "[camera\n": "line 1",
-        }.items():
-            with self.subTest(text):
-                scene = self.inputs / "scene.toml"
-                scene.write_text(text)
-                self.refused(2, "scene.toml", said, arguments=[square(), "--scene", scene])
+                self.refused(2, said, arguments=[square(), *flags])
 
     def test_outputs(self):
         (self.inputs / "file").write_text("in the way")
         for name, (code, target, said) in {
-            "unknown ending": (
-                2,
-                self.out / "a.bmp",
-                "allowed: .png .jpg ",
-            ),
-            "no ending": (2, self.out / "picture", "allowed: .png"),
-            "a folder": (2, self.out, "allowed: .png"),
+            "unknown ending": (2, self.out / "a.bmp", "allowed: .png .jpg "),
             "a folder with an ending": (2, self.inputs / "dir.png", "this is a folder"),
             "a file as the folder": (1, self.inputs / "file" / "a.png", "file"),
             "a place that cannot be": (1, "/proc/terravox/a.png", "/proc/terravox"),

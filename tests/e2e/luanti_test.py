@@ -74,22 +74,6 @@ class Luanti(Case):
         self.assertEqual(run.code, 3, str(run))
         self.assertIn(reason, run.err)
 
-    def test_what_cannot_be_read_is_refused_in_one_line(self):
-        elsewhere = shutil.copytree(self.made, self.out / "elsewhere")
-        (elsewhere / "world.mt").write_text("backend = leveldb\n")
-        self.assertRefused(info(elsewhere), 2, "backend = leveldb", "allowed: sqlite3")
-        empty = self.out / "empty"
-        empty.mkdir()
-        (empty / "world.mt").write_text("")
-        self.assertRefused(info(empty), 2, "no map.sqlite")
-        (empty / "map.sqlite").write_bytes(b"no database" * 1000)
-        self.assertRefused(info(empty), 1, "read the map", "file is not a database")
-        self.assertRefused(
-            render(self.world, "--ortho", "a.tif", *SMALL, "-o", self.out / "a.png"),
-            2,
-            "--ortho with a Luanti world",
-        )
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -70,7 +70,6 @@ class Weather(Case):
         flags = ["--weather", epw()]
         wanted = self.energy(*flags).read_bytes()
         self.assertEqual(self.energy(*flags, *self.worker()).read_bytes(), wanted)
-        self.assertEqual(self.energy(*flags, "--tile", "32").read_bytes(), wanted)
 
     def test_weather_from_afar_or_at_other_times_is_used_with_a_warning(self):
         far = epw(place=(48.2, 16.4))
@@ -88,10 +87,8 @@ class Weather(Case):
             self.assertEqual(run.err.count("[warning]"), 1 if says else 0, run)
 
     def test_what_cannot_be_is_refused_in_one_line_with_nothing_left_behind(self):
-        missing = epw(lambda i: (9999, 9999, 9999) if 100 <= i < 130 else light(i))
         cases = {
             "no weather": (["--weather", square()], 1, "does not begin with LOCATION"),
-            "holes": (["--weather", missing], 1, "missing (9999) in 30 hours, the first one on"),
             "a haze too": (["--weather", epw(), "--linke", "3"], 2, "together with --linke"),
             "odd steps": (["--weather", epw(), "--step-min", "45"], 2, "that fill an hour"),
             "too many directions": (
