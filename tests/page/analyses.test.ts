@@ -1,7 +1,5 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { toHttp } from './support/fake-host.js';
-import { Api } from '../../voxelserver/serve/page/src/http/api.js';
 import { toCaption } from '../../voxelserver/serve/page/src/analysis-form.js';
 import {
   colourlessText,
@@ -14,27 +12,17 @@ import {
   countCells,
   daysOfPeriod,
   makeFileName,
-  Jobs,
   kMaxDays,
   readJob,
   resolutionFor,
   type Wish,
 } from '../../voxelserver/serve/page/src/jobs.js';
-import {
-  levelFor,
-  readBand,
-  readRasterInfo,
-  type ReadAt,
-} from '../../voxelserver/serve/page/src/raster-file.js';
-import { kNoData, makeRaster, type MadeRaster } from './support/make-raster.js';
+import { openRaster } from '../../voxelserver/serve/page/src/raster.js';
+import { kNoData, makeRaster } from './support/make-raster.js';
 import { makeShare } from './support/test-bytes.js';
 
-const makeReader =
-  (file: Uint8Array): ReadAt =>
-  async (offset, length) =>
-    file.subarray(offset, offset + length);
-
-function raster(width = 37, height = 21): MadeRaster {
+test('a raster is read: place, bands, values of each', async () => {
+  const [width, height] = [37, 21];
   const next = makeShare(width);
   const values = (scale: number): number[] =>
     Array.from({ length: width * height }, () =>
@@ -45,71 +33,23 @@ function raster(width = 37, height = 21): MadeRaster {
     { name: 'first_sun', unit: 'h', values: values(1e6) },
     { name: 'hole', unit: '', values: values(1) },
   ];
-  return { width, height, tile: 16, bands, west: 462400, north: 101600, cell: 0.5 };
-}
-
-test('a raster is read: place, bands, values of each', async () => {
-  const made = raster();
-  const read = makeReader(makeRaster(made));
-  const info = await readRasterInfo(read);
-  assert.deepEqual(info.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
+  const made = { width, height, tile: 16, bands, west: 462400, north: 101600, cell: 0.5 };
+  const raster = await openRaster(new Blob([new Uint8Array(makeRaster(made))]));
+  assert.deepEqual(raster.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
   assert.deepEqual(
-    info.bands,
-    made.bands.map(({ name, unit }) => ({ name, unit })),
+    raster.bands,
+    bands.map(({ name, unit }) => ({ name, unit })),
   );
-  assert.equal(info.noData, kNoData);
-  const level = levelFor(info, 1e6);
-  for (const [i, band] of made.bands.entries()) {
-    assert.deepEqual([...(await readBand(read, info, level, i))], band.values, band.name);
+  assert.deepEqual([raster.width, raster.height, raster.noData], [width, height, kNoData]);
+  for (const [i, band] of bands.entries()) {
+    assert.deepEqual([...(await raster.readBand(i))], band.values, band.name);
   }
 });
 
-test('a damaged raster is refused, and never read for ever', async () => {
-  const made = raster();
-  const changes: readonly [string, number, (number[] | string) | undefined, RegExp][] = [
-    ['another compression', 259, [1], /DEFLATE/],
-    ['whole numbers', 339, [1, 1, 1], /floats/],
-    ['bands apart', 284, [2], /pixel by pixel/],
-    ['no size', 256, [0], /columns 0/],
-    ['too wide', 256, [65535], /tiles instead of/],
-    ['no tiles', 324, [], /tiles instead of/],
-    ['a tile without end', 322, [65535], /columns of a tile/],
-    ['too many bands', 277, [65], /bands 65/],
-    ['no place', 33550, [], /no place/],
-  ];
-  for (const [name, tag, values, said] of changes) {
-    const file = makeRaster(made, (fields) => (fields.get(tag)!.values = values!));
-    await assert.rejects(readRasterInfo(makeReader(file)), said, name);
+test('what is no raster is refused', async () => {
+  for (const text of ['', 'MM', 'II*\0\xff\xff\xff\x7f', '<html>']) {
+    await assert.rejects(openRaster(new Blob([text])), Error, text);
   }
-  await assert.rejects(readRasterInfo(makeReader(new Uint8Array(0))), RangeError);
-  await assert.rejects(readRasterInfo(makeReader(Buffer.from('MM\0*'))), /TIFF|bounds|Offset/i);
-  const file = makeRaster(made);
-  for (let seed = 0; seed < 100; ++seed) {
-    const next = makeShare(seed);
-    const bad = Uint8Array.from(file);
-    for (let i = 0; i < 3; ++i) bad[Math.floor(next() * bad.length)] = Math.floor(next() * 256);
-    try {
-      const info = await readRasterInfo(makeReader(bad));
-      for (let i = 0; i < info.bands.length; ++i) {
-        await readBand(makeReader(bad), info, levelFor(info, 1e6), i);
-      }
-    } catch (error) {
-      assert.ok(error instanceof Error, `seed ${seed}`);
-    }
-  }
-});
-
-test('a tile that unpacks to more than it may is not unpacked', async () => {
-  const made = { ...raster(16, 16), tile: 16 };
-  const file = makeRaster({ ...made, tile: 64 }, (fields) => {
-    fields.get(322)!.values = [16];
-    fields.get(323)!.values = [16];
-  });
-  const info = await readRasterInfo(makeReader(file));
-  await assert.rejects(
-    readBand(makeReader(file), info, levelFor(info, 1e6), 0),
-    /longer than it may be/,
-  );
 });
 
 test('colours go from the least to the most, and leave out what has no value', () => {
@@ -307,23 +247,5 @@ test('a job that is none is refused', () => {
   });
   for (const bad of [undefined, {}, { id: '../x', state: 'done' }, { id, state: 'odd' }]) {
     assert.throws(() => readJob(bad), /read the job/);
-  }
-});
-
-test('a part of the raster is asked for by Range, whatever a proxy makes of that', async () => {
-  const file = Buffer.from('0123456789');
-  const store = { getItem: () => 'secret', setItem: () => undefined, removeItem: () => undefined };
-  for (const status of [200, 206]) {
-    const seen: unknown[] = [];
-    const api = new Api(
-      'http://h/',
-      toHttp(async (_, init) => {
-        seen.push(init.headers);
-        return new Response(status === 206 ? file.subarray(2, 5) : file, { status });
-      }),
-      store,
-    );
-    assert.deepEqual(Buffer.from(await new Jobs(api).read('a', 2, 3)).toString(), '234');
-    assert.deepEqual(seen, [{ Range: 'bytes=2-4', Authorization: 'Bearer secret' }]);
   }
 });

@@ -63,12 +63,7 @@ function makeMetadata({ bands }: MadeRaster): string {
   return `<GDALMetadata>${items.join('')}</GDALMetadata>\0`;
 }
 
-/** @param change of the fields, by tag: for damage */
-export function makeRaster(
-  raster: MadeRaster,
-  change: (fields: Map<number, { type: number; values: number[] | string }>) => void = () =>
-    undefined,
-): Buffer {
+export function makeRaster(raster: MadeRaster): Buffer {
   const tiles = makeTiles(raster);
   const count = raster.bands.length;
   const fields = new Map<number, { type: number; values: number[] | string }>([
@@ -81,7 +76,7 @@ export function makeRaster(
     [317, { type: 3, values: [3] }],
     [322, { type: 3, values: [raster.tile] }],
     [323, { type: 3, values: [raster.tile] }],
-    [324, { type: 4, values: tiles.map(() => 0) }],
+    [324, { type: 4, values: tiles.map(() => 0) }], // set below
     [325, { type: 4, values: tiles.map((tile) => tile.length) }],
     [339, { type: 3, values: raster.bands.map(() => 3) }],
     [33550, { type: 12, values: [raster.cell, raster.cell, 0] }],
@@ -89,7 +84,6 @@ export function makeRaster(
     [42112, { type: 2, values: makeMetadata(raster) }],
     [42113, { type: 2, values: `${kNoData}\0` }],
   ]);
-  change(fields);
   const toBytes = ({ type, values }: { type: number; values: number[] | string }): Buffer => {
     if (typeof values === 'string') return Buffer.from(values, 'latin1');
     const size = { 3: 2, 4: 4, 12: 8 }[type]!;
@@ -107,13 +101,10 @@ export function makeRaster(
     .filter((length) => length > 4)
     .reduce((sum, length) => sum + length, 0);
   let at = headBytes + longBytes;
-  const offsets = fields.get(324);
-  if (offsets && typeof offsets.values !== 'string' && offsets.values.length === tiles.length) {
-    offsets.values = tiles.map((tile) => {
-      at += tile.length;
-      return at - tile.length;
-    });
-  }
+  fields.get(324)!.values = tiles.map((tile) => {
+    at += tile.length;
+    return at - tile.length;
+  });
   const head = Buffer.alloc(headBytes);
   head.write('II*\0', 'latin1');
   head.writeUInt32LE(8, 4);

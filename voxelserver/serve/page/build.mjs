@@ -20,8 +20,18 @@ const { build } = await import('esbuild').catch(() => {
   process.exit(1);
 });
 await mkdir(out, { recursive: true });
+// Rasters of analyses are packed by DEFLATE: other decoders would be most of what is bundled.
+const deflateAlone = {
+  name: 'deflate-alone',
+  setup({ onLoad }) {
+    const filter = /geotiff.*compression.(jpeg|lerc|lzw|packbits|webimage|zstd)\.js$/;
+    const contents = 'throw new Error("the raster is not packed by DEFLATE")';
+    onLoad({ filter }, () => ({ contents }));
+  },
+};
 const common = {
   absWorkingDir: root,
+  plugins: [deflateAlone],
   loader: { '.glsl': 'text' },
   outdir: out,
   write: false,

@@ -4,13 +4,12 @@ import ImageStatic from 'ol/source/ImageStatic.js';
 import type { BandStyle } from './band-styles.js';
 import { element, getContext2d } from './dom.js';
 import { paint, type ColourScale } from './colour-scale.js';
-import type { RasterInfo, RasterLevel } from './raster-file.js';
+import type { Raster } from './raster.js';
 import type { WorldProjection } from './world-projection.js';
 
 /** One band of a raster, with its values for the place under the pointer. */
 export type ShownBand = {
-  readonly info: RasterInfo;
-  readonly level: RasterLevel;
+  readonly raster: Raster;
   readonly values: Float32Array;
   readonly scale: ColourScale;
   readonly style: BandStyle;
@@ -37,18 +36,16 @@ export class AnalysisLayer {
 
   show(shown: ShownBand): void {
     this.#shown = shown;
-    const [west, south, east, north] = shown.info.extent;
+    const { raster, values, scale, style } = shown;
+    const { width, height, noData } = raster;
+    const [west, south, east, north] = raster.extent;
     const u = this.#unitsPerRasterUnit;
     this.#extent = [west * u, south * u, east * u, north * u];
-    const { width, height } = shown.level;
     const canvas = element('canvas', { width, height });
     const context = getContext2d(canvas);
     const image = context.createImageData(width, height);
-    const { values, info, scale, style } = shown;
-    const coloured = style.words
-      ? values.map((value) => (value === 0 ? info.noData : value))
-      : values;
-    paint(coloured, info.noData, scale, style.ramp, image.data);
+    const coloured = style.words ? values.map((value) => (value === 0 ? noData : value)) : values;
+    paint(coloured, noData, scale, style.ramp, image.data);
     context.putImageData(image, 0, 0);
     const url = canvas.toDataURL('image/png');
     const imageExtent = [...this.#extent];
@@ -71,12 +68,13 @@ export class AnalysisLayer {
   /** @return undefined where the raster has no value, or ends */
   valueAt(easting: number, northing: number): number | undefined {
     if (this.#shown === undefined) return undefined;
-    const { info, level, values } = this.#shown;
+    const { raster, values } = this.#shown;
+    const { width, height, noData } = raster;
     const [west, south, east, north] = this.#extent;
-    const column = Math.floor(((easting - west) / (east - west)) * level.width);
-    const row = Math.floor(((north - northing) / (north - south)) * level.height);
-    if (column < 0 || row < 0 || column >= level.width || row >= level.height) return undefined;
-    const value = values[row * level.width + column];
-    return value === undefined || value === info.noData || Number.isNaN(value) ? undefined : value;
+    const column = Math.floor(((easting - west) / (east - west)) * width);
+    const row = Math.floor(((north - northing) / (north - south)) * height);
+    if (column < 0 || row < 0 || column >= width || row >= height) return undefined;
+    const value = values[row * width + column];
+    return value === undefined || value === noData || Number.isNaN(value) ? undefined : value;
   }
 }

@@ -27,7 +27,7 @@ export class AnalysisPanel {
     this.#kinds = kinds;
     this.#jobs = new Jobs(api);
     this.#places = places;
-    this.#result = new AnalysisResult(this.#jobs, layer, () => void this.#remove());
+    this.#result = new AnalysisResult(layer, () => void this.#remove());
     this.#progress.replaceChildren(this.#bar, this.#stop);
   }
 
@@ -86,8 +86,10 @@ export class AnalysisPanel {
       return this.#say(`The analysis failed: ${now.message}`, true);
     }
     this.#say('Showing the result …');
+    const file = await this.#jobs.file(job.id);
+    if (this.#id !== job.id) return;
     await this.#result.show({
-      id: job.id,
+      file,
       hasHoles: now.hasHoles,
       caption: toCaption(wish),
       fileName: makeFileName(wish),

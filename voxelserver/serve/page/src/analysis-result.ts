@@ -4,23 +4,18 @@ import { toMessage } from './http/api.js';
 import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
 import { toColour, chooseScale, type ColourScale } from './colour-scale.js';
 import { button, buttonRow, byId, download, element, getContext2d, setText } from './dom.js';
-import type { Jobs } from './jobs.js';
-import { levelFor, readBand, readRasterInfo, type RasterInfo } from './raster-file.js';
+import { openRaster, type Raster } from './raster.js';
 
-/** Cells that a browser shows at once: a coarser level of larger rasters is shown. */
-const kShownCells = 2_000_000;
-
-/** A finished job, with what is written next to its raster. */
+/** The raster of a finished job, with what is written next to it. */
 export type Finished = {
-  readonly id: string;
+  readonly file: Blob;
   readonly hasHoles: boolean;
   readonly caption: string;
   readonly fileName: string;
 };
 
-/** Shows the raster of a finished job: band, legend, opacity, value, download. */
+/** Shows the raster of a job: band, legend, opacity, value, download. */
 export class AnalysisResult {
-  readonly #jobs: Jobs;
   readonly #layer: AnalysisLayer;
   readonly #part = byId('analysis-result', HTMLElement);
   readonly #caption = element('p', { id: 'analysis-caption' });
@@ -29,17 +24,15 @@ export class AnalysisResult {
   readonly #ends = element('p', { class: 'ends' });
   readonly #value = element('p', { id: 'analysis-value' });
   readonly #note = element('p', { class: 'note', role: 'status' });
-  #id = '';
-  #fileName = '';
   #hasHoles = false;
-  #info: RasterInfo | undefined;
+  #raster: Raster | undefined;
+  #save = (): void => undefined;
   #toText = String as (value: number) => string;
   /** The place whose value is shown. */
   #pointed: Vec2 | undefined;
   #turn = 0;
 
-  constructor(jobs: Jobs, layer: AnalysisLayer, onDelete: () => void) {
-    this.#jobs = jobs;
+  constructor(layer: AnalysisLayer, onDelete: () => void) {
     this.#layer = layer;
     const opacity = element('input', {
       id: 'analysis-opacity',
@@ -50,7 +43,7 @@ export class AnalysisResult {
     });
     opacity.addEventListener('input', () => (layer.opacity = Number(opacity.value) / 100));
     this.#band.addEventListener('change', () => void this.#showBand());
-    const save = button('Download GeoTIFF', () => void this.#download());
+    const save = button('Download GeoTIFF', () => this.#save());
     const remove = button('Remove', onDelete);
     this.#part.replaceChildren(
       this.#caption,
@@ -64,13 +57,12 @@ export class AnalysisResult {
     );
   }
 
-  async show({ id, hasHoles, caption, fileName }: Finished): Promise<void> {
-    this.#id = id;
-    this.#fileName = fileName;
+  async show({ file, hasHoles, caption, fileName }: Finished): Promise<void> {
     this.#hasHoles = hasHoles;
-    this.#info = await readRasterInfo((offset, length) => this.#jobs.read(id, offset, length));
+    this.#save = () => download(file, fileName);
+    this.#raster = await openRaster(file);
     this.#band.replaceChildren();
-    this.#info.bands.forEach(({ name }, i) => {
+    this.#raster.bands.forEach(({ name }, i) => {
       const style = chooseStyle(name);
       if (style && (name !== 'hole' || hasHoles)) {
         this.#band.append(element('option', { value: String(i) }, style.title));
@@ -84,14 +76,14 @@ export class AnalysisResult {
   hide(): void {
     ++this.#turn;
     this.#part.hidden = true;
-    this.#info = undefined;
+    this.#raster = undefined;
     this.#layer.clear();
   }
 
   /** The pointer is over this place, or in the middle of the map. */
   pointAt(easting: number, northing: number): void {
     this.#pointed = [easting, northing];
-    if (this.#info !== undefined) this.#showValue();
+    if (this.#raster !== undefined) this.#showValue();
   }
 
   #showValue(): void {
@@ -100,7 +92,7 @@ export class AnalysisResult {
   }
 
   /** The band that is chosen: its number, its unit, and how it is drawn. */
-  #chosen({ bands }: RasterInfo): {
+  #chosen({ bands }: Raster): {
     readonly number: number;
     readonly unit: string;
     readonly style: BandStyle;
@@ -112,31 +104,25 @@ export class AnalysisResult {
 
   /** Says what has no colour, and before it what went wrong just now: neither hides the other. */
   #showNote(trouble = ''): void {
-    const colourless = this.#info
-      ? colourlessText(this.#chosen(this.#info).style, this.#hasHoles)
+    const colourless = this.#raster
+      ? colourlessText(this.#chosen(this.#raster).style, this.#hasHoles)
       : '';
     setText(this.#note, [trouble, colourless].filter((text) => text !== '').join(' '));
   }
 
   async #showBand(): Promise<void> {
     this.#turn += 1;
-    const [info, id, turn] = [this.#info, this.#id, this.#turn];
-    if (info === undefined) return;
+    const [raster, turn] = [this.#raster, this.#turn];
+    if (raster === undefined) return;
     this.#showNote();
-    const { number, unit, style } = this.#chosen(info);
-    const level = levelFor(info, kShownCells);
+    const { number, unit, style } = this.#chosen(raster);
     try {
-      const values = await readBand(
-        (offset, length) => this.#jobs.read(id, offset, length),
-        info,
-        level,
-        number,
-      );
+      const values = await raster.readBand(number);
       if (turn !== this.#turn) return;
-      const scale = chooseScale(values, info.noData, style);
+      const scale = chooseScale(values, raster.noData, style);
       if (scale) this.#toText = (value) => valueText(value, unit, style, scale);
       this.#drawLegend(scale, style);
-      if (scale) this.#layer.show({ info, level, values, scale, style });
+      if (scale) this.#layer.show({ raster, values, scale, style });
       else this.#layer.clear();
       this.#showValue();
     } catch (error) {
@@ -167,15 +153,6 @@ export class AnalysisResult {
       const colour = toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp);
       context.fillStyle = `rgb(${colour.join(' ')})`;
       context.fillRect(x, 0, 1, 14);
-    }
-  }
-
-  async #download(): Promise<void> {
-    this.#showNote();
-    try {
-      download(await this.#jobs.file(this.#id), this.#fileName);
-    } catch (error) {
-      this.#showNote(`The file could not be fetched. ${toMessage(error)}`);
     }
   }
 }

@@ -118,8 +118,6 @@ export function resolutionFor(
   }
 }
 
-const kFileTimeoutMs = 600_000;
-
 export class Jobs {
   readonly #api: Api;
 
@@ -140,17 +138,9 @@ export class Jobs {
     await this.#api.send('DELETE', `v2/jobs/${id}`);
   }
 
-  /** @return bytes [offset, offset + length) of the raster */
-  async read(id: string, offset: number, length: number): Promise<Uint8Array> {
-    const range = `bytes=${offset}-${offset + length - 1}`;
-    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, undefined, range);
-    const bytes = await reply.bytes();
-    // A proxy may send all of it.
-    return reply.status === 206 ? bytes : bytes.subarray(offset, offset + length);
-  }
-
+  /** The raster of one that is done. */
   async file(id: string): Promise<Blob> {
-    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`, kFileTimeoutMs);
+    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`);
     return new Blob([await reply.bytes()]);
   }
 }

@@ -31,8 +31,8 @@ export class Api {
   }
 
   /** @param path relative, such as "v2/world". @throws DataError unless the status is 2xx */
-  get(path: string, timeoutMs?: number, range?: string): Promise<Reply> {
-    return this.#ask(path, range === undefined ? {} : { Range: range }, {}, timeoutMs);
+  get(path: string, timeoutMs?: number): Promise<Reply> {
+    return this.#ask(path, {}, {}, timeoutMs);
   }
 
   /** @throws DataError unless the status is 2xx */
