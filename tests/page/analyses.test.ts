@@ -10,9 +10,7 @@ import { toColour, paint, chooseScale } from '../../voxelserver/serve/page/src/c
 import {
   toBody,
   countCells,
-  daysOfPeriod,
   makeFileName,
-  kMaxDays,
   readJob,
   resolutionFor,
   type Wish,
@@ -220,13 +218,6 @@ test('a result says what it is of, and its file is named so', () => {
   assert.equal(makeFileName(wish), 'terravox-sun-2026-06-21.tif');
   assert.equal(makeFileName(year), 'terravox-energy-2026-01-01-2026-12-31.tif');
   assert.equal(makeFileName({ ...wish, kind: 'sight' }), 'terravox-sight.tif');
-});
-
-test('a period is as long as the server takes it', () => {
-  assert.equal(daysOfPeriod('2026-01-01', '2026-12-31'), 365);
-  assert.equal(daysOfPeriod('2026-03-28', '2026-03-30'), 3);
-  // In steps of half an hour.
-  assert.ok(kMaxDays * 48 <= 1_000_000 && (kMaxDays + 1) * 48 > 1_000_000);
 });
 
 test('cells are as large as they must be', () => {

@@ -3,32 +3,40 @@ import type { AnalysisLayer } from './analysis-layer.js';
 import { AnalysisResult } from './analysis-result.js';
 import { toMessage, type Api } from './http/api.js';
 import { mayPass } from './http/retry.js';
-import { button, byId, element, setText } from './dom.js';
-import { toBody, makeFileName, Jobs, type Job, type Kind, type Places, type Wish } from './jobs.js';
+import { byId, setText } from './dom.js';
+import {
+  toBody,
+  makeFileName,
+  readJob,
+  type Job,
+  type Kind,
+  type Places,
+  type Wish,
+} from './jobs.js';
 
 const kPollMs = 1000;
 
 /** Analyses by the server: asked for, watched and shown. A server that makes none says so here. */
 export class AnalysisPanel {
-  readonly #jobs: Jobs;
+  readonly #api: Api;
   readonly #kinds: readonly Kind[];
   readonly #places: Places;
   readonly #result: AnalysisResult;
   readonly #state = byId('analysis-state', HTMLElement);
-  readonly #bar = element('progress', { max: '1', 'aria-label': 'Progress of the analysis' });
-  readonly #stop = button('Stop', () => void this.#remove());
-  readonly #progress = byId('analysis-progress', HTMLElement);
+  readonly #bar = byId('analysis-bar', HTMLProgressElement);
   #form: AnalysisForm | undefined;
   #place: FormPlace | undefined;
   /** Of the job that is watched or shown; empty: none. */
   #id = '';
 
   constructor(api: Api, kinds: readonly Kind[], places: Places, layer: AnalysisLayer) {
+    this.#api = api;
     this.#kinds = kinds;
-    this.#jobs = new Jobs(api);
     this.#places = places;
-    this.#result = new AnalysisResult(layer, () => void this.#remove());
-    this.#progress.replaceChildren(this.#bar, this.#stop);
+    this.#result = new AnalysisResult(layer);
+    for (const id of ['analysis-stop', 'analysis-remove']) {
+      byId(id, HTMLButtonElement).addEventListener('click', () => void this.#remove());
+    }
   }
 
   /** @param limits of the server; undefined: it makes no analyses */
@@ -58,7 +66,9 @@ export class AnalysisPanel {
     await this.#remove();
     this.#setBusy(true);
     try {
-      await this.#follow(await this.#jobs.submit(toBody(wish, this.#places)), wish);
+      const body = JSON.stringify(toBody(wish, this.#places));
+      const reply = await this.#api.send('POST', 'v2/jobs', body);
+      await this.#follow(readJob(await reply.json()), wish);
     } catch (error) {
       this.#setBusy(false);
       this.#say(toMessage(error), true);
@@ -86,21 +96,18 @@ export class AnalysisPanel {
       return this.#say(`The analysis failed: ${now.message}`, true);
     }
     this.#say('Showing the result …');
-    const file = await this.#jobs.file(job.id);
+    const reply = await this.#api.get(`v2/jobs/${job.id}/result.tif`);
+    const file = new Blob([await reply.bytes()]);
     if (this.#id !== job.id) return;
-    await this.#result.show({
-      file,
-      hasHoles: now.hasHoles,
-      caption: toCaption(wish),
-      fileName: makeFileName(wish),
-    });
+    const [caption, fileName] = [toCaption(wish), makeFileName(wish)];
+    await this.#result.show({ file, hasHoles: now.hasHoles, caption, fileName });
     if (this.#id === job.id) this.#say('');
   }
 
   /** @return undefined while the server does not answer */
   async #look(id: string): Promise<Job | undefined> {
     try {
-      return await this.#jobs.state(id);
+      return readJob(await this.#api.getJson(`v2/jobs/${id}`));
     } catch (error) {
       if (!mayPass(error)) throw error;
       return undefined;
@@ -115,14 +122,14 @@ export class AnalysisPanel {
     this.#result.hide();
     if (id === '') return;
     try {
-      await this.#jobs.remove(id);
+      await this.#api.send('DELETE', `v2/jobs/${id}`);
     } catch {
       // It is gone already, or will be when the server forgets it.
     }
   }
 
   #setBusy(busy: boolean): void {
-    this.#progress.hidden = !busy;
+    byId('analysis-progress', HTMLElement).hidden = !busy;
     this.#bar.value = 0;
     if (this.#form) this.#form.isBusy = busy;
   }

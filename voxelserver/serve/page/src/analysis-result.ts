@@ -2,8 +2,8 @@ import type { Vec2 } from './vec3.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { toMessage } from './http/api.js';
 import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
-import { toColour, chooseScale, type ColourScale } from './colour-scale.js';
-import { button, buttonRow, byId, download, element, getContext2d, setText } from './dom.js';
+import { chooseScale, toGradient, type ColourScale } from './colour-scale.js';
+import { byId, download, element, setText } from './dom.js';
 import { openRaster, type Raster } from './raster.js';
 
 /** The raster of a finished job, with what is written next to it. */
@@ -18,12 +18,9 @@ export type Finished = {
 export class AnalysisResult {
   readonly #layer: AnalysisLayer;
   readonly #part = byId('analysis-result', HTMLElement);
-  readonly #caption = element('p', { id: 'analysis-caption' });
-  readonly #band = element('select', { id: 'analysis-band' });
-  readonly #legend = element('canvas', { width: '256', height: '14', role: 'img' });
-  readonly #ends = element('p', { class: 'ends' });
-  readonly #value = element('p', { id: 'analysis-value' });
-  readonly #note = element('p', { class: 'note', role: 'status' });
+  readonly #band = byId('analysis-band', HTMLSelectElement);
+  readonly #legend = byId('analysis-legend', HTMLElement);
+  readonly #ends = byId('analysis-ends', HTMLElement);
   #hasHoles = false;
   #raster: Raster | undefined;
   #save = (): void => undefined;
@@ -32,29 +29,12 @@ export class AnalysisResult {
   #pointed: Vec2 | undefined;
   #turn = 0;
 
-  constructor(layer: AnalysisLayer, onDelete: () => void) {
+  constructor(layer: AnalysisLayer) {
     this.#layer = layer;
-    const opacity = element('input', {
-      id: 'analysis-opacity',
-      type: 'range',
-      min: '0',
-      max: '100',
-      value: '100',
-    });
-    opacity.addEventListener('input', () => (layer.opacity = Number(opacity.value) / 100));
+    const opacity = byId('analysis-opacity', HTMLInputElement);
+    opacity.addEventListener('input', () => (layer.opacity = opacity.valueAsNumber / 100));
     this.#band.addEventListener('change', () => void this.#showBand());
-    const save = button('Download GeoTIFF', () => this.#save());
-    const remove = button('Remove', onDelete);
-    this.#part.replaceChildren(
-      this.#caption,
-      element('p', {}, element('label', { for: 'analysis-band' }, 'Shown'), this.#band),
-      this.#legend,
-      this.#ends,
-      this.#value,
-      element('p', {}, element('label', { for: 'analysis-opacity' }, 'Opacity'), opacity),
-      buttonRow(save, remove),
-      this.#note,
-    );
+    byId('analysis-save', HTMLButtonElement).addEventListener('click', () => this.#save());
   }
 
   async show({ file, hasHoles, caption, fileName }: Finished): Promise<void> {
@@ -68,7 +48,7 @@ export class AnalysisResult {
         this.#band.append(element('option', { value: String(i) }, style.title));
       }
     });
-    setText(this.#caption, caption);
+    setText(byId('analysis-caption', HTMLElement), caption);
     this.#part.hidden = false;
     await this.#showBand();
   }
@@ -88,34 +68,24 @@ export class AnalysisResult {
 
   #showValue(): void {
     const value = this.#pointed && this.#layer.valueAt(...this.#pointed);
-    setText(this.#value, value === undefined ? 'Here: no value' : `Here: ${this.#toText(value)}`);
-  }
-
-  /** The band that is chosen: its number, its unit, and how it is drawn. */
-  #chosen({ bands }: Raster): {
-    readonly number: number;
-    readonly unit: string;
-    readonly style: BandStyle;
-  } {
-    const number = Number(this.#band.value);
-    const { name, unit } = bands[number] ?? { name: '', unit: '' };
-    return { number, unit, style: chooseStyle(name) ?? { title: name, ramp: 'much' } };
+    const text = value === undefined ? 'no value' : this.#toText(value);
+    setText(byId('analysis-value', HTMLElement), `Here: ${text}`);
   }
 
   /** Says what has no colour, and before it what went wrong just now: neither hides the other. */
-  #showNote(trouble = ''): void {
-    const colourless = this.#raster
-      ? colourlessText(this.#chosen(this.#raster).style, this.#hasHoles)
-      : '';
-    setText(this.#note, [trouble, colourless].filter((text) => text !== '').join(' '));
+  #showNote(style: BandStyle, trouble = ''): void {
+    const texts = [trouble, colourlessText(style, this.#hasHoles)];
+    setText(byId('analysis-note', HTMLElement), texts.filter((text) => text !== '').join(' '));
   }
 
   async #showBand(): Promise<void> {
     this.#turn += 1;
     const [raster, turn] = [this.#raster, this.#turn];
     if (raster === undefined) return;
-    this.#showNote();
-    const { number, unit, style } = this.#chosen(raster);
+    const number = Number(this.#band.value);
+    const { name, unit } = raster.bands[number] ?? { name: '', unit: '' };
+    const style = chooseStyle(name) ?? { title: name, ramp: 'much' };
+    this.#showNote(style);
     try {
       const values = await raster.readBand(number);
       if (turn !== this.#turn) return;
@@ -132,7 +102,7 @@ export class AnalysisResult {
       this.#legend.hidden = true;
       this.#ends.replaceChildren();
       this.#showValue();
-      this.#showNote(`The raster could not be shown. ${toMessage(error)}`);
+      this.#showNote(style, `The raster could not be shown. ${toMessage(error)}`);
     }
   }
 
@@ -148,11 +118,6 @@ export class AnalysisResult {
       'aria-label',
       words ? `The colour of: ${words[1]}` : `Colours from ${texts[0]} to ${texts[2]}`,
     );
-    const context = getContext2d(this.#legend);
-    for (let x = 0; x < 256; ++x) {
-      const colour = toColour(words ? 1 : x / 255, { min: 0, max: 1 }, ramp);
-      context.fillStyle = `rgb(${colour.join(' ')})`;
-      context.fillRect(x, 0, 1, 14);
-    }
+    this.#legend.style.backgroundImage = toGradient(ramp, words !== undefined);
   }
 }

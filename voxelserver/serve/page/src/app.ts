@@ -58,7 +58,7 @@ async function watch(): Promise<void> {
       view?.refresh();
     }
     last = stats;
-    statsPanel.update(stats, nowS());
+    statsPanel.update(stats);
     view?.update(stats);
     connection.well();
     const seen = [

@@ -91,6 +91,13 @@ export function toColour(value: number, { min, max }: ColourScale, ramp: Ramp): 
   return [mix(0), mix(1), mix(2)];
 }
 
+/** A background that is a legend. @param isEnd of the colour of the highest value alone */
+export function toGradient(ramp: Ramp, isEnd: boolean): string {
+  const colours = kStops[ramp].map((colour) => `rgb(${colour.join(' ')})`);
+  const shown = isEnd ? [colours.at(-1), colours.at(-1)] : colours;
+  return `linear-gradient(to right, ${shown.join()})`;
+}
+
 /** Fills RGBA bytes: transparent where there is no value. */
 export function paint(
   values: Float32Array,

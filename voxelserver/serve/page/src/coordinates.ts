@@ -1,4 +1,4 @@
-import type { WorldProjection } from './world-projection.js';
+import type { LatLon, WorldProjection } from './world-projection.js';
 
 /** Coordinates as users write and read them. */
 
@@ -55,7 +55,7 @@ export function decimalsFor(unitsPerVoxel: number): number {
   return Math.min(6, Math.max(0, Math.ceil(-Math.log10(unitsPerVoxel) + 1)));
 }
 
-export const formatLatLon = (latDeg: number, lonDeg: number): string =>
+export const formatLatLon = ({ latDeg, lonDeg }: LatLon): string =>
   `${latDeg.toFixed(6)}, ${lonDeg.toFixed(6)}`;
 
 /** The place in an address: "#e=462500&n=101500&r=1.5" (r: CRS units in a pixel). */

@@ -87,7 +87,7 @@ export function copyOnClick(
   target: HTMLButtonElement,
   content: () => string,
   [done, failed]: readonly [string, string] = ['Copied', 'Could not copy'],
-): HTMLButtonElement {
+): void {
   const label = target.textContent;
   target.addEventListener('click', () => {
     void copy(content()).then((isCopied) => {
@@ -95,11 +95,7 @@ export function copyOnClick(
       setTimeout(() => setText(target, label), kCopiedMs);
     });
   });
-  return target;
 }
-
-export const copyButton = (label: string, content: () => string): HTMLButtonElement =>
-  copyOnClick(element('button', { type: 'button' }, label), content);
 
 /**
  * Copies a text. The clipboard is there for HTTPS and localhost only; the old command works for a

@@ -1,5 +1,4 @@
 import type { Vec3 } from './vec3.js';
-import type { Api } from './http/api.js';
 import { isFields, toNumber, toText } from './json.js';
 
 /** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
@@ -76,13 +75,6 @@ export function toBody(
 
 /** A period is in steps of half an hour: its directions are gathered anyway. */
 const kStepMin = 30;
-const kMaxSteps = 1_000_000;
-/** What the server takes, in such steps. */
-export const kMaxDays = Math.floor((kMaxSteps * kStepMin) / (24 * 60));
-
-/** @param from, to days as YYYY-MM-DD, both included */
-export const daysOfPeriod = (from: string, to: string): number =>
-  (Date.parse(to) - Date.parse(from)) / 86_400_000 + 1;
 
 const toDateFields = ({ from, to }: Wish): Record<string, unknown> =>
   from === to ? { date: from } : { from, to, step_min: kStepMin };
@@ -115,32 +107,5 @@ export function resolutionFor(
   for (let edge = voxelM; ; edge *= 2) {
     const [columns, rows] = countCells(extent, edge, metresPerUnit);
     if (columns * rows <= maxCells || edge > 1e5) return edge;
-  }
-}
-
-export class Jobs {
-  readonly #api: Api;
-
-  constructor(api: Api) {
-    this.#api = api;
-  }
-
-  async submit(body: Record<string, unknown>): Promise<Job> {
-    const reply = await this.#api.send('POST', 'v2/jobs', JSON.stringify(body));
-    return readJob(await reply.json());
-  }
-
-  async state(id: string): Promise<Job> {
-    return readJob(await this.#api.getJson(`v2/jobs/${id}`));
-  }
-
-  async remove(id: string): Promise<void> {
-    await this.#api.send('DELETE', `v2/jobs/${id}`);
-  }
-
-  /** The raster of one that is done. */
-  async file(id: string): Promise<Blob> {
-    const reply = await this.#api.get(`v2/jobs/${id}/result.tif`);
-    return new Blob([await reply.bytes()]);
   }
 }

@@ -1,29 +1,26 @@
-import { cssValue, element, getContext2d } from './dom.js';
+import { element, getContext2d } from './dom.js';
 import type { SquareState } from './squares.js';
 
-/** Hatches, so that no state is shown by colour alone. Colours come from app.css. */
+/**
+ * Hatches, so that no state is shown by colour alone. Colours come from app.css, which draws the
+ * same for the legend.
+ */
 
 export type Hatch = 'dots' | 'rising' | 'falling' | 'cross';
 export type Sign = {
   readonly letter: string;
   readonly hatch: Hatch;
   readonly colour: string;
-  readonly label: string;
 };
 
 export const kStateSigns: Readonly<Record<SquareState, Sign>> = {
-  wanted: { letter: 'W', hatch: 'dots', colour: '--wanted', label: 'wanted: not fetched yet' },
-  fetched: { letter: 'F', hatch: 'falling', colour: '--fetched', label: 'fetched: on disk' },
-  prepared: { letter: 'P', hatch: 'rising', colour: '--prepared', label: 'prepared: decoded' },
-  failed: { letter: '!', hatch: 'cross', colour: '--failed', label: 'failed' },
+  wanted: { letter: 'W', hatch: 'dots', colour: '--wanted' },
+  fetched: { letter: 'F', hatch: 'falling', colour: '--fetched' },
+  prepared: { letter: 'P', hatch: 'rising', colour: '--prepared' },
+  failed: { letter: '!', hatch: 'cross', colour: '--failed' },
 };
-export const kMemorySign: Sign = {
-  letter: 'M',
-  hatch: 'rising',
-  colour: '--memory',
-  label: 'in memory',
-};
-export const kDiskSign: Sign = { letter: 'D', hatch: 'dots', colour: '--disk', label: 'on disk' };
+export const kMemorySign: Sign = { letter: 'M', hatch: 'rising', colour: '--memory' };
+export const kDiskSign: Sign = { letter: 'D', hatch: 'dots', colour: '--disk' };
 
 const kTilePx = 12;
 
@@ -60,30 +57,4 @@ function drawHatch(context: CanvasRenderingContext2D, hatch: Hatch): void {
     }
   }
   context.stroke();
-}
-
-/** A swatch for a legend: hatch, frame and letter. */
-export function swatch(sign: Sign): HTMLCanvasElement {
-  const canvas = element('canvas', { class: 'swatch', 'aria-hidden': 'true' });
-  const ratio = Math.max(1, window.devicePixelRatio);
-  const [width, height] = [30, 20];
-  canvas.width = width * ratio;
-  canvas.height = height * ratio;
-  const context = getContext2d(canvas);
-  const colour = cssValue(sign.colour);
-  context.scale(ratio, ratio);
-  context.fillStyle = hatchPattern(sign.hatch, colour);
-  context.fillRect(0, 0, width, height);
-  context.strokeStyle = colour;
-  context.lineWidth = 2;
-  context.strokeRect(1, 1, width - 2, height - 2);
-  context.font = 'bold 13px system-ui, sans-serif';
-  context.textAlign = 'center';
-  context.textBaseline = 'middle';
-  context.lineWidth = 4;
-  context.strokeStyle = cssValue('--back');
-  context.strokeText(sign.letter, width / 2, height / 2 + 1);
-  context.fillStyle = cssValue('--text');
-  context.fillText(sign.letter, width / 2, height / 2 + 1);
-  return canvas;
 }

@@ -1,12 +1,11 @@
 import type { Vec2 } from './vec3.js';
 import { toMessage, type Api } from './http/api.js';
 import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
-import { buttonRow, byId, copyButton, element, setFacts, setText } from './dom.js';
+import { byId, copyOnClick, setFacts, setText } from './dom.js';
 import { formatBytes, formatCount } from './number-format.js';
-import { cameraHeight, cameraPlace, renderCommand } from './render-command.js';
 import type { Square } from './squares.js';
-import { TopFinder, type Top } from './top-finder.js';
-import { viewLink, viewOfPlace } from './view-link.js';
+import { findTop, type Top } from './top-finder.js';
+import { inTheMiddle, placeCamera, renderCommand, viewLink } from './view-link.js';
 import type { WorldProjection } from './world-projection.js';
 
 /**
@@ -16,19 +15,7 @@ import type { WorldProjection } from './world-projection.js';
 export class PlacePanel {
   readonly #api: Api;
   readonly #projection: WorldProjection;
-  readonly #tops: TopFinder;
-  readonly #summary = byId('place-summary', HTMLElement);
-  readonly #facts = element('dl');
-  readonly #command = element('textarea', {
-    id: 'command',
-    readonly: '',
-    rows: '5',
-    spellcheck: 'false',
-  });
-  readonly #note = element('p', { class: 'note' });
-  readonly #latLonButton: HTMLButtonElement;
-  readonly #geo = element('a', {}, 'Open in a map program');
-  readonly #view = element('a', {}, 'View in 3D');
+  readonly #command = byId('command', HTMLTextAreaElement);
   #place: Vec2 = [0, 0];
   #height: number | undefined;
   #resolution = 1;
@@ -37,21 +24,15 @@ export class PlacePanel {
   constructor(api: Api, projection: WorldProjection) {
     this.#api = api;
     this.#projection = projection;
-    this.#tops = new TopFinder(api, projection);
-    this.#latLonButton = copyButton('Copy lat, lon', () => this.#latLonText());
-    const buttons = buttonRow(
-      copyButton('Copy E,N', () => this.#placeText()),
-      this.#latLonButton,
-      copyButton('Copy link', () => this.#link()),
-      this.#view,
-      this.#geo,
-    );
-    const label = element('label', { for: 'command' }, 'Render it');
-    const copyCommand = copyButton('Copy command', () => this.#command.value);
-    const parts = [label, this.#command, copyCommand, this.#note];
-    const command = element('div', { class: 'command' }, ...parts);
-    byId('place', HTMLElement).append(this.#facts, buttons, command);
-    byId('place', HTMLElement).hidden = true;
+    const copied: Readonly<Record<string, () => string>> = {
+      'copy-place': () => this.#placeText(),
+      'copy-degrees': () => this.#latLonText(),
+      'copy-link': () => this.#link(),
+      'copy-command': () => this.#command.value,
+    };
+    for (const [id, content] of Object.entries(copied)) {
+      copyOnClick(byId(id, HTMLButtonElement), content);
+    }
   }
 
   /** Shows a place: known facts at once, then, with the reply of the server, what is on top. */
@@ -68,68 +49,67 @@ export class PlacePanel {
     this.#resolution = resolution;
     byId('place', HTMLElement).hidden = false;
     const where = square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square';
-    setText(this.#summary, `${this.#placeText()}: ${where}`);
+    setText(byId('place-summary', HTMLElement), `${this.#placeText()}: ${where}`);
     this.#draw(square, 'looking …');
-    setText(this.#note, 'The height is being looked up …');
+    this.#note('The height is being looked up …');
     this.#command.value = '';
-    const camera = cameraPlace({ easting, northing }, this.#projection);
+    const about = inTheMiddle({ easting, northing }, this.#projection);
+    const camera = placeCamera(about, this.#projection);
+    this.#linkView(viewLink(about, camera, this.#projection));
     try {
-      const top = await this.#tops.find(easting, northing);
+      const top = await findTop(this.#api, this.#projection, easting, northing);
       // This height only keeps the camera out of hills: without it the command is still useful.
-      const ground = await this.#tops.find(...camera).catch(() => undefined);
+      const ground = await findTop(
+        this.#api,
+        this.#projection,
+        camera.easting,
+        camera.northing,
+      ).catch(() => undefined);
       if (mine !== this.#shown) return;
       this.#height = top?.heightM;
-      this.#draw(
-        square,
-        top ? describe(top, this.#projection.world.materials) : 'nothing: only air here',
-      );
-      this.#propose(camera, top, ground, square);
+      const { materials } = this.#projection.world;
+      this.#draw(square, top ? describe(top, materials) : 'nothing: only air here');
+      this.#propose(top?.heightM, ground?.heightM, square);
     } catch (error) {
       if (mine !== this.#shown) return;
       this.#draw(square, 'unknown');
       const what = `The top of this place could not be loaded. ${toMessage(error)}`;
-      setText(this.#note, `${what} Choose the place again to retry.`);
+      this.#note(`${what} Choose the place again to retry.`);
     }
   }
 
   #propose(
-    camera: Vec2,
-    top: Top | undefined,
-    ground: Top | undefined,
+    heightM: number | undefined,
+    groundM: number | undefined,
     square: Square | undefined,
   ): void {
-    if (top === undefined) return setText(this.#note, 'Nothing to render here.');
+    if (heightM === undefined) return this.#note('Nothing to render here.');
     const [easting, northing] = this.#place;
-    const target = { easting, northing, heightM: top.heightM };
-    const from = {
-      easting: camera[0],
-      northing: camera[1],
-      heightM: cameraHeight(top.heightM, ground?.heightM),
-    };
-    this.#command.value = renderCommand(
-      this.#api.base.replace(/\/$/, ''),
-      target,
-      from,
-      square?.name ?? 'picture',
-      this.#projection,
-    );
+    const target = { easting, northing, heightM };
+    const from = placeCamera(target, this.#projection, groundM);
+    const server = this.#api.base.replace(/\/$/, '');
+    const name = square?.name ?? 'picture';
+    this.#command.value = renderCommand(server, target, from, name, this.#projection);
     this.#linkView(viewLink(target, from, this.#projection));
-    setText(this.#note, 'Seen from the south-west, 400 m away.');
+    this.#note('Seen from the south-west, 400 m away.');
+  }
+
+  #note(text: string): void {
+    setText(byId('command-note', HTMLElement), text);
   }
 
   #linkView(link: string): void {
-    this.#view.href = new URL(link, this.#api.base).href;
+    byId('place-view', HTMLAnchorElement).href = new URL(link, this.#api.base).href;
   }
 
   #draw(square: Square | undefined, top: string): void {
     const { crs } = this.#projection.world;
     const latLon = this.#latLonText();
-    for (const part of [this.#latLonButton, this.#geo]) part.hidden = latLon === '';
-    this.#geo.setAttribute('href', `geo:${latLon.replace(' ', '')}`);
-    const [easting, northing] = this.#place;
-    this.#linkView(viewOfPlace({ easting, northing }, this.#height, this.#projection));
-    setFacts(this.#facts, [
-      [crs === '' ? 'Easting, northing' : `${crs}`, this.#placeText()],
+    const geo = byId('place-geo', HTMLAnchorElement);
+    for (const part of [byId('copy-degrees', HTMLElement), geo]) part.hidden = latLon === '';
+    geo.href = `geo:${latLon.replace(' ', '')}`;
+    setFacts(byId('place-facts', HTMLDListElement), [
+      [crs === '' ? 'Easting, northing' : crs, this.#placeText()],
       ['Latitude, longitude', latLon],
       ['On top', top],
       ...toFacts(square),
@@ -146,7 +126,7 @@ export class PlacePanel {
 
   #latLonText(): string {
     const place = this.#projection.toLatLon(...this.#place);
-    return place ? formatLatLon(place.latDeg, place.lonDeg) : '';
+    return place ? formatLatLon(place) : '';
   }
 
   #link(): string {
@@ -168,7 +148,7 @@ const shown = (value: number | undefined, format: (value: number) => string): st
   value === undefined ? '' : format(value);
 
 /** Rows about a square; those with an empty text are not shown. */
-export function toFacts(square: Square | undefined): [string, string][] {
+function toFacts(square: Square | undefined): [string, string][] {
   if (square === undefined) return [];
   const { file, bytes, points, densityPerM2 } = square;
   return [

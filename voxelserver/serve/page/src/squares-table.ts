@@ -7,27 +7,17 @@ const kMostRows = 500;
 
 /** The squares as text, for users who cannot see the map. A name is a link to its place. */
 export class SquaresTable {
-  readonly #count = element('p');
-  readonly #body = element('tbody');
-  readonly #table: HTMLTableElement;
+  readonly #table = byId('squares-table', HTMLTableElement);
+  readonly #body = this.#table.tBodies[0]!;
   readonly #onChosen: (square: Square) => void;
   #drawn = '';
 
   constructor(onChosen: (square: Square) => void) {
     this.#onChosen = onChosen;
-    const head = element(
-      'tr',
-      {},
-      ...['Square', 'State', 'Points'].map((title) => element('th', { scope: 'col' }, title)),
-    );
-    const caption = element('caption', { class: 'hidden-text' }, 'LiDAR squares and their state');
-    this.#table = element('table', {}, caption, element('thead', {}, head), this.#body);
-    this.#table.hidden = true;
-    byId('squares', HTMLElement).append(this.#count, this.#table);
   }
 
   set squares(squares: readonly Square[]) {
-    setText(this.#count, makeSummary(squares));
+    setText(byId('squares-count', HTMLElement), makeSummary(squares));
     const shown = squares.slice(0, kMostRows);
     // Redrawn only when it differs: a focused name must not be lost every ten seconds.
     const key = JSON.stringify(shown.map((s) => [s.name, s.state, s.points, s.error]));
@@ -51,7 +41,7 @@ export class SquaresTable {
   }
 }
 
-export function makeSummary(squares: readonly Square[]): string {
+function makeSummary(squares: readonly Square[]): string {
   if (squares.length === 0) return 'The server has no squares.';
   const parts = kSquareStates.flatMap((state) => {
     const times = squares.filter((square) => square.state === state).length;

@@ -1,37 +1,54 @@
 import type { Vec2, Vec3 } from './vec3.js';
-import { cameraHeight, cameraPlace, type Spot } from './render-command.js';
-import { lookingAt, type Viewpoint } from './viewer/ui/navigation.js';
+import { decimalsFor, type FoundPlace } from './coordinates.js';
+import { lookingAt } from './viewer/ui/navigation.js';
+import { viewWords } from './viewer/ui/link.js';
 import type { WorldProjection } from './world-projection.js';
 
-/** Addresses of the viewer (viewer/ui/link.ts) for places of the map; the time is left to it. */
+/** Proposed pictures of places of the map: as a link to the viewer, and as a command. */
 
+/** A place with its height above the CRS's zero, metres. */
+export type Spot = FoundPlace & { readonly heightM: number };
+
+const kAwayM = 400;
+/** Height above the target by horizontal distance. */
+const kRise = 0.75;
+const kClearM = 60;
 const kFovDeg = 45;
-const kDownDeg = 40;
 
-/** @param target what is in the middle of the picture @param from where the camera stands */
-export function viewLink(target: Spot, from: Spot, projection: WorldProjection): string {
-  const at = { position: toVoxel(from, projection), headingDeg: 0, pitchDeg: 0, fovDeg: kFovDeg };
-  return makeLink(lookingAt(at, toVoxel(target, projection)));
+/**
+ * Where the camera stands: south-west of the target, looking down on it.
+ * @param groundM height of what is under the camera, if known: it must not stand in a hill
+ */
+export function placeCamera(
+  target: Spot,
+  projection: WorldProjection,
+  groundM = -Infinity,
+  awayM = kAwayM,
+): Spot {
+  const offset = (awayM * Math.SQRT1_2) / projection.metresPerUnit;
+  return {
+    easting: target.easting - offset,
+    northing: target.northing - offset,
+    heightM: Math.max(target.heightM + kRise * awayM, groundM + kClearM),
+  };
 }
 
-/** The place of the panel, seen from where the proposed picture is. @param topM undefined: air */
-export function viewOfPlace(
-  place: { readonly easting: number; readonly northing: number },
-  topM: number | undefined,
-  projection: WorldProjection,
-): string {
-  const target = { ...place, heightM: topM ?? middleM(projection) };
-  const [easting, northing] = cameraPlace(place, projection);
-  return viewLink(
-    target,
-    { easting, northing, heightM: cameraHeight(target.heightM, undefined) },
-    projection,
-  );
+/** The address of the viewer; the time is left to it. */
+export function viewLink(target: Spot, camera: Spot, projection: WorldProjection): string {
+  const position = toVoxel(camera, projection);
+  const at = { position, headingDeg: 0, pitchDeg: 0, fovDeg: kFovDeg };
+  return `view/#${viewWords(lookingAt(at, toVoxel(target, projection)))}`;
+}
+
+/** The place, taken to be in the middle of the world's heights. */
+export function inTheMiddle(place: FoundPlace, { world }: WorldProjection): Spot {
+  const { min, max } = world.framed;
+  return { ...place, heightM: ((min[1] + max[1]) / 2) * world.voxelM };
 }
 
 /**
- * What the map shows: from the south, from above all that the world holds. Its heights there are
- * not known without a request.
+ * What the map shows, from above all that the world holds: its heights there are not known without
+ * a request.
  * @param across CRS units
  */
 export function viewOfMap(
@@ -39,31 +56,49 @@ export function viewOfMap(
   across: number,
   projection: WorldProjection,
 ): string {
-  const acrossM = across * projection.metresPerUnit;
-  const target = { easting, northing, heightM: middleM(projection) };
-  const heightM = Math.max(
-    target.heightM + acrossM * Math.sin((kDownDeg * Math.PI) / 180),
-    topM(projection) + 10,
-  );
-  const backM = (heightM - target.heightM) / Math.tan((kDownDeg * Math.PI) / 180);
-  return viewLink(
-    target,
-    { easting, northing: northing - backM / projection.metresPerUnit, heightM },
-    projection,
-  );
+  const target = inTheMiddle({ easting, northing }, projection);
+  const { framed, voxelM } = projection.world;
+  const aboveM = framed.max[1] * voxelM + 10 - target.heightM;
+  const awayM = Math.max(across * projection.metresPerUnit, aboveM / kRise);
+  return viewLink(target, placeCamera(target, projection, undefined, awayM), projection);
 }
-
-const middleM = ({ world: { framed, voxelM } }: WorldProjection): number =>
-  ((framed.min[1] + framed.max[1]) / 2) * voxelM;
-const topM = ({ world: { framed, voxelM } }: WorldProjection): number => framed.max[1] * voxelM;
 
 // Not a whole voxel, unlike WorldProjection.toVoxel().
 function toVoxel({ easting, northing, heightM }: Spot, { world }: WorldProjection): Vec3 {
   return [easting / world.unitsPerVoxel, heightM / world.voxelM, -northing / world.unitsPerVoxel];
 }
 
-function makeLink({ position, headingDeg, pitchDeg, fovDeg }: Viewpoint): string {
-  const list = (values: readonly number[]): string =>
-    values.map((v) => Number(v.toFixed(2))).join();
-  return `view/#at=${list(position)}&look=${list([headingDeg, pitchDeg, fovDeg])}`;
+/**
+ * One line for a shell.
+ * @param server its address, without a slash at the end
+ * @param name of the picture, any text
+ */
+export function renderCommand(
+  server: string,
+  target: Spot,
+  camera: Spot,
+  name: string,
+  projection: WorldProjection,
+): string {
+  const decimals = Math.min(2, decimalsFor(projection.world.unitsPerVoxel));
+  const list = (s: Spot): string =>
+    `${s.easting.toFixed(decimals)},${s.northing.toFixed(decimals)},${s.heightM.toFixed(1)}`;
+  const places = `--camera-target=${list(target)} --camera-position=${list(camera)}`;
+  return `./terravox render ${quoted(server)} ${places} -o ${fileName(name)}.png`;
+}
+
+// The server's address comes from the browser's own address bar, but a path may hold characters
+// with a meaning for the shell.
+const quoted = (text: string): string =>
+  /^[\w:/.\]@%+-]*$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
+
+/**
+ * Letters, digits, dashes and dots only, as names from the server end up in the shell of a user.
+ */
+export function fileName(name: string): string {
+  const safe = name
+    .replace(/[^A-Za-z0-9_.-]+/g, '-')
+    .replace(/^[-.]+|[-.]+$/g, '')
+    .slice(0, 60);
+  return safe === '' ? 'picture' : safe;
 }

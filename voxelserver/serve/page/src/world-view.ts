@@ -5,9 +5,9 @@ import { AnalysisPanel } from './analysis-panel.js';
 import type { Api } from './http/api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
-import { byId, setFacts, setText } from './dom.js';
+import { byId, setFacts, setText, toOptions } from './dom.js';
 import { listKinds } from './jobs.js';
-import { LayersPanel, type LayerName } from './layers-panel.js';
+import { formatCount } from './number-format.js';
 import { MapView } from './map-view.js';
 import { PlacePanel } from './place-panel.js';
 import type { Stats, World } from './replies.js';
@@ -29,7 +29,6 @@ export class WorldView {
   readonly #topView: TopViewLayer | undefined;
   readonly #squares = new SquaresLayer();
   readonly #cached: CachedLayer;
-  readonly #layers: LayersPanel;
   readonly #table: SquaresTable;
   readonly #place: PlacePanel;
   readonly #analyses: AnalysisPanel;
@@ -75,13 +74,7 @@ export class WorldView {
       places,
       analyses,
     );
-    this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
-      onSwitch: (name, shown) => this.#switch(name, shown),
-      onLevel: (level) => {
-        this.#level = level;
-        void this.updateBoxes(true);
-      },
-    });
+    this.#setUpLayers(world.levels);
     this.#table = new SquaresTable((square) => this.#goToSquare(square));
     setUpSearch(
       () => projection,
@@ -112,9 +105,11 @@ export class WorldView {
       }
       this.#boxes = boxes;
       this.#cached.show(boxes);
-      this.#layers.boxes = boxes;
+      const counts = [boxes.memory, boxes.disk].map((list) => formatCount(list.length));
+      const rest = boxes.truncated ? ' (more than are drawn)' : '';
+      this.#noteBoxes(`${counts[0]} in memory, ${counts[1]} on disk${rest}`);
     } catch {
-      if (level === this.#level) this.#layers.boxesTrouble = 'The kept boxes could not be loaded.';
+      if (level === this.#level) this.#noteBoxes('The kept boxes could not be loaded.');
     }
   }
 
@@ -129,8 +124,12 @@ export class WorldView {
   }
 
   update(stats: Stats): void {
-    this.#layers.unfinishedTiles =
-      this.#topView?.unfinishedIn(this.#map.shownExtent, this.#map.resolution).length ?? 0;
+    const { shownExtent, resolution } = this.#map;
+    const unfinished = this.#topView?.unfinishedIn(shownExtent, resolution).length ?? 0;
+    setText(
+      byId('top-note', HTMLElement),
+      unfinished === 0 ? '' : 'Some of it is not made yet. Zoom in to have it made.',
+    );
     this.#analyses.limits = stats.jobs;
     setText(byId('software', HTMLElement), `Terravox ${stats.version}`);
   }
@@ -144,20 +143,38 @@ export class WorldView {
   recolour(): void {
     this.#squares.recolour();
     this.#cached.recolour();
-    this.#layers.recolour();
   }
 
-  #switch(name: LayerName, shown: boolean): void {
-    if (name === 'top view') this.#topView?.layer.setVisible(shown);
-    if (name === 'squares') this.#squares.layer.setVisible(shown);
-    if (name !== 'boxes') return;
+  #setUpLayers(levels: number): void {
+    const onSwitch = (name: string, run: (shown: boolean) => void): void => {
+      const box = byId(`layer-${name}`, HTMLInputElement);
+      box.addEventListener('change', () => run(box.checked));
+    };
+    onSwitch('top', (shown) => this.#topView?.layer.setVisible(shown));
+    onSwitch('squares', (shown) => this.#squares.layer.setVisible(shown));
+    onSwitch('boxes', (shown) => this.#showBoxes(shown));
+    byId('layer-top', HTMLInputElement).parentElement!.hidden = this.#topView === undefined;
+    const level = byId('level', HTMLSelectElement);
+    const names = Array.from({ length: levels }, (_, i) => `${i}: voxels of ${2 ** i}`);
+    level.append(...toOptions(names.map((name, i) => [String(i), name])));
+    level.addEventListener('change', () => {
+      this.#level = Number(level.value);
+      void this.updateBoxes(true);
+    });
+  }
+
+  #showBoxes(shown: boolean): void {
     this.#showsBoxes = shown;
     this.#cached.layer.setVisible(shown);
     if (!shown) {
       this.#boxes = undefined;
-      this.#layers.boxes = undefined;
+      this.#noteBoxes('');
     }
     void this.updateBoxes(true);
+  }
+
+  #noteBoxes(text: string): void {
+    setText(byId('boxes-note', HTMLElement), text);
   }
 
   async #pick(easting: number, northing: number): Promise<void> {
@@ -221,7 +238,7 @@ export class WorldView {
     const latLon = this.#projection.toLatLon(e, n);
     const texts = [
       `${e.toFixed(decimals)}, ${n.toFixed(decimals)}`,
-      ...(latLon ? [formatLatLon(latLon.latDeg, latLon.lonDeg)] : []),
+      ...(latLon ? [formatLatLon(latLon)] : []),
     ];
     setText(byId('position', HTMLElement), `${place ? '' : 'Middle: '}${texts.join('  ·  ')}`);
   }

@@ -49,7 +49,7 @@ export function showFacts(
     [say('easting'), numbers.number(easting, 1)],
     [say('northing'), numbers.number(northing, 1)],
     [say('height'), numbers.length(pick.point[1] * world.voxelM)],
-    [say('latLon'), degrees === undefined ? '' : formatLatLon(degrees.latDeg, degrees.lonDeg)],
+    [say('latLon'), degrees === undefined ? '' : formatLatLon(degrees)],
     [say('material'), materialName(say, appearance.materials[pick.material]?.name ?? '')],
     [say('lidarClass'), lidarClass === undefined ? '' : className(say, lidarClass)],
     [say('square'), square],

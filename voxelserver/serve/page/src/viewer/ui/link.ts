@@ -22,11 +22,12 @@ export type Words = Readonly<Record<string, string | undefined>>;
 
 export const kMaxPoints = 64;
 
-export function toLink(state: ViewState, others: Words = {}): string {
-  const { view } = state;
-  const place = view.position.map((v) => Number(v.toFixed(2))).join(',');
-  const look = [view.headingDeg, view.pitchDeg, view.fovDeg].map((v) => Number(v.toFixed(2)));
-  const own = `#at=${place}&look=${look.join(',')}&time=${Math.round(state.timeMs / kMinuteMs)}`;
+/** Of a view alone. */
+export const viewWords = ({ position, headingDeg, pitchDeg, fovDeg }: Viewpoint): string =>
+  `at=${numbersWord(position)}&look=${numbersWord([headingDeg, pitchDeg, fovDeg])}`;
+
+export function toLink({ view, timeMs }: ViewState, others: Words = {}): string {
+  const own = `#${viewWords(view)}&time=${Math.round(timeMs / kMinuteMs)}`;
   const known = Object.entries(others).filter(([, value]) => value !== undefined);
   return [own, ...known.map(([name, value]) => `${name}=${value}`)].join('&');
 }
