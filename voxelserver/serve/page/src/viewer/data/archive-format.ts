@@ -1,8 +1,7 @@
-import { nameOfBox, type BoxKey } from './box-arrays.js';
+import { kMaxLevel, nameOfBox, type BoxKey } from './box-arrays.js';
 import { toView } from '../../bytes.js';
 import { DataError } from '../../http/errors.js';
 import { kMaxFactsBytes } from './facts.js';
-import { isBefore, isInRange, placeOnCurve, type CurvePlace } from './morton.js';
 import { xxh64 } from './xxh64.js';
 import { unpack } from './zstd.js';
 
@@ -104,7 +103,6 @@ function parseHeader(bytes: Uint8Array, name: string) {
 export class RootIndex {
   readonly count: number;
   readonly #view: DataView;
-  readonly #order: CurveOrder;
 
   /** @throws DataError `damaged` */
   constructor(bytes: Uint8Array, limits: IndexLimits, name: string) {
@@ -114,7 +112,7 @@ export class RootIndex {
       throw damaged(name, 'its index is damaged');
     }
     this.count = payload / kRootEntryBytes;
-    this.#order = new CurveOrder(this.count);
+    let before: BoxKey | undefined;
     for (let i = 0; i < this.count; ++i) {
       const leaf = this.leaf(i);
       const isSound =
@@ -123,9 +121,10 @@ export class RootIndex {
         leaf.bytes <= kMaxLeafBytes &&
         leaf.offset + leaf.bytes <= limits.fileBytes &&
         isInRange(leaf.first) &&
-        this.#order.append(i, leaf.first);
+        isAscending(before, leaf.first);
       if (!isSound) throw damaged(name, 'its index is damaged');
       if (!limits.hasRoomFor(leaf.first)) throw damaged(name, `its index: ${outside(leaf.first)}`);
+      before = leaf.first;
     }
   }
 
@@ -143,13 +142,13 @@ export class RootIndex {
 
   /** The leaf that has the box if any has it. */
   findLeaf(key: BoxKey): number | undefined {
-    const after = this.#order.firstAfter(placeOnCurve(key));
+    const after = countUpTo(key, this.count, (i) => keyAt(this.#view, kRootEntryBytes * i));
     return after === 0 ? undefined : after - 1;
   }
 
   /** Whether the box comes before the first one of leaf `index`; true beyond the last leaf. */
   isBeforeLeaf(key: BoxKey, index: number): boolean {
-    return index >= this.count || this.#order.isBefore(placeOnCurve(key), index);
+    return index >= this.count || isBefore(key, this.leaf(index).first);
   }
 }
 
@@ -157,7 +156,6 @@ export class RootIndex {
 export class LeafIndex {
   readonly count: number;
   readonly #view: DataView;
-  readonly #order: CurveOrder;
 
   /**
    * @param frame of leaf `index` of the root
@@ -173,31 +171,36 @@ export class LeafIndex {
     }
     this.count = place.entries;
     this.#view = toView(bytes);
-    this.#order = new CurveOrder(this.count);
+    let before: BoxKey | undefined;
     for (let i = 0; i < this.count; ++i) {
-      const key = keyAt(this.#view, kEntryBytes * i);
+      const key = this.#key(i);
       if (!isInRange(key) || !limits.hasRoomFor(key)) throw fail(outside(key));
-      if (!this.#order.append(i, key)) throw fail(`box ${nameOfBox(key)} is out of order`);
+      if (!isAscending(before, key)) throw fail(`box ${nameOfBox(key)} is out of order`);
       if (!this.#isSound(i, limits.fileBytes)) {
         throw fail(`the entry of box ${nameOfBox(key)} leads outside`);
       }
+      before = key;
     }
-    const first = keyAt(this.#view, 0);
-    const last = keyAt(this.#view, kEntryBytes * (this.count - 1));
-    if (nameOfBox(first) !== nameOfBox(place.first) || !root.isBeforeLeaf(last, index + 1)) {
+    const last = this.#key(this.count - 1);
+    if (nameOfBox(this.#key(0)) !== nameOfBox(place.first) || !root.isBeforeLeaf(last, index + 1)) {
       throw fail('it has boxes of another leaf');
     }
   }
 
   /** Of memory. */
   get bytes(): number {
-    return this.#view.byteLength + this.#order.bytes;
+    return this.#view.byteLength;
   }
 
   /** @return undefined for a box that is air */
   find(key: BoxKey): Entry | undefined {
-    const index = this.#order.find(placeOnCurve(key));
-    return index === undefined ? undefined : this.#entry(index);
+    const index = countUpTo(key, this.count, (i) => this.#key(i)) - 1;
+    const isThere = index >= 0 && !isBefore(this.#key(index), key);
+    return isThere ? this.#entry(index) : undefined;
+  }
+
+  #key(index: number): BoxKey {
+    return keyAt(this.#view, kEntryBytes * index);
   }
 
   #entry(index: number): Entry {
@@ -242,55 +245,51 @@ export function extractFrame(bytes: Uint8Array, key: BoxKey, entry: Entry): Uint
   return frame;
 }
 
-/** Places on the curve, each after the one before. */
-class CurveOrder {
-  readonly #high: Float64Array;
-  readonly #low: Uint32Array;
-  #count = 0;
+/** Of a coordinate of boxes in a Morton code. */
+const kBits = 21;
+const kMask = 2 ** kBits - 1;
 
-  constructor(capacity: number) {
-    this.#high = new Float64Array(capacity);
-    this.#low = new Uint32Array(capacity);
-  }
+/** Whether the key lies where its Morton code is unique, and its level exists. */
+function isInRange({ level, bx, by, bz }: BoxKey): boolean {
+  const half = 2 ** (kBits - 1);
+  const fits = (value: number): boolean => value >= -half && value < half;
+  return level >= 0 && level <= kMaxLevel && fits(bx) && fits(by) && fits(bz);
+}
 
-  get bytes(): number {
-    return this.#high.byteLength + this.#low.byteLength;
-  }
-
-  /** @param index how many there are @return whether the key comes after the last one */
-  append(index: number, key: BoxKey): boolean {
-    const place = placeOnCurve(key);
-    this.#high[index] = place.high;
-    this.#low[index] = place.low;
-    this.#count = index + 1;
-    return index === 0 || isBefore(this.#at(index - 1), place);
-  }
-
-  isBefore(place: CurvePlace, index: number): boolean {
-    return isBefore(place, this.#at(index));
-  }
-
-  /** Index of the first place after the given one. */
-  firstAfter(place: CurvePlace): number {
-    let from = 0;
-    let to = this.#count;
-    while (from < to) {
-      const middle = (from + to) >> 1;
-      if (isBefore(place, this.#at(middle))) to = middle;
-      else from = middle + 1;
+/**
+ * Whether box `a` comes before `b` in an index: by level, then along the Morton curve of
+ * (bx, by, bz), as common/voxel/box.hpp defines it. The coordinate that differs in the highest bit
+ * decides.
+ * Ref: Chan, "Closest-Point Problems Simplified on the RAM", SODA 2002.
+ */
+function isBefore(a: BoxKey, b: BoxKey): boolean {
+  if (a.level !== b.level) return a.level < b.level;
+  let axis: 'bx' | 'by' | 'bz' = 'bz';
+  let most = 0;
+  // Of differences in the same bit, z comes first.
+  for (const next of ['bz', 'by', 'bx'] as const) {
+    const difference = (a[next] ^ b[next]) & kMask;
+    if (most < difference && most < (most ^ difference)) {
+      axis = next;
+      most = difference;
     }
-    return from;
   }
+  return (a[axis] & kMask) < (b[axis] & kMask);
+}
 
-  find(place: CurvePlace): number | undefined {
-    const index = this.firstAfter(place) - 1;
-    const isThere = index >= 0 && !isBefore(this.#at(index), place);
-    return isThere ? index : undefined;
-  }
+const isAscending = (before: BoxKey | undefined, key: BoxKey): boolean =>
+  before === undefined || isBefore(before, key);
 
-  #at(index: number): CurvePlace {
-    return { high: this.#high[index]!, low: this.#low[index]! };
+/** How many of ascending boxes do not come after a box. */
+function countUpTo(key: BoxKey, count: number, at: (index: number) => BoxKey): number {
+  let from = 0;
+  let to = count;
+  while (from < to) {
+    const middle = (from + to) >> 1;
+    if (isBefore(key, at(middle))) to = middle;
+    else from = middle + 1;
   }
+  return from;
 }
 
 function damaged(name: string, what: string): DataError {
