@@ -2,7 +2,6 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import {
   readAppearance,
-  unpackAppearance,
   type Appearance,
 } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
 import type { Camera } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
@@ -175,7 +174,7 @@ async function openTools(
   const watched = await openPage(browser, link, { viewport: kSmall }, 1);
   await watched.page.evaluate(() => window.terravox.ready);
   const packed = await (await load('appearance.bin')).arrayBuffer();
-  const appearance = readAppearance(await unpackAppearance(new Uint8Array(packed)));
+  const appearance = await readAppearance(new Uint8Array(packed));
   const tools = new Tools(watched, toCamera(view), appearance);
   await tools.settled();
   return [tools, watched];

@@ -61,7 +61,7 @@ function plainAppearance(): Appearance {
     roughness: 1,
     index: 1,
     reflects: false,
-    absorptionPerM: none,
+    absorption_per_m: none,
     glow: none,
     emission: none,
     own: none,
@@ -72,13 +72,13 @@ function plainAppearance(): Appearance {
     top: face,
   });
   const sky = {
-    altitudesDeg: [-90, 90],
+    altitudes_deg: [-90, 90],
     rows: 2,
     columns: 2,
-    sunAltitudesDeg: [-90, 90],
+    sunAltitudes_deg: [-90, 90],
     sunLight: [one, one],
-    hazeRayleighPerM: none,
-    hazeMiePerM: none,
+    hazeRayleigh_per_m: none,
+    hazeMie_per_m: none,
     night: none,
     ground: one,
   };

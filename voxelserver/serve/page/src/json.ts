@@ -59,13 +59,13 @@ export class JsonReader {
     return Number.isInteger(v) ? v : this.#fail(`${what} = ${v} is no whole number`);
   }
 
-  /** @param far the largest component @param fault what is said of a list of another length */
-  vec3(value: unknown, what: string, far: number, fault = 'has no 3 numbers'): Vec3 {
+  /** @param far the largest component */
+  vec3(value: unknown, what: string, far: number): Vec3 {
     const [x, y, z, ...more] = this.list(value, what, 3).map((v) =>
       this.number(v, what, -far, far),
     );
     if (x === undefined || y === undefined || z === undefined || more.length > 0) {
-      return this.#fail(`${what} ${fault}`);
+      return this.#fail(`${what} has no 3 numbers`);
     }
     return [x, y, z];
   }

@@ -5,7 +5,7 @@ import { byId, copyOnClick, setText, toOptions } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
 import type { Facts } from './data/facts.js';
 import type { Place } from './data/protocol.js';
-import { readAppearance, unpackAppearance, type Appearance } from './draw/appearance.js';
+import { readAppearance, type Appearance } from './draw/appearance.js';
 import { kDefaultLook, type Look } from './draw/renderer.js';
 import { Stage, type Pick, type StageStats } from './stage.js';
 import { Controls } from './ui/controls.js';
@@ -363,10 +363,7 @@ async function start(): Promise<Viewer> {
   }
   const [file, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
   const place = readPlaceFile(await file.json());
-  const viewer = new Viewer(
-    place,
-    readAppearance(await unpackAppearance(await appearance.bytes())),
-  );
+  const viewer = new Viewer(place, await readAppearance(await appearance.bytes()));
   viewer.start();
   if ('server' in place.archive) {
     watchServer(http, new URL(place.archive.server, document.baseURI).href, say, viewer);

@@ -239,8 +239,8 @@ export class Renderer {
     p.float('uSunLight', ...light.sunLight);
     p.float('uSunHeight', light.sunHeight);
     p.float('uSunShare', light.sunShare);
-    p.float('uHazeRayleigh', ...sky.hazeRayleighPerM);
-    p.float('uHazeMie', ...sky.hazeMiePerM);
+    p.float('uHazeRayleigh', ...sky.hazeRayleigh_per_m);
+    p.float('uHazeMie', ...sky.hazeMie_per_m);
     p.float('uNight', ...sky.night);
     p.float('uGround', ...light.ground);
     p.vectors('uAmbient', light.ambient);
@@ -345,7 +345,7 @@ function packMaterials(look: Appearance): Float32Array {
   for (const m of look.materials) {
     out.push(...m.colour, m.kind);
     out.push(m.variation, m.roughness, m.index, m.reflects ? 1 : 0);
-    out.push(...m.absorptionPerM, m.windows ? 1 : 0);
+    out.push(...m.absorption_per_m, m.windows ? 1 : 0);
     out.push(...m.glow, m.waves ? 1 : 0);
     out.push(...m.emission, 0);
     out.push(...m.own, 0);

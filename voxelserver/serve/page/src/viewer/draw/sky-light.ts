@@ -55,7 +55,7 @@ export function skyLight(look: Appearance, sun: SunPosition, size = 1): SkyLight
   const sunLight =
     sunShare > 0
       ? scaled(
-          interpolated(sky.sunAltitudesDeg, (i) => sky.sunLight[i]!, seenDeg),
+          interpolated(sky.sunAltitudes_deg, (i) => sky.sunLight[i]!, seenDeg),
           sunShare,
         )
       : ([0, 0, 0] as const);
@@ -168,7 +168,7 @@ class SkyTable {
     const rise = Math.abs(d[1]);
     const rayleigh = denseLength(metres, rise, kRayleighScaleM);
     const mie = denseLength(metres, rise, kMieScaleM);
-    const { hazeRayleighPerM: r, hazeMiePerM: m } = this.#look.sky;
+    const { hazeRayleigh_per_m: r, hazeMie_per_m: m } = this.#look.sky;
     const left = (i: 0 | 1 | 2): number => Math.exp(-r[i] * rayleigh - m[i] * mie);
     return [left(0), left(1), left(2)];
   }
@@ -198,8 +198,8 @@ class SkyTable {
 
 // The table for an altitude between two of those that there are.
 function nodesFor(look: Appearance, altitudeDeg: number): Float32Array {
-  const { altitudesDeg, rows, columns } = look.sky;
-  const [i, t] = placeIn(altitudesDeg, altitudeDeg);
+  const { altitudes_deg, rows, columns } = look.sky;
+  const [i, t] = placeIn(altitudes_deg, altitudeDeg);
   const size = rows * columns * 9;
   const out = new Float32Array(size);
   for (let k = 0; k < size; ++k) {

@@ -54,8 +54,7 @@ type PlaceArchive =
 function readArchive(archive: Fields): PlaceArchive {
   const { server, parts } = archive;
   if (server !== undefined) {
-    const coarsest = read.number(archive['coarsest'], 'archive.coarsest', 0, kMaxLevel);
-    if (!Number.isInteger(coarsest)) fail(`archive.coarsest = ${coarsest}; allowed: whole numbers`);
+    const coarsest = read.whole(archive['coarsest'], 'archive.coarsest', kMaxLevel);
     return { server: parseText(server, 'archive.server'), coarsest };
   }
   if (parts === undefined) return { url: parseText(archive['url'], 'archive.url') };
@@ -90,6 +89,5 @@ function readFrame(frame: Fields): Block {
 }
 
 function readPoint(fields: Fields, name: string): Vec3 {
-  const list = read.list(fields[name], name, 3);
-  return read.vec3(list, name, kFarthest, `has ${list.length} coordinates; allowed: 3`);
+  return read.vec3(fields[name], name, kFarthest);
 }
