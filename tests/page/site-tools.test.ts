@@ -402,7 +402,7 @@ async function listNames(page: Page): Promise<(readonly [string, string])[]> {
 }
 
 test('texts are legible, inputs have names, the language is one', { skip: noBrowser }, async () => {
-  const { page, end } = await open(kWide, '?lang=sl&theme=light');
+  const { page, end } = await open(kWide, '?lang=sl');
   await page.locator('summary').click();
   // Something of everything: points, a profile, the facts of a point, a message.
   await page.click(opener('profile'));
@@ -412,8 +412,8 @@ test('texts are legible, inputs have names, the language is one', { skip: noBrow
   await page.fill('#search-text', 'x');
   await page.press('#search-text', 'Enter');
   assert.equal(await page.getAttribute('html', 'lang'), 'sl');
-  for (const theme of ['light', 'dark']) {
-    await page.selectOption('#theme', theme);
+  for (const theme of ['light', 'dark'] as const) {
+    await page.emulateMedia({ colorScheme: theme });
     for (const tool of [...kTools, undefined]) {
       if (tool !== undefined) await page.click(opener(tool));
       else {
@@ -444,17 +444,12 @@ test('texts are legible, inputs have names, the language is one', { skip: noBrow
   await end();
 });
 
-test('light and dark follow the system until somebody chooses', { skip: noBrowser }, async () => {
+test('light and dark follow the system, or the address', { skip: noBrowser }, async () => {
   const { page, end } = await open({ ...kWide, colorScheme: 'dark', reducedMotion: 'reduce' });
   const scheme = (): Promise<string> =>
     page.evaluate(() => getComputedStyle(document.documentElement).colorScheme);
   assert.equal(await scheme(), 'dark');
   await page.emulateMedia({ colorScheme: 'light' });
-  assert.equal(await scheme(), 'light');
-  await page.locator('summary').click();
-  await page.selectOption('#theme', 'dark');
-  assert.equal(await scheme(), 'dark');
-  await page.selectOption('#theme', 'system');
   assert.equal(await scheme(), 'light');
   const moving = await page.evaluate(() => document.getAnimations().length);
   assert.equal(moving, 0);
@@ -560,6 +555,10 @@ test('an embedded page hides its panel, and never its sources', { skip: noBrowse
   const { page, end } = await open(frame, '?embed=1&controls=none&theme=dark');
   assert.equal(await page.locator('#panel').isVisible(), false);
   assert.ok(await isOnTop(page, '#attribution'));
+  assert.equal(
+    await page.evaluate(() => getComputedStyle(document.documentElement).colorScheme),
+    'dark',
+  );
   await screenshot(page, 'embed');
   const before = page.url();
   await page.mouse.move(400, 200);

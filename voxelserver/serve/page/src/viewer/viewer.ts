@@ -22,9 +22,9 @@ import {
   type Viewpoint,
 } from './ui/navigation.js';
 import { numberText } from './ui/number-text.js';
-import { embedCode, readOptions, viewCommand } from './ui/options.js';
+import { embedCode, readOptions } from './ui/options.js';
 import { Overlay, type Shape } from './ui/overlay.js';
-import { roomBeside, setUpPanel } from './ui/panel.js';
+import { coveredShare, setUpPanel } from './ui/panel.js';
 import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.js';
 import { savePicture } from './ui/save-picture.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
@@ -149,9 +149,9 @@ class Viewer {
     const view = lookingAt(at, named.target);
     if (named.frame === undefined) return view;
     const picture = this.#canvas.getBoundingClientRect();
-    const panel = byId('controls', HTMLElement).getBoundingClientRect();
+    const panel = byId('panel', HTMLElement).getBoundingClientRect();
     const aspect = Math.max(picture.width, 1) / Math.max(picture.height, 1);
-    return fitted(view, named.frame, aspect, roomBeside(picture, panel));
+    return fitted(view, named.frame, aspect, coveredShare(picture, panel));
   }
 
   setTime(wantedMs: number): void {
@@ -359,7 +359,7 @@ async function load(name: string): Promise<Reply> {
 async function start(): Promise<Viewer> {
   if (location.protocol === 'file:') {
     byId('panel', HTMLDivElement).hidden = true;
-    throw new Error(say('fromDisk', viewCommand(location.href)));
+    throw new Error(say('fromDisk'));
   }
   const [file, appearance] = await Promise.all([load('place.json'), load('appearance.bin')]);
   const place = readPlaceFile(await file.json());

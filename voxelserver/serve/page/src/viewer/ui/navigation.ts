@@ -3,7 +3,6 @@
  * a point, wheel, touch. Pure state and arithmetic; events come from controls.ts.
  */
 import {
-  type Vec2,
   along,
   clamp,
   cross,
@@ -28,14 +27,6 @@ export type Viewpoint = {
   readonly pitchDeg: number;
   /** Vertical field of view, degrees, [5, 120]. */
   readonly fovDeg: number;
-};
-
-/** A part of a picture, in half widths and half heights from its middle, right and up: [-1, 1]. */
-export type Room = {
-  readonly left: number;
-  readonly right: number;
-  readonly bottom: number;
-  readonly top: number;
 };
 
 const kRad = Math.PI / 180;
@@ -120,30 +111,23 @@ export function orbited(
 }
 
 /**
- * The same direction and field of view, from where a block just fits into a part of the picture.
+ * The same direction and field of view, from where a block just fits into the picture.
  * @param aspect width of the picture by its height
+ * @param covered share of the picture on the left that does not count
  */
-export function fitted(view: Viewpoint, frame: Block, aspect: number, room: Room): Viewpoint {
+export function fitted(view: Viewpoint, frame: Block, aspect: number, covered: number): Viewpoint {
   const [right, up, forward] = computeAxes(view);
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i): Vec3 => {
     const side = (a: 0 | 1 | 2): number => (((i >> a) & 1) === 0 ? frame.min : frame.max)[a];
     return [side(0), side(1), side(2)];
   });
   const half = Math.tan((view.fovDeg * kRad) / 2);
-  const inset = (low: number, high: number): Vec2 => [
-    low + kFrameMargin * (high - low),
-    high - kFrameMargin * (high - low),
-  ];
-  const [left, rightmost] = inset(room.left, room.right);
-  const [bottom, top] = inset(room.bottom, room.top);
-  const across = rangeThatFits(
-    corners,
-    right,
-    forward,
-    left * half * aspect,
-    rightmost * half * aspect,
-  );
-  const upward = rangeThatFits(corners, up, forward, bottom * half, top * half);
+  const [wide, high] = [half * aspect, half];
+  const margin = 2 * kFrameMargin;
+  const inset = margin * (1 - covered);
+  const left = 2 * covered - 1 + inset;
+  const across = rangeThatFits(corners, right, forward, left * wide, (1 - inset) * wide);
+  const upward = rangeThatFits(corners, up, forward, (margin - 1) * high, (1 - margin) * high);
   const depth = Math.min(across.farthest, upward.farthest);
   const [x, y] = [across.middleAt(depth), upward.middleAt(depth)];
   return { ...view, position: along(scaled(right, x), [up, y], [forward, depth]) };

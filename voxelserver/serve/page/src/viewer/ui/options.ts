@@ -1,19 +1,16 @@
 /** What the address of a page asks for behind `?`: how it looks where others embed it. */
-import { chooseLanguage, type Language } from './texts.js';
-
-export type Theme = 'light' | 'dark';
+import { chooseLanguage, kLanguages, type Language } from './texts.js';
 
 export type Options = {
   /** The panel hides behind a button. */
   readonly isEmbedded: boolean;
-  readonly isPanelOpen: boolean;
-  /** Open or closed by the address, whatever the size of the window is. */
-  readonly isPanelForced: boolean;
+  /** How the panel begins; undefined: open where there is room. */
+  readonly panel: 'open' | 'closed' | undefined;
   /** Whether the picture can be moved. */
   readonly hasControls: boolean;
   readonly language: Language;
   /** undefined: as the system. */
-  readonly theme: Theme | undefined;
+  readonly theme: 'light' | 'dark' | undefined;
 };
 
 const kEmbedSize = [800, 500] as const;
@@ -24,17 +21,14 @@ const kEmbedSize = [800, 500] as const;
  */
 export function readOptions(search: string, languages: readonly string[]): Options {
   const words = new URLSearchParams(search);
-  const isEmbedded = words.get('embed') === '1';
-  const panel = words.get('panel');
-  const language = words.get('lang');
-  const theme = words.get('theme');
+  const oneOf = <T extends string>(name: string, values: readonly T[]): T | undefined =>
+    values.find((value) => value === words.get(name));
   return {
-    isEmbedded,
-    isPanelOpen: panel === 'open' || (panel !== 'closed' && !isEmbedded),
-    isPanelForced: panel === 'open' || panel === 'closed',
+    isEmbedded: words.get('embed') === '1',
+    panel: oneOf('panel', ['open', 'closed']),
     hasControls: words.get('controls') !== 'none',
-    language: language === 'en' || language === 'sl' ? language : chooseLanguage(languages),
-    theme: theme === 'light' || theme === 'dark' ? theme : undefined,
+    language: oneOf('lang', kLanguages) ?? chooseLanguage(languages),
+    theme: oneOf('theme', ['light', 'dark']),
   };
 }
 
@@ -52,13 +46,6 @@ export function embedCode(address: string, link: string, title: string): string 
     `width="${width}" height="${height}" loading="lazy" ` +
     `allow="fullscreen; clipboard-write"></iframe>`
   );
-}
-
-/** The command that shows a folder in a browser. @param address of a page in it, file:///... */
-export function viewCommand(address: string): string {
-  const folder = decodeURIComponent(new URL('.', address).pathname);
-  const isPlain = /^[\w/.,:@%+-]+$/.test(folder);
-  return `terravox view ${isPlain ? folder : `'${folder.replaceAll("'", `'\\''`)}'`}`;
 }
 
 const kEntities: Readonly<Record<string, string>> = {

@@ -2,14 +2,12 @@
  * The panel as a whole: its texts, folding, light and dark, and how it looks inside other pages.
  */
 import { byId, setText } from '../../dom.js';
-import type { Room } from './navigation.js';
 import type { Options } from './options.js';
 import type { Say, TextKey } from './texts.js';
 
 // Where a panel would cover much of the place it begins folded.
 const kRoomy = '(min-width: 40rem) and (min-height: 25rem)';
-// A free part of the picture that is smaller than this share of it is too small for a place.
-const kLeastRoom = 1 / 3;
+const kMostCovered = 2 / 3;
 
 export function setUpPanel(options: Options, say: Say): void {
   document.documentElement.lang = options.language;
@@ -25,38 +23,14 @@ export function setUpPanel(options: Options, say: Say): void {
   own.addEventListener('click', () => (own.href = `${location.pathname}${location.hash}`));
 }
 
-type Rectangle = {
-  readonly left: number;
-  readonly top: number;
-  readonly right: number;
-  readonly bottom: number;
-};
+/** Where something lies in the window, pixels. */
+type Rectangle = Pick<DOMRect, 'left' | 'top' | 'right' | 'bottom'>;
 
-/**
- * The largest part of the picture that the panel does not cover; all of it where little is free.
- * Both in pixels of the window, down from its upper edge.
- */
-export function roomBeside(picture: Rectangle, panel: Rectangle): Room {
-  const size = ({ left, top, right, bottom }: Rectangle): number =>
-    Math.max(0, right - left) * Math.max(0, bottom - top);
-  const isApart =
-    panel.left >= picture.right ||
-    panel.right <= picture.left ||
-    panel.top >= picture.bottom ||
-    panel.bottom <= picture.top;
-  const { left, top, right, bottom } = picture;
-  const free = [
-    { left, top, right, bottom: panel.top },
-    { left, top: panel.bottom, right, bottom },
-    { left, top, right: panel.left, bottom },
-    { left: panel.right, top, right, bottom },
-  ];
-  const largest = free.reduce((a, b) => (size(b) > size(a) ? b : a));
-  const isEnough = !isApart && size(largest) >= kLeastRoom * size(picture);
-  const room = isEnough ? largest : picture;
-  const x = (v: number): number => (2 * (v - left)) / (right - left) - 1;
-  const y = (v: number): number => 1 - (2 * (v - top)) / (bottom - top);
-  return { left: x(room.left), right: x(room.right), bottom: y(room.bottom), top: y(room.top) };
+/** Share of the picture that the panel covers on the left; 0 where little would be left of it. */
+export function coveredShare(picture: Rectangle, panel: Rectangle): number {
+  if (panel.top >= picture.bottom) return 0;
+  const share = Math.max(0, panel.right - picture.left) / (picture.right - picture.left);
+  return share < kMostCovered ? share : 0;
 }
 
 function setUpFolding(options: Options, say: Say): void {
@@ -68,17 +42,16 @@ function setUpFolding(options: Options, say: Say): void {
     setText(fold, isOpen ? '×' : '≡');
   };
   fold.addEventListener('click', () => show(document.body.classList.contains('folded')));
-  show(options.isPanelOpen && (options.isPanelForced || matchMedia(kRoomy).matches));
+  const isRoomy = !options.isEmbedded && matchMedia(kRoomy).matches;
+  show(options.panel === 'open' || (options.panel === undefined && isRoomy));
 }
 
-function setUpTheme(options: Options): void {
-  const choice = byId('theme', HTMLSelectElement);
-  const root = document.documentElement;
+// By the style sheet's one set of dark colours.
+function setUpTheme({ theme }: Options): void {
+  const system = matchMedia('(prefers-color-scheme: dark)');
   const apply = (): void => {
-    if (choice.value === 'system') delete root.dataset['theme'];
-    else root.dataset['theme'] = choice.value;
+    document.documentElement.dataset['theme'] = theme ?? (system.matches ? 'dark' : 'light');
   };
-  choice.value = options.theme ?? 'system';
-  choice.addEventListener('change', apply);
+  system.addEventListener('change', apply);
   apply();
 }

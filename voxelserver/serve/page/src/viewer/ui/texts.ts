@@ -17,9 +17,9 @@ const kTexts = {
   ],
   failed: ['The place cannot be shown', 'Kraja ni mogoče prikazati'],
   fromDisk: [
-    'opened from a disk, this page may not read its files. Run {0}, ' +
+    'opened from a disk, this page may not read its files. Run terravox view FOLDER, ' +
       'or copy the folder to a web host.',
-    'z diska odprta stran ne sme brati svojih datotek. Zaženite {0} ' +
+    'z diska odprta stran ne sme brati svojih datotek. Zaženite terravox view MAPA ' +
       'ali kopirajte mapo na spletni strežnik.',
   ],
   tokenRequired: ['The server requires a token', 'Strežnik zahteva žeton'],
@@ -81,10 +81,6 @@ const kTexts = {
   hidePanel: ['Hide panel', 'Skrij ploščo'],
   showPanel: ['Show panel', 'Pokaži ploščo'],
   pictureOf: ['Picture of the place: {0}', 'Slika kraja: {0}'],
-  theme: ['Appearance', 'Videz'],
-  themeSystem: ['As the system', 'Kot v sistemu'],
-  themeLight: ['Light', 'Svetel'],
-  themeDark: ['Dark', 'Temen'],
   place: ['Place', 'Točka'],
   easting: ['Easting', 'Koordinata E'],
   northing: ['Northing', 'Koordinata N'],
