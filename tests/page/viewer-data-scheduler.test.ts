@@ -63,7 +63,7 @@ class FakeSource implements BoxSource {
 
 const whenReady = (): Promise<void> => Promise.resolve();
 
-function scheduling(options?: { maxRequests?: number }) {
+function scheduling(maxRequests?: number) {
   const source = new FakeSource();
   const got: string[] = [];
   const failed: string[] = [];
@@ -76,7 +76,7 @@ function scheduling(options?: { maxRequests?: number }) {
       onFailed: (column, error) => failed.push(`${toName(column)} ${error.kind}`),
       onEnded: (error) => ended.push(error.kind),
     },
-    options,
+    maxRequests,
   );
   const turn = () => new Promise((resolve) => setImmediate(resolve));
   const names = (): string[][] => source.jobs.map((job) => job.names);
@@ -108,7 +108,7 @@ test('the most wanted come first, six requests at a time, each with its neighbou
 });
 
 test('a new list cancels what it does not name, and requests nothing twice', async () => {
-  const { source, scheduler, turn, names, got } = scheduling({ maxRequests: 3 });
+  const { source, scheduler, turn, names, got } = scheduling(3);
   scheduler.want([at(10), at(60), at(20), at(30), at(40)]);
   await turn();
   assert.deepEqual(names(), [['0/10/0'], ['0/60/0'], ['0/20/0']]);
@@ -140,7 +140,7 @@ test('a new list cancels what it does not name, and requests nothing twice', asy
 });
 
 test('a failing column ends no other, a failing request its own, a change all', async () => {
-  const { source, scheduler, turn, failed, got, ended, names } = scheduling({ maxRequests: 1 });
+  const { source, scheduler, turn, failed, got, ended, names } = scheduling(1);
   scheduler.want([at(10), at(11), at(12), at(20), at(30)]);
   await turn();
   source.jobs[0]!.give({ failed: at(11), error: new DataError('damaged', 'x') });
@@ -177,7 +177,7 @@ test('neighbours in an archive share a request, and distant ones have their own'
           if (missing === 0) resolve();
         };
         const events = { whenReady, onColumn, onFailed: reject, onEnded: reject };
-        new Scheduler(source, events, { maxRequests: 1 }).want(wanted);
+        new Scheduler(source, events, 1).want(wanted);
       }),
     );
     return host.asked.length - before;

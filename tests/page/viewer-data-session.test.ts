@@ -33,19 +33,18 @@ const untilSent = (host: FakeHost, sent: readonly FromWorker[], count: number): 
 test('a session opens a world and sends what is wanted, whatever comes first', async () => {
   const host = archiveHost();
   const { session, sent, transfers } = makeSession(host);
-  session.handle({ type: 'want', generation: 4, columns: [at(0), at(0, 3), at(1)] });
+  session.handle({ type: 'want', columns: [at(0), at(0, 3), at(1)] });
   session.handle({ type: 'open', place: { url: 'a' } });
   session.handle({ type: 'open', place: { url: 'b' } });
   await untilSent(host, sent, 4);
   assert.equal(sent[0]!.type, 'opened');
   const column = sent.find((message) => message.type === 'column' && message.column.bx === 0)!;
-  assert.ok(column.type === 'column' && column.generation === 4 && column.bytes > 0);
+  assert.ok(column.type === 'column' && column.bytes > 0);
   assert.ok(transfers.includes(8));
   const failed = sent.find(({ type }) => type === 'failed');
   assert.ok(failed?.type === 'failed' && failed.failure.kind === 'missing');
   session.handle({ type: 'stats' });
   const stats = sent.at(-1)!;
-  assert.ok(stats.type === 'stats' && stats.stats.columns === 2 && stats.stats.waiting === 0);
   assert.equal(stats.type === 'stats' && stats.stats.requests, host.asked.length);
 });
 
@@ -75,7 +74,7 @@ test('batches that take long leave connections to the host free', async () => {
   session.handle({ type: 'open', place: { server: 'http://host/' } });
   await untilSent(host, sent, 1);
   const columns = Array.from({ length: 500 }, (_, i) => ({ level: 0, bx: i % 100, bz: i % 60 }));
-  session.handle({ type: 'want', generation: 1, columns });
+  session.handle({ type: 'want', columns });
   for (let i = 0; i < 50; ++i) await new Promise((resolve) => setImmediate(resolve));
   assert.equal(host.asked.filter(({ url }) => url.endsWith('/v2/boxes')).length, 4);
   session.stop();
@@ -88,7 +87,7 @@ test('a session pauses while the page has not taken what was sent', async () => 
   await untilSent(host, sent, 1);
   // As if so much had been sent before.
   session.handle({ type: 'taken', bytes: -(2 ** 30) });
-  session.handle({ type: 'want', generation: 1, columns: [at(0), at(1), at(-1)] });
+  session.handle({ type: 'want', columns: [at(0), at(1), at(-1)] });
   for (let i = 0; i < 50; ++i) await new Promise((resolve) => setImmediate(resolve));
   assert.equal(sent.length, 1);
   session.handle({ type: 'taken', bytes: 2 ** 30 });
@@ -100,16 +99,16 @@ test('a column that the page has not taken yet is not sent again', async () => {
   const host = archiveHost();
   const { session, sent } = makeSession(host);
   session.handle({ type: 'open', place: { url: 'a' } });
-  session.handle({ type: 'want', generation: 1, columns: [at(0)] });
+  session.handle({ type: 'want', columns: [at(0)] });
   await untilSent(host, sent, 2);
   const [, column] = sent;
   assert.ok(column?.type === 'column');
   // The list was made before the column arrived at the page.
-  session.handle({ type: 'want', generation: 2, columns: [at(0), at(0, 1)] });
+  session.handle({ type: 'want', columns: [at(0), at(0, 1)] });
   await untilSent(host, sent, 3);
   session.handle({ type: 'taken', bytes: column.bytes });
   // Taken, and dropped since then.
-  session.handle({ type: 'want', generation: 3, columns: [at(0)] });
+  session.handle({ type: 'want', columns: [at(0)] });
   await untilSent(host, sent, 4);
   const levels = sent.slice(1).map((message) => message.type === 'column' && message.column.level);
   assert.deepEqual(levels, [0, 1, 0]);

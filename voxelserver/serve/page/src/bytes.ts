@@ -28,31 +28,11 @@ export async function collect(
   return join(parts);
 }
 
-/**
- * Unpacks a stream.
- * @return undefined where it unpacks to more than `limit` bytes
- * @throws TypeError for what is no such stream
- */
-export function inflate(
-  packed: Uint8Array,
-  format: CompressionFormat,
-  limit: number,
-): Promise<Uint8Array<ArrayBuffer> | undefined> {
+/** Unpacks a stream. @throws TypeError for what is no such stream */
+export async function inflate(packed: Uint8Array, format: CompressionFormat): Promise<Uint8Array> {
   const stream = new Blob([packed.slice()]).stream();
-  return collect(readChunks(stream.pipeThrough(new DecompressionStream(format))), limit);
-}
-
-async function* readChunks(stream: ReadableStream<Uint8Array>): AsyncGenerator<Uint8Array> {
-  const reader = stream.getReader();
-  try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      yield value;
-    }
-  } finally {
-    reader.cancel().catch(() => undefined);
-  }
+  const unpacked = new Response(stream.pipeThrough(new DecompressionStream(format)));
+  return new Uint8Array(await unpacked.arrayBuffer());
 }
 
 /** A half float (IEEE 754 binary16) as a number. */

@@ -93,20 +93,6 @@ export class Reply {
     return bytes;
   }
 
-  /**
-   * Reads a body of at most `limit` bytes.
-   * @return undefined for a larger one
-   * @throws as chunks()
-   */
-  async atMost(limit: number): Promise<Uint8Array | undefined> {
-    const stated = Number(this.headers.get('Content-Length') ?? 0);
-    if (stated > limit) {
-      this.cancel();
-      return undefined;
-    }
-    return collect(this.chunks(), limit);
-  }
-
   /** All of the body. @throws as chunks() */
   async bytes(): Promise<Uint8Array<ArrayBuffer>> {
     return (await collect(this.chunks(), Infinity))!;
@@ -246,5 +232,5 @@ function toKind(status: number): readonly [DataErrorKind, string] {
     return ['server', 'the host is overloaded or broken; try again later'];
   }
   if (status >= 400) return ['refused', 'the host refuses this request; check the address'];
-  return ['no-range', 'the host must answer range requests with status 206'];
+  return ['no-range', 'use a host that answers range requests with status 206'];
 }

@@ -5,7 +5,8 @@
 import type { Vec2 } from '../vec3.js';
 import type { Failure } from '../http/errors.js';
 import type { Facts } from './data/facts.js';
-import type { FromWorker, Place, Stats, ToWorker } from './data/protocol.js';
+import type { TransferStats } from '../http/http.js';
+import type { FromWorker, Place, ToWorker } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
 import type { Camera } from './draw/camera.js';
 import { makeColumnTable } from './draw/column-table.js';
@@ -19,7 +20,6 @@ import {
 } from './draw/renderer.js';
 import { adaptationEv, skyLight } from './draw/sky-light.js';
 import { kNowhere, sunPosition, type SunPosition } from './draw/sun-position.js';
-import type { BoxData } from './draw/texture-pools.js';
 import { Pace, Passes } from './passes.js';
 import { Supply } from './supply.js';
 import { cameraAtPixel, makePick, type Pick } from './pick.js';
@@ -92,11 +92,10 @@ export class Stage {
   #look: Look = kDefaultLook;
   #timeMs = 0;
   #movedMs = -Infinity;
-  #generation = 0;
   #readyMs: number | undefined;
   #first: FirstPicture | undefined;
   #hasEnded = false;
-  #workerStats: Stats | undefined;
+  #workerStats: TransferStats | undefined;
   #resolveReady: () => void = () => {};
   #rejectReady: (reason: Error) => void = () => {};
   /** Resolves with the first whole picture; rejects when the world cannot be read. */
@@ -338,8 +337,7 @@ export class Stage {
       this.#restart();
     }
     const columns = this.#supply.wanted(nowMs);
-    this.#generation += 1;
-    this.#send({ type: 'want', generation: this.#generation, columns });
+    this.#send({ type: 'want', columns });
   }
 
   #receive(message: FromWorker): void {
@@ -350,11 +348,8 @@ export class Stage {
         this.#events.onOpened(message.facts);
         return;
       case 'column': {
-        const boxes = message.column.boxes.map((box): BoxData | 'air' | 'hole' => {
-          return typeof box === 'object' && 'hole' in box ? 'hole' : box;
-        });
         // The column itself would keep its arrays in memory for as long as it is in the pools.
-        const { level, bx, bz, byBegin } = message.column;
+        const { level, bx, bz, byBegin, boxes } = message.column;
         const key = { level, bx, bz };
         this.#supply.store(key, { byBegin, boxes }, this.#facts!.world);
         this.#send({ type: 'taken', bytes: message.bytes });

@@ -52,7 +52,7 @@ export class Supply {
   #isFull = false;
 
   constructor(gl: WebGL2RenderingContext, poolBytes: number) {
-    this.pools = new TexturePools(gl, { bytes: poolBytes });
+    this.pools = new TexturePools(gl, poolBytes);
     this.#residency = new Residency(this.pools);
   }
 

@@ -4,7 +4,7 @@ import { nameOfBox } from './box-arrays.js';
 import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder, type ColumnKey } from './columns.js';
 import type { Clock } from '../../http/environment.js';
-import { asDataError, oneLine, within, type DataError } from '../../http/errors.js';
+import { asDataError, within, type DataError } from '../../http/errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
 import {
   findGaps,
@@ -158,7 +158,7 @@ export class ArchiveSource implements BoxSource {
     const key = { ...column, by: entry.by };
     try {
       const frame = extractFrame(bytes, key, entry);
-      if (entry.kind === 'hole') return { hole: oneLine(new TextDecoder().decode(frame)) };
+      if (entry.kind === 'hole') return 'hole';
       return readBoxFrame(frame, key, this.#turns);
     } catch (error) {
       throw within(`read ${this.#archive.file.name}, box ${nameOfBox(key)}`, error);

@@ -43,7 +43,7 @@ export class ColumnBuilder {
   /** @throws DataError `too-large` for a column that takes more memory than it should */
   add(by: number, box: ColumnBox): void {
     this.#boxes.set(by, box);
-    if (typeof box === 'object' && 'cells' in box) this.#bytes += bytesOfArrays(box);
+    this.#bytes += bytesOfBox(box);
     if (this.#bytes > kMaxColumnBytes) {
       throw new DataError(
         'too-large',
@@ -68,8 +68,8 @@ export class ColumnBuilder {
 /** Of a place in a column, air included: an entry in each of the lists that name it. */
 const kSlotBytes = 64;
 
-export function bytesOfBox(box: ColumnBox): number {
-  return typeof box === 'object' && 'cells' in box ? bytesOfArrays(box) : 0;
+function bytesOfBox(box: ColumnBox): number {
+  return typeof box === 'string' ? 0 : bytesOfArrays(box);
 }
 
 export function bytesOfColumn({ boxes }: Column): number {

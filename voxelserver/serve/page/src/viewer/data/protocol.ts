@@ -1,5 +1,6 @@
 import type { ColumnKey } from './columns.js';
 import type { Failure } from '../../http/errors.js';
+import type { TransferStats } from '../../http/http.js';
 import type { Facts } from './facts.js';
 import type { FilePart } from './range-file.js';
 import type { Column } from './source.js';
@@ -25,10 +26,9 @@ export type ToWorker =
   | { readonly type: 'open'; readonly place: Place }
   /**
    * Replaces the list. Must not name columns that the page has. May be sent before `opened` comes.
-   * @param generation a number of the page's choice, which replies carry
    * @param columns most wanted first
    */
-  | { readonly type: 'want'; readonly generation: number; readonly columns: readonly ColumnKey[] }
+  | { readonly type: 'want'; readonly columns: readonly ColumnKey[] }
   /**
    * The page has taken the next column, of so many bytes (`bytes` of its message): each request of
    * the worker pauses while more than kMaxUntakenBytes have been sent and not taken, and columns
@@ -40,34 +40,20 @@ export type ToWorker =
 
 export type FromWorker =
   | { readonly type: 'opened'; readonly facts: Facts }
-  /** @param generation of the newest list at this time @param bytes of memory that it takes */
+  /** @param bytes of memory that it takes */
   | {
       readonly type: 'column';
-      readonly generation: number;
       readonly column: Column;
       readonly bytes: number;
     }
   /** One column could not be read. A later list may name it again, better not at once. */
   | {
       readonly type: 'failed';
-      readonly generation: number;
       readonly column: ColumnKey;
       readonly failure: Failure;
     }
   /** The world could not be opened, or its data have changed. No further message but `stats`. */
   | { readonly type: 'ended'; readonly failure: Failure }
-  | { readonly type: 'stats'; readonly stats: Stats };
-
-export type Stats = {
-  /** HTTP requests, and bytes of their bodies, so far. */
-  readonly requests: number;
-  readonly bytes: number;
-  /** Columns that were sent so far. */
-  readonly columns: number;
-  /** Columns of the newest list that are still to come. */
-  readonly waiting: number;
-  /** Requests that run now. */
-  readonly running: number;
-};
+  | { readonly type: 'stats'; readonly stats: TransferStats };
 
 export const kMaxUntakenBytes = 64 * 1024 * 1024;

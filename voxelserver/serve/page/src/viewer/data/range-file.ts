@@ -1,7 +1,7 @@
 import { DataError } from '../../http/errors.js';
 import { join } from '../../bytes.js';
 import type { Http } from '../../http/http.js';
-import { kMaxWholeBytes, UrlFile } from './url-file.js';
+import { UrlFile } from './url-file.js';
 
 /** A part of a file that is split into files of known sizes, in order. */
 export type FilePart = { readonly url: string; readonly bytes: number };
@@ -12,8 +12,8 @@ const kMaxRememberedBytes = 8 * 1024 * 1024;
 
 /**
  * A file behind one URL, or split into parts, read by ranges. Reads of several ranges may run at
- * once. No read takes more memory than the bytes that were asked for, except that up to 8 MiB of
- * files that a host sends whole are kept, and what keep() and remember() were called for.
+ * once. No read takes more memory than the bytes that were asked for, but for what keep() and
+ * remember() were called with.
  */
 export class RangeFile {
   /** For messages. */
@@ -29,10 +29,9 @@ export class RangeFile {
    * @throws DataError `damaged` for parts without a size, or without any parts
    */
   constructor(http: Http, place: string | readonly FilePart[]) {
-    const wholes = { left: kMaxWholeBytes };
     if (typeof place === 'string') {
       this.name = place;
-      this.#files = [new UrlFile(http, place, undefined, wholes)];
+      this.#files = [new UrlFile(http, place)];
       return;
     }
     const [first] = place;
@@ -41,7 +40,7 @@ export class RangeFile {
       throw new DataError('damaged', 'open an archive in parts: each part needs its size in bytes');
     }
     this.name = place.length === 1 ? first.url : `${first.url} and ${place.length - 1} more`;
-    this.#files = place.map(({ url, bytes }) => new UrlFile(http, url, bytes, wholes));
+    this.#files = place.map(({ url, bytes }) => new UrlFile(http, url, bytes));
   }
 
   /** In bytes; undefined before the first reply for a single URL. */

@@ -22,15 +22,10 @@ export type SchedulerEvents = {
   readonly onEnded: (error: DataError) => void;
 };
 
-export type SchedulerOptions = {
-  readonly maxRequests?: number;
-  /** How many wanted columns are considered as companions. */
-  readonly lookAhead?: number;
-};
-
 export type SchedulerStats = { readonly waiting: number; readonly requests: number };
 
 const kMaxRequests = 6;
+/** How many wanted columns are considered as companions. */
 const kLookAhead = 512;
 
 /** One request at a time, for one or more columns. */
@@ -45,7 +40,6 @@ export class Scheduler {
   readonly #source: BoxSource;
   readonly #events: SchedulerEvents;
   readonly #maxRequests: number;
-  readonly #lookAhead: number;
   /** What the newest list wants and has not got yet, most wanted first. */
   #wanted = new Map<string, ColumnKey>();
   readonly #jobs = new Set<Job>();
@@ -53,11 +47,10 @@ export class Scheduler {
   readonly #onTheWay = new Set<string>();
   #hasEnded = false;
 
-  constructor(source: BoxSource, events: SchedulerEvents, options: SchedulerOptions = {}) {
+  constructor(source: BoxSource, events: SchedulerEvents, maxRequests = kMaxRequests) {
     this.#source = source;
     this.#events = events;
-    this.#maxRequests = options.maxRequests ?? kMaxRequests;
-    this.#lookAhead = options.lookAhead ?? kLookAhead;
+    this.#maxRequests = maxRequests;
   }
 
   get stats(): SchedulerStats {
@@ -132,7 +125,7 @@ export class Scheduler {
   #free(): ColumnKey[] {
     const free: ColumnKey[] = [];
     for (const [name, column] of this.#wanted) {
-      if (free.length >= this.#lookAhead) break;
+      if (free.length >= kLookAhead) break;
       if (!this.#onTheWay.has(name) || this.#preparing(name) !== undefined) free.push(column);
     }
     return free;

@@ -4,15 +4,7 @@ import { readBoxFrame } from './box-frame.js';
 import { ColumnBuilder, listKeys, type ColumnKey } from './columns.js';
 import { wait } from '../../http/environment.js';
 import { asDataError, DataError, oneLine, within, type DataErrorKind } from '../../http/errors.js';
-import {
-  boxRange,
-  columnHeight,
-  hasLevel,
-  isEmpty,
-  kMaxFactsBytes,
-  readFacts,
-  type Facts,
-} from './facts.js';
+import { boxRange, columnHeight, hasLevel, isEmpty, readFacts, type Facts } from './facts.js';
 import { send, statusError, type Http, type Reply } from '../../http/http.js';
 import { waitBeforeRetry, withRetries } from '../../http/retry.js';
 import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
@@ -78,11 +70,7 @@ export class ServerSource implements BoxSource {
     return withRetries(http.environment, signal, async () => {
       const reply = await send(http, url, `fetch ${url}`, { headers, cache: 'no-store' }, signal);
       if (reply.status !== 200) throw refusal(reply, http.environment.clock.now());
-      const text = await reply.atMost(kMaxFactsBytes);
-      if (text === undefined) {
-        throw new DataError('too-large', `fetch ${url}: more than ${kMaxFactsBytes} bytes`);
-      }
-      const whole = { world: readFacts(text, base.href), damage: 0 };
+      const whole = { world: readFacts(await reply.bytes(), base.href), damage: 0 };
       const facts = place.coarsest === undefined ? whole : upTo(place.coarsest, whole);
       const edition = reply.headers.get(kEdition) ?? undefined;
       return new ServerSource(http, base, headers, edition, facts);
@@ -213,8 +201,7 @@ export class ServerSource implements BoxSource {
   #toBox({ key, status, payload }: BatchRecord): ColumnBox {
     if (status === 200) return readBoxFrame(payload, key, this.#turns);
     if (status === 204) return 'air';
-    const reason = oneLine(new TextDecoder().decode(payload));
-    if (status === 500) return { hole: reason };
+    if (status === 500) return 'hole';
     throw new DataError('damaged', `box ${nameOfBox(key)}: status ${status}; not one of a batch`);
   }
 }

@@ -9,7 +9,6 @@ import {
   kMaxWanted,
   type FromWorker,
   type Place,
-  type Stats,
   type ToWorker,
 } from './protocol.js';
 import { RangeFile } from './range-file.js';
@@ -34,10 +33,8 @@ export class Session {
   readonly #stopped = new AbortController();
   #isOpen = false;
   #scheduler: Scheduler | undefined;
-  #generation = 0;
   /** The newest list, until the source is open. */
   #early: readonly ColumnKey[] = [];
-  #sentColumns = 0;
   #untakenBytes = 0;
   /** Columns that were sent and not taken, in this order. */
   readonly #untaken: string[] = [];
@@ -57,13 +54,13 @@ export class Session {
         this.#isOpen = true;
         return;
       case 'want':
-        this.#want(message.generation, message.columns);
+        this.#want(message.columns);
         return;
       case 'taken':
         this.#take(message.bytes);
         return;
       case 'stats':
-        this.#post({ type: 'stats', stats: this.#stats() }, []);
+        this.#post({ type: 'stats', stats: { ...this.#http.stats } }, []);
         return;
     }
   }
@@ -85,8 +82,8 @@ export class Session {
         onFailed: (column: ColumnKey, error: DataError) => this.#sendFailure(column, error),
         onEnded: (error: DataError) => this.#end(error),
       };
-      const options = 'server' in place ? { maxRequests: kMaxBatches } : {};
-      this.#scheduler = new Scheduler(source, events, options);
+      const most = 'server' in place ? kMaxBatches : undefined;
+      this.#scheduler = new Scheduler(source, events, most);
       this.#scheduler.want(this.#early);
     } catch (error) {
       if (!this.#stopped.signal.aborted) this.#end(asDataError(error));
@@ -118,8 +115,7 @@ export class Session {
     throw new DataError('missing', `open ${oneLine(text)}: not an address of http or https`);
   }
 
-  #want(generation: number, columns: readonly ColumnKey[]): void {
-    this.#generation = generation;
+  #want(columns: readonly ColumnKey[]): void {
     // A list may have been made before a column arrived at the page that is on its way there.
     const sent = new Set(this.#untaken);
     const wanted = columns.slice(0, kMaxWanted).filter((key) => !sent.has(nameOfColumn(key)));
@@ -131,14 +127,13 @@ export class Session {
     const transfer: ArrayBuffer[] = [];
     const bytes = bytesOfColumn(column);
     for (const box of column.boxes) {
-      if (typeof box !== 'object' || !('cells' in box)) continue;
+      if (typeof box === 'string') continue;
       transfer.push(box.cells.buffer, box.first.buffer);
       transfer.push(box.attributes.buffer, box.classes.buffer);
     }
-    this.#sentColumns += 1;
     this.#untakenBytes += bytes;
     this.#untaken.push(nameOfColumn(column));
-    this.#post({ type: 'column', generation: this.#generation, column, bytes }, transfer);
+    this.#post({ type: 'column', column, bytes }, transfer);
   }
 
   async #whenTaken(): Promise<void> {
@@ -156,16 +151,10 @@ export class Session {
   }
 
   #sendFailure(column: ColumnKey, error: DataError): void {
-    const generation = this.#generation;
-    this.#post({ type: 'failed', generation, column, failure: toFailure(error) }, []);
+    this.#post({ type: 'failed', column, failure: toFailure(error) }, []);
   }
 
   #end(error: DataError): void {
     this.#post({ type: 'ended', failure: toFailure(error) }, []);
-  }
-
-  #stats(): Stats {
-    const { requests: running, waiting } = this.#scheduler?.stats ?? { requests: 0, waiting: 0 };
-    return { ...this.#http.stats, columns: this.#sentColumns, waiting, running };
   }
 }

@@ -3,8 +3,8 @@ import type { ColumnKey } from './columns.js';
 import type { DataError } from '../../http/errors.js';
 import type { Facts } from './facts.js';
 
-/** A box of a column; a hole is a box that could not be made, with the reason. */
-export type ColumnBox = BoxArrays | 'air' | { readonly hole: string };
+/** A box of a column; a hole is a box that could not be made. */
+export type ColumnBox = BoxArrays | 'air' | 'hole';
 
 /**
  * A column of boxes: `boxes[i]` has by = `byBegin` + i. Below and above is air; without boxes, all

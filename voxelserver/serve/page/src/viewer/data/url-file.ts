@@ -19,29 +19,21 @@ import { withRetries } from '../../http/retry.js';
  * once more past the cache before it counts.
  */
 
-/** Memory for files that a host sends whole, shared by the files of a source. */
-export type WholeBudget = { left: number };
-
-export const kMaxWholeBytes = 8 * 1024 * 1024;
-
 const kOtherVersion = Symbol('other version');
 
 export class UrlFile {
   readonly url: string;
   readonly #http: Http;
-  readonly #wholes: WholeBudget;
   readonly #declared: number | undefined;
   readonly #isOwnOrigin: boolean;
   #state: FileState | undefined;
   #size: number | undefined;
-  #body: Uint8Array | undefined;
   #changed: DataError | undefined;
 
   /** @param bytes size of the file where it is known; undefined: the first reply states it */
-  constructor(http: Http, url: string, bytes: number | undefined, wholes: WholeBudget) {
+  constructor(http: Http, url: string, bytes?: number) {
     this.url = url;
     this.#http = http;
-    this.#wholes = wholes;
     this.#declared = bytes;
     this.#size = bytes;
     this.#isOwnOrigin = new URL(url).origin === http.environment.origin;
@@ -60,7 +52,6 @@ export class UrlFile {
   async read(offset: number, length: number, signal: AbortSignal): Promise<Uint8Array> {
     signal.throwIfAborted();
     if (this.#changed !== undefined) throw this.#changed;
-    if (this.#body !== undefined) return this.#body.subarray(offset, offset + length);
     try {
       return await withRetries(this.#http.environment, signal, () =>
         this.#attempt(offset, length, signal),
@@ -95,8 +86,6 @@ export class UrlFile {
     switch (reply.status) {
       case 206:
         return this.#readPart(reply, offset, length);
-      case 200:
-        return this.#readWhole(reply, offset, length);
       case 412:
         reply.cancel();
         throw this.#changedError('the host reports another version');
@@ -134,42 +123,6 @@ export class UrlFile {
     }
     this.#pin(state, size);
     return reply.exactly(end - offset);
-  }
-
-  // A host that does not know ranges sends all of the file.
-  async #readWhole(
-    reply: Reply,
-    offset: number,
-    length: number,
-  ): Promise<Uint8Array | typeof kOtherVersion> {
-    if (this.#isOther(readFileState(reply.headers, undefined))) {
-      reply.cancel();
-      return kOtherVersion;
-    }
-    const body =
-      (this.#declared ?? 0) > this.#wholes.left ? undefined : await this.#readBody(reply);
-    if (body === undefined) {
-      reply.cancel();
-      const what =
-        'the host sent the whole file where a part of it was requested; use a host that answers ' +
-        'range requests (status 206), or a file of up to 8 MiB';
-      throw new DataError('no-range', `${reply.name}: ${what}`);
-    }
-    const state = readFileState(reply.headers, body.length);
-    if (this.#isOther(state)) return kOtherVersion;
-    this.#pin(state, body.length);
-    return body.subarray(offset, offset + length);
-  }
-
-  /** @return undefined for a body that is larger than what may be kept */
-  async #readBody(reply: Reply): Promise<Uint8Array | undefined> {
-    const body = await reply.atMost(this.#wholes.left);
-    // Another request may have brought the file meanwhile, or used up the memory.
-    if (this.#body !== undefined) return this.#body;
-    if (body === undefined || body.length > this.#wholes.left) return undefined;
-    this.#wholes.left -= body.length;
-    this.#body = body;
-    return body;
   }
 
   #notSatisfiable(reply: Reply): typeof kOtherVersion {

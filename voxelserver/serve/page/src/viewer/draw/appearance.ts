@@ -80,14 +80,13 @@ type Facts = Pick<Appearance, 'materials' | 'sky'> & {
 const kMagic = 'TVXLOOK\n';
 const kVersion = 1;
 const kHeadBytes = 16;
-const kMaxBytes = 16 * 2 ** 20;
 
 /** @param packed the file @throws Error when it is none of this version */
 export async function readAppearance(packed: Uint8Array): Promise<Appearance> {
-  const bytes = await inflate(packed, 'gzip', kMaxBytes);
-  const magic = String.fromCharCode(...(bytes?.subarray(0, kMagic.length) ?? []));
-  const version = bytes && magic === kMagic ? toView(bytes).getUint32(8, true) : undefined;
-  if (bytes === undefined || version !== kVersion) {
+  const bytes = await inflate(packed, 'gzip');
+  const magic = String.fromCharCode(...bytes.subarray(0, kMagic.length));
+  const version = magic === kMagic ? toView(bytes).getUint32(8, true) : undefined;
+  if (version !== kVersion) {
     const what = `version ${version ?? 'unknown'}; this page reads ${kVersion}`;
     throw new Error(`read appearance.bin: ${what}; publish the place again`);
   }

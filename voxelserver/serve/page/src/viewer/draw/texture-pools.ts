@@ -4,27 +4,14 @@
  * in the next layer where one ends.
  */
 import { clamp } from '../../vec3.js';
+import type { BoxArrays } from '../data/box-arrays.js';
+import type { Column } from '../data/source.js';
 import type { BoxSlot } from './column-table.js';
 import type { StoredColumn } from './residency.js';
 import { RowPool } from './row-pool.js';
 
-/** One box: see data/box-arrays.ts. */
-export type BoxData = {
-  readonly cells: Uint32Array; // 4 words a cell
-  readonly first: Uint32Array;
-  readonly attributes: Uint32Array; // red, green, blue, material | 128: has a colour
-  readonly classes: Uint8Array; // of the survey, for each attribute
-};
-
-export type ColumnData = {
-  readonly byBegin: number;
-  readonly boxes: readonly (BoxData | 'air' | 'hole')[];
-};
-
-export type PoolLimits = {
-  /** Bytes of all pools together. */
-  readonly bytes: number;
-};
+/** As data/source.ts has a column. */
+export type ColumnData = Pick<Column, 'byBegin' | 'boxes'>;
 
 const kCellsRow = 256;
 const kCellRows = 1024;
@@ -48,11 +35,11 @@ export class TexturePools {
   readonly #attributeRows: RowPool;
   readonly #rows = new Map<BoxSlot, { cells: number; attributes: number }>();
 
-  /** @throws Error when the textures cannot be made */
-  constructor(gl: WebGL2RenderingContext, limits: PoolLimits) {
+  /** @param bytes of all pools together @throws Error when the textures cannot be made */
+  constructor(gl: WebGL2RenderingContext, bytes: number) {
     this.#gl = gl;
     const layers = Number(gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
-    const share = limits.bytes / kLayerTexels;
+    const share = bytes / kLayerTexels;
     const cellLayers = clamp(Math.floor((share * kCellShare) / kCellBytes), 1, layers);
     const attributeShare = (share * (1 - kCellShare)) / kAttributeBytes;
     const attributeLayers = clamp(Math.floor(attributeShare), 1, layers);
@@ -99,7 +86,7 @@ export class TexturePools {
     }
   }
 
-  #storeBox(box: BoxData): BoxSlot | undefined {
+  #storeBox(box: BoxArrays): BoxSlot | undefined {
     const rows = {
       cells: Math.ceil(box.first.length / kCellsRow),
       attributes: Math.ceil(box.attributes.length / kAttributesRow),
