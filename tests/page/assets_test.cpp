@@ -3,7 +3,6 @@
 #include <string>
 
 #include "tests/catch.hpp"
-#include "voxelserver/serve/page/appearance.hpp"
 
 using terravox::page::Asset;
 

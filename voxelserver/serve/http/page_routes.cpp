@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "voxelserver/serve/page/appearance.hpp"
 #include "voxelserver/serve/page/assets.hpp"
 
 namespace terravox::http {

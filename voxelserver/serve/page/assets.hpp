@@ -29,4 +29,8 @@ inline constexpr std::array<std::string_view, 4> kViewerFiles = {"viewer.js", "w
 /// docs/openapi.json: the interface, for programs.
 [[nodiscard]] std::string_view open_api() noexcept;
 
+/// appearance.bin (docs/formats/site.md) of the materials in config/materials.toml as they were
+/// when the program was built, and of clear air at sea level.
+[[nodiscard]] std::string_view default_appearance() noexcept;
+
 }  // namespace terravox::page
