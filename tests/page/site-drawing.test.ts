@@ -331,12 +331,12 @@ async function layersMatchLegends(tools: Tools): Promise<void> {
       return heightColour(Math.round(at * (kLayerColours - 1)) / (kLayerColours - 1));
     }
     const legend = makeLegend(layer, tools.appearance, 1, levels);
-    const names: Partial<Record<Layer, string | undefined>> = {
+    const keys: Partial<Record<Layer, string | number | undefined>> = {
       material: tools.appearance.materials[kind]?.name,
-      class: `class${kind}`,
-      level: `${2 ** kind} m`,
+      class: kind,
+      level: 2 ** kind,
     };
-    return legend.find(({ name }) => name === names[layer])?.colour ?? [0, 0, 0];
+    return legend.find((entry) => entry.of === keys[layer])?.colour ?? [0, 0, 0];
   };
   /** Share of the pixels whose colour is the legend's of a world with so many levels. */
   const rightShare = async (layer: Exclude<Layer, 'none'>, levels: number): Promise<number> => {

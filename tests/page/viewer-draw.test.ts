@@ -12,7 +12,7 @@ import {
   contourStepM,
   heightColour,
   kLayerColours,
-  kUnknownClass,
+  kOtherClass,
   layerTable,
   makeLegend,
 } from '../../voxelserver/serve/page/src/viewer/draw/layers.js';
@@ -39,10 +39,10 @@ import {
 import { kTokenKey } from '../../voxelserver/serve/page/src/http/api.js';
 import { readStats, readWorld } from '../../voxelserver/serve/page/src/replies.js';
 import { readPlaceFile } from '../../voxelserver/serve/page/src/viewer/ui/place-file.js';
+import { tokenStore } from '../../voxelserver/serve/page/src/token.js';
 import {
   fetchWithToken,
   serverPlace,
-  tokenStore,
 } from '../../voxelserver/serve/page/src/viewer/ui/server-access.js';
 import {
   placeOnMap,
@@ -315,7 +315,7 @@ const kLooks = {
 
 test('a legend tells its colours apart, and is what the shader draws', () => {
   const classes = makeLegend('class', kLooks, 0.5, 6);
-  assert.equal(classes.find(({ name }) => name === 'class2')!.colour.join(), '201,169,122');
+  assert.equal(classes.find(({ of }) => of === 2)!.colour.join(), '201,169,122');
   const distinct = [...new Map(classes.map(({ colour }) => [colour.join(), colour])).values()];
   assert.ok(distinct.length >= 15);
   for (const eye of ['all', 'noRed', 'noGreen', 'noBlue'] as const) {
@@ -333,13 +333,13 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
     });
   const table = layerTable('class', kLooks, 6);
   assert.equal(table.length, 4 * kLayerColours);
-  for (const { name, colour } of classes) {
-    const places: Record<string, number> = { classOther: 200, classUnknown: kUnknownClass };
-    assert.deepEqual(bytesAt(table, places[name] ?? Number(name.slice(5))), [...colour], name);
+  for (const { of: number, colour } of classes) {
+    const place = number === kOtherClass ? 200 : Number(number);
+    assert.deepEqual(bytesAt(table, place), [...colour], String(number));
   }
   const materials = makeLegend('material', kLooks, 0.5, 6);
   assert.deepEqual(
-    materials.map(({ name }) => name),
+    materials.map(({ of }) => of),
     kNames.slice(1),
   );
   for (const [i, { colour }] of materials.entries()) {
@@ -349,8 +349,8 @@ test('a legend tells its colours apart, and is what the shader draws', () => {
 
   const levels = makeLegend('level', kLooks, 0.5, 4);
   assert.deepEqual(
-    levels.map(({ name }) => name),
-    ['0.5 m', '1 m', '2 m', '4 m'],
+    levels.map(({ of }) => of),
+    [0.5, 1, 2, 4],
   );
   for (const [i, { colour }] of levels.entries()) {
     assert.deepEqual(bytesAt(layerTable('level', kLooks, 4), i), [...colour]);

@@ -5,6 +5,7 @@ import { Poller, wakeWhenShown } from './http/poller.js';
 import { readStats, readWorld, type Stats } from './replies.js';
 import { readSquares } from './squares.js';
 import { StatsPanel } from './stats-panel.js';
+import { tokenStore } from './token.js';
 import { WorldView } from './world-view.js';
 
 /**
@@ -19,7 +20,7 @@ const kQuietTilesS = 15; // unfinished tiles are requested again after this even
 
 const nowS = (): number => performance.now() / 1000;
 
-const api = new Api(document.baseURI, makeHttp(), sessionStorage);
+const api = new Api(document.baseURI, makeHttp(), tokenStore);
 const statsPanel = new StatsPanel();
 let worldText = '';
 let mustLearnWorld = true; // also after each trouble: it may be another server that comes back

@@ -1,29 +1,26 @@
 import { toMessage, toTrouble, type Api } from './http/api.js';
 import { byId, setText } from './dom.js';
+import { askForToken } from './token.js';
+
+const kHelp =
+  'It was started with a token file. The token stays in this tab until the tab is closed.';
 
 /** Shows the state of the server in words, and asks the user for a token when one is required. */
 export class Connection {
   readonly #status = byId('status', HTMLElement);
-  readonly #form = byId('token', HTMLFormElement);
-  readonly #field = byId('token-text', HTMLInputElement);
+  readonly #api: Api;
   readonly #onBack: () => void;
   #isWell = true;
+  #isAsking = false;
   #hasTried = false;
 
   /**
    * @param onBack the server answers again, or a token was given: missing data can be requested
    */
   constructor(api: Api, onBack: () => void) {
+    this.#api = api;
     this.#onBack = onBack;
     this.#say('Connecting to the server …', false);
-    this.#form.addEventListener('submit', (event) => {
-      event.preventDefault();
-      api.setToken(this.#field.value.trim());
-      this.#field.value = '';
-      this.#hasTried = true;
-      this.#say('Trying the token …', false);
-      onBack();
-    });
   }
 
   /** To be called after each answer of the poll that watches the server. */
@@ -31,7 +28,6 @@ export class Connection {
     const wasWell = this.#isWell;
     this.#isWell = true;
     this.#hasTried = false;
-    this.#form.hidden = true;
     this.#say('The server is up.', false);
     if (!wasWell) this.#onBack();
   }
@@ -39,7 +35,7 @@ export class Connection {
   trouble(error: unknown): void {
     this.#isWell = false;
     const kind = toTrouble(error);
-    if (kind === 'token') return this.#askForToken();
+    if (kind === 'token') return void this.#askForToken();
     const texts = {
       gone: 'The server does not answer. Trying again …',
       busy: 'The server is too busy. Trying again …',
@@ -49,14 +45,17 @@ export class Connection {
     this.#say(texts[kind], true);
   }
 
-  #askForToken(): void {
-    this.#say(
-      this.#hasTried ? 'The server does not take this token.' : 'The server requires a token.',
-      true,
-    );
-    if (!this.#form.hidden) return;
-    this.#form.hidden = false;
-    this.#field.focus();
+  async #askForToken(): Promise<void> {
+    const what = this.#hasTried ? 'does not take this token' : 'requires a token';
+    this.#say(`The server ${what}.`, true);
+    if (this.#isAsking) return;
+    this.#isAsking = true;
+    const texts = { title: `The server ${what}`, help: kHelp, label: 'Token', use: 'Use it' };
+    this.#api.setToken(await askForToken(texts));
+    this.#isAsking = false;
+    this.#hasTried = true;
+    this.#say('Trying the token …', false);
+    this.#onBack();
   }
 
   #say(text: string, isTrouble: boolean): void {

@@ -80,6 +80,23 @@ export function squareContains(square: Square, [e, n]: Position): boolean {
   return inside;
 }
 
+/**
+ * Finds the name of the square at a place; '' where there is none.
+ * @param fetchList is called with the first question, and again after it has failed
+ */
+export function squareNames(fetchList: () => Promise<unknown>): (at: Position) => Promise<string> {
+  let list: Promise<readonly Square[]> | undefined;
+  return async (at) => {
+    list ??= fetchList().then(readSquares);
+    try {
+      return (await list).find((square) => squareContains(square, at))?.name ?? '';
+    } catch (error) {
+      list = undefined;
+      throw error;
+    }
+  };
+}
+
 export type Extent = [number, number, number, number];
 
 /** @return west, south, east, north */

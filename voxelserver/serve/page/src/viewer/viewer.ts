@@ -1,5 +1,6 @@
 import { clamp, type Vec3 } from '../vec3.js';
 import { setUpSearch } from '../search-form.js';
+import { squareNames } from '../squares.js';
 import { makeHttp, type Reply } from '../http/http.js';
 import { byId, copyOnClick, setText, toOptions } from '../dom.js';
 import { WorldProjection } from '../world-projection.js';
@@ -29,7 +30,6 @@ import { readPlaceFile, type NamedView, type PlaceFile } from './ui/place-file.j
 import { savePicture } from './ui/save-picture.js';
 import { fetchWithToken, serverPlace } from './ui/server-access.js';
 import { watchServer } from './ui/server-watch.js';
-import { SquareNames } from './ui/square-names.js';
 import { StatusLine } from './ui/status-line.js';
 import { text, type TextKey } from './ui/texts.js';
 import { setUpTime, showTime } from './ui/time-inputs.js';
@@ -78,7 +78,7 @@ class Viewer {
   readonly #overlay: Overlay;
   readonly #appearance: Appearance;
   readonly #credit: string;
-  readonly #squares: SquareNames;
+  readonly #squareAt: ReturnType<typeof squareNames> | undefined;
   /** What the facts are of. */
   #asked: Pick | undefined;
   #projection: WorldProjection | undefined;
@@ -98,9 +98,8 @@ class Viewer {
     this.#place = place;
     this.#appearance = appearance;
     const { squares } = place;
-    this.#squares = new SquareNames(
-      squares === undefined ? undefined : async () => (await load(squares)).json(),
-    );
+    this.#squareAt =
+      squares === undefined ? undefined : squareNames(async () => (await load(squares)).json());
     this.#credit = [place.attribution, place.licence].filter((part) => part !== '').join(' · ');
     const named = place.views[0]!;
     const first = this.#toViewpoint(named);
@@ -301,7 +300,7 @@ class Viewer {
     this.#asked = pick;
     show('');
     if (pick === undefined) return;
-    this.#squares.at(toPosition(pick, projection)).then(
+    this.#squareAt?.(toPosition(pick, projection)).then(
       (square) => {
         if (square !== '' && this.#asked === pick && areFactsShown()) show(square);
       },

@@ -9,12 +9,16 @@ export type Layer = 'none' | 'height' | 'material' | 'class' | 'level';
 
 type Bytes = Vec3;
 
-/** The colour is sRGB. */
-export type LegendEntry = { readonly name: string; readonly colour: Bytes };
+/**
+ * What has a colour, sRGB: the name of a material, the number of a class (ASPRS LAS 1.4, or
+ * kOtherClass, kUnknownClass), or the edge of the voxels of a level, metres.
+ */
+export type LegendEntry = { readonly of: string | number; readonly colour: Bytes };
 
 /** Places in a layer's table: one of each class of a survey, and one for what has no class. */
 export const kLayerColours = 257;
 export const kUnknownClass = 256;
+export const kOtherClass = -1;
 
 // Groups keep the hue that maps give them; within a group, and between groups that colour-blind
 // people confuse, lightness differs. Orange, sky blue, green, yellow, blue, vermilion and purple
@@ -43,7 +47,7 @@ const kClasses: ReadonlyMap<number, Bytes> = new Map([
   [20, kGround], // ignored
   [21, [86, 180, 233]], // snow
 ]);
-const kOtherClass: Bytes = [20, 20, 30];
+const kOther: Bytes = [20, 20, 30];
 const kNoClass: Bytes = [50, 44, 62];
 
 // By the names of docs/formats/box.md.
@@ -119,9 +123,7 @@ export function contourStepM(range: number): number {
 /**
  * @param voxelM edge of a level-0 voxel, metres
  * @param levels that the world has
- * @return names are those of materials, edges of voxels with their unit, and for classes keys of
- *   texts: `class` and the number of the standard (ASPRS LAS 1.4), `classOther`, `classUnknown`.
- *   Empty for layers without steps.
+ * @return empty for layers without steps
  */
 export function makeLegend(
   layer: Layer,
@@ -132,19 +134,19 @@ export function makeLegend(
   if (layer === 'material') {
     return appearance.materials
       .slice(1) // air
-      .map((material, i) => ({ name: material.name, colour: materialColour(appearance, i + 1) }));
+      .map((material, i) => ({ of: material.name, colour: materialColour(appearance, i + 1) }));
   }
   if (layer === 'level') {
     return Array.from({ length: levels }, (_, level) => ({
-      name: `${Number((voxelM * 2 ** level).toPrecision(3))} m`,
+      of: Number((voxelM * 2 ** level).toPrecision(3)),
       colour: levelColour(level, levels),
     }));
   }
   if (layer === 'class') {
     return [
-      ...[...kClasses].map(([number, colour]) => ({ name: `class${number}`, colour })),
-      { name: 'classOther', colour: kOtherClass },
-      { name: 'classUnknown', colour: kNoClass },
+      ...[...kClasses].map(([number, colour]) => ({ of: number, colour })),
+      { of: kOtherClass, colour: kOther },
+      { of: kUnknownClass, colour: kNoClass },
     ];
   }
   return [];
@@ -171,7 +173,7 @@ function layerColour(layer: Layer, i: number, appearance: Appearance, levels: nu
     case 'material':
       return materialColour(appearance, i);
     case 'class':
-      return i === kUnknownClass ? kNoClass : (kClasses.get(i) ?? kOtherClass);
+      return i === kUnknownClass ? kNoClass : (kClasses.get(i) ?? kOther);
     case 'level':
       return levelColour(i, levels);
   }
@@ -179,7 +181,7 @@ function layerColour(layer: Layer, i: number, appearance: Appearance, levels: nu
 
 function materialColour({ materials }: Appearance, i: number): Bytes {
   const material = materials[i];
-  if (material === undefined) return kOtherClass;
+  if (material === undefined) return kOther;
   const own = material.colour.map((c) => Math.round(toSrgb(clamp(c, 0, 1)) * 255));
   return kMaterials.get(material.name) ?? (own as unknown as Bytes);
 }

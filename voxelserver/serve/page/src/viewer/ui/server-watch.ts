@@ -6,7 +6,7 @@ import { byId, element, setText } from '../../dom.js';
 import { Poller, wakeWhenShown } from '../../http/poller.js';
 import { readStats, readWorld, type Stats, type World } from '../../replies.js';
 import { computeForward, type Viewpoint } from './navigation.js';
-import { tokenStore } from './server-access.js';
+import { tokenStore } from '../../token.js';
 import type { Say } from './texts.js';
 
 const kEveryMs = 2000;

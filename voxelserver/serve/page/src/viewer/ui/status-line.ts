@@ -21,7 +21,9 @@ export class StatusLine {
     this.#hasTrouble = true;
     this.#target.classList.add('trouble');
     const details = element('small', { lang: 'en' }, message);
-    this.#target.replaceChildren(this.#say(`trouble.${kind}`), details);
+    // What a reader can do is the same, whatever is wrong with the bytes.
+    const known = kind === 'range' || kind === 'cut' ? 'damaged' : kind;
+    this.#target.replaceChildren(this.#say(`trouble.${known}`), details);
   }
 
   /** Nothing more can be read: the message stays. */

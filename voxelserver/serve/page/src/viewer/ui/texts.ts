@@ -220,6 +220,8 @@ const kTexts = {
   'class.16': ['Wire connector', 'Izolator'],
   'class.17': ['Bridge deck', 'Most'],
   'class.18': ['High noise', 'Visoki šum'],
+  'class.-1': ['Other classes', 'Drugi razredi'],
+  'class.256': ['No class', 'Brez razreda'],
   'class.other': ['Class {0}', 'Razred {0}'],
   'material.air': ['air', 'zrak'],
   'material.rock': ['rock', 'skala'],
@@ -274,18 +276,6 @@ const kTexts = {
     'Strežnik ni dosegljiv ali tej strani ne dovoli branja kraja. ' +
       'Preverite povezavo; dostop lahko dovoli skrbnik strežnika.',
   ],
-  'trouble.range': [
-    'The host sent another part of a file than the one that was requested. ' +
-      'Load the page again; if that does not help, upload the place again.',
-    'Strežnik je poslal drug del datoteke, kot je bil zahtevan. ' +
-      'Stran znova naložite; če to ne pomaga, kraj znova prenesite na strežnik.',
-  ],
-  'trouble.cut': [
-    'A file of this place ends too early. ' +
-      'Load the page again; if that does not help, upload the place again.',
-    'Datoteka tega kraja se prezgodaj konča. ' +
-      'Stran znova naložite; če to ne pomaga, kraj znova prenesite na strežnik.',
-  ],
   'trouble.timeout': [
     'The host does not answer. Check the connection, then load the page again.',
     'Strežnik se ne odziva. Preverite povezavo in stran znova naložite.',
@@ -296,9 +286,9 @@ const kTexts = {
   ],
   'trouble.damaged': [
     'A part of the place cannot be read. ' +
-      'Load the page again; if that does not help, publish the place again.',
-    'Dela kraja ni mogoče prebrati. ' +
-      'Stran znova naložite; če to ne pomaga, kraj znova objavite.',
+      'Load the page again; if that does not help, upload or publish the place again.',
+    'Dela kraja ni mogoče prebrati. Stran znova naložite; ' +
+      'če to ne pomaga, kraj znova prenesite na strežnik ali objavite.',
   ],
   'trouble.too-large': [
     'A part of the place is too large for a browser.',

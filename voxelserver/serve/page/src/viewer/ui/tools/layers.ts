@@ -94,15 +94,10 @@ export function makeLayers(context: ToolContext): Tool {
     );
   }
 
-  function toName({ name }: LegendEntry): string {
-    const number = /^class(\d+)$/.exec(name)?.[1];
-    if (layer === 'class' && number !== undefined) return className(say, Number(number));
-    const edge = /^([\d.]+) m$/.exec(name)?.[1];
-    if (layer === 'level' && edge !== undefined) {
-      const decimals = edge.split('.')[1]?.length ?? 0;
-      return `${numbers.number(Number(edge), decimals)} m`;
-    }
-    return layer === 'material' ? materialName(say, name) : name;
+  function toName({ of }: LegendEntry): string {
+    if (typeof of === 'string') return materialName(say, of);
+    if (layer === 'class') return className(say, of);
+    return `${numbers.number(of, String(of).split('.')[1]?.length ?? 0)} m`;
   }
 
   set('none', whole);
