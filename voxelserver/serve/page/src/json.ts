@@ -14,14 +14,19 @@ export const toNumber = (value: unknown): number => (isNumber(value) ? value : 0
 export const toList = (value: unknown): readonly unknown[] =>
   Array.isArray(value) ? (value as unknown[]) : [];
 
-/** Names of numbers, and what they are called in JSON. */
-type Names = Readonly<Record<string, string>>;
-export type Numbers<N extends Names> = { readonly [K in keyof N]: number };
+export type Numbers<N extends string> = Readonly<Record<N, number>>;
 
-/** @return undefined where there is no such object; what it lacks is 0 */
-export function toNumbers<N extends Names>(value: unknown, names: N): Numbers<N> | undefined {
+/**
+ * @param names in JSON with underscores: limitBytes is limit_bytes
+ * @return undefined where there is no such object; what it lacks is 0
+ */
+export function toNumbers<N extends string>(
+  value: unknown,
+  names: readonly N[],
+): Numbers<N> | undefined {
   if (!isFields(value)) return undefined;
-  const found = Object.entries(names).map(([key, name]) => [key, toNumber(value[name])] as const);
+  const inJson = (name: string): string => name.replace(/[A-Z]/g, (c) => `_${c.toLowerCase()}`);
+  const found = names.map((name) => [name, toNumber(value[inJson(name)])] as const);
   return Object.fromEntries(found) as Numbers<N>;
 }
 

@@ -15,27 +15,13 @@ import type { Block, Vec3 } from './vec3.js';
  * the field.
  */
 
-const kCache = {
-  hits: 'hits',
-  misses: 'misses',
-  evictions: 'evictions',
-  bytes: 'bytes',
-  entries: 'entries',
-  limitBytes: 'limit_bytes',
-} as const;
-const kMaking = {
-  running: 'running',
-  waiting: 'waiting',
-  aheadWaiting: 'ahead_waiting',
-  made: 'made',
-  madeAhead: 'made_ahead',
-  failed: 'failed',
-} as const;
-const kMemory = { rssBytes: 'rss_bytes', limitBytes: 'limit_bytes' } as const;
-const kJobs = { maxCells: 'max_cells', maxMinutes: 'max_minutes' } as const;
-const kPrepare = { done: 'done', total: 'total', failed: 'failed' } as const;
+const kCache = ['hits', 'misses', 'evictions', 'bytes', 'entries', 'limitBytes'] as const;
+const kMaking = ['running', 'waiting', 'aheadWaiting', 'made', 'madeAhead', 'failed'] as const;
+const kMemory = ['rssBytes', 'limitBytes'] as const;
+const kJobs = ['maxCells', 'maxMinutes'] as const;
+const kPrepare = ['done', 'total', 'failed'] as const;
 
-export type CacheStats = Numbers<typeof kCache>;
+export type CacheStats = Numbers<(typeof kCache)[number]>;
 const kFar = 2 ** 31;
 
 const read = new JsonReader((what) => {

@@ -80,10 +80,11 @@ export class TopViewLayer {
   async #load(tile: ImageTile, path: string): Promise<void> {
     try {
       const reply = await this.#api.get(path);
-      const image = await decode(new Blob([await reply.bytes()]));
+      const image = await createImageBitmap(new Blob([await reply.bytes()]));
       if (reply.headers.get('Terravox-Complete') === 'no') this.#remember(path, tile);
       else this.#unfinished.delete(path);
-      tile.setImage(image);
+      // OpenLayers draws whatever a canvas draws.
+      tile.setImage(image as unknown as HTMLImageElement);
     } catch {
       // The status line shows the state of the server. Tiles that are drawn already stay.
       this.#remember(path, tile);
@@ -100,17 +101,5 @@ export class TopViewLayer {
     if (this.#unfinished.size > kMostUnfinished && oldest !== undefined) {
       this.#unfinished.delete(oldest);
     }
-  }
-}
-
-async function decode(blob: Blob): Promise<HTMLImageElement> {
-  const url = URL.createObjectURL(blob);
-  try {
-    const image = new Image();
-    image.src = url;
-    await image.decode();
-    return image;
-  } finally {
-    URL.revokeObjectURL(url);
   }
 }

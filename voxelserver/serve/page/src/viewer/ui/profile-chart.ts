@@ -150,13 +150,7 @@ function axes(frame: Frame, numbers: NumberText): SVGElement[] {
   for (const h of heights) {
     const [, y] = toPixel(frame, 0, h);
     out.push(
-      svgElement('line', {
-        class: 'grid',
-        x1: kMargin.left,
-        x2: width - kMargin.right,
-        y1: y,
-        y2: y,
-      }),
+      line('grid', [kMargin.left, y], [width - kMargin.right, y]),
       label(numbers.number(h, countDecimals(heights)), kMargin.left - 6, y + 4, 'end'),
     );
   }
@@ -165,13 +159,7 @@ function axes(frame: Frame, numbers: NumberText): SVGElement[] {
     const [x] = toPixel(frame, d, fromM);
     const text = numbers.number(d, countDecimals(distances));
     out.push(
-      svgElement('line', {
-        class: 'grid',
-        x1: x,
-        x2: x,
-        y1: kMargin.top,
-        y2: height - kMargin.bottom,
-      }),
+      line('grid', [x, kMargin.top], [x, height - kMargin.bottom]),
       label(text, x, height - 5, 'middle'),
     );
   }
@@ -210,17 +198,15 @@ function curves(frame: Frame, samples: readonly ProfileSample[]): SVGElement[] {
 function marker(frame: Frame, { distanceM, heightM }: ProfileSample): SVGElement[] {
   const [x, y] = toPixel(frame, distanceM, heightM ?? frame.fromM);
   return [
-    svgElement('line', {
-      class: 'cursor',
-      x1: x,
-      x2: x,
-      y1: kMargin.top,
-      y2: frame.height - kMargin.bottom,
-    }),
+    line('cursor', [x, kMargin.top], [x, frame.height - kMargin.bottom]),
     ...(heightM === undefined
       ? []
       : [svgElement('circle', { class: 'cursor', cx: x, cy: y, r: 4 })]),
   ];
+}
+
+function line(kind: string, [x1, y1]: Vec2, [x2, y2]: Vec2): SVGElement {
+  return svgElement('line', { class: kind, x1, y1, x2, y2 });
 }
 
 function label(text: string, x: number, y: number, anchor: string): SVGElement {
