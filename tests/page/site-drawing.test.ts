@@ -4,7 +4,7 @@ import {
   readAppearance,
   type Appearance,
 } from '../../voxelserver/serve/page/src/viewer/draw/appearance.js';
-import type { Camera } from '../../voxelserver/serve/page/src/viewer/draw/camera.js';
+import type { Camera } from '../../voxelserver/serve/page/src/viewer/draw/look.js';
 import type { Vec3 } from '../../voxelserver/serve/page/src/vec3.js';
 import {
   heightColour,

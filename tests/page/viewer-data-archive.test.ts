@@ -4,7 +4,7 @@ import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/arch
 import { readBoxArrays } from '../../voxelserver/serve/page/src/viewer/data/box-arrays.js';
 import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import { readFacts } from '../../voxelserver/serve/page/src/viewer/data/facts.js';
-import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
+import type { Column } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
 import { toName } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
 import { fullBoxFrame } from './support/full-box.js';

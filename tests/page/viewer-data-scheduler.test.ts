@@ -1,10 +1,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ArchiveSource } from '../../voxelserver/serve/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
+import type {
+  ColumnKey,
+  BoxSource,
+  Column,
+} from '../../voxelserver/serve/page/src/viewer/data/columns.js';
 import { DataError } from '../../voxelserver/serve/page/src/http/errors.js';
 import { Scheduler } from '../../voxelserver/serve/page/src/viewer/data/scheduler.js';
-import type { BoxSource, Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName, at, columnAt } from './support/columns.js';
 import { kOpen } from './support/fake-host.js';
 import { archiveHost, makeRow } from './support/small-archive.js';

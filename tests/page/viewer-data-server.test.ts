@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { DataError, type DataErrorKind } from '../../voxelserver/serve/page/src/http/errors.js';
 import { ServerSource } from '../../voxelserver/serve/page/src/viewer/data/server-source.js';
-import type { Column } from '../../voxelserver/serve/page/src/viewer/data/source.js';
+import type { Column } from '../../voxelserver/serve/page/src/viewer/data/columns.js';
 import { record, serverHost } from './support/batch-host.js';
 import { at } from './support/columns.js';
 import { kindOfAsync } from './support/data-errors.js';
@@ -12,7 +12,7 @@ import { kColumns, archiveHost, collect, readColumns } from './support/small-arc
 import { toBytes } from './support/test-bytes.js';
 
 const openServer = (host: FakeHost, token?: string): Promise<ServerSource> => {
-  const place = { url: 'http://host/path', ...(token === undefined ? {} : { token }) };
+  const place = { server: 'http://host/path', ...(token === undefined ? {} : { token }) };
   return host.clock.finish(ServerSource.open(host.http, place, kOpen));
 };
 
@@ -116,7 +116,7 @@ test('levels that take too long are left out, unless too many columns would rema
   const host = new FakeHost();
   host.handler = () => new Response(JSON.stringify(world));
   const open = (coarsest: number): Promise<ServerSource> =>
-    host.clock.finish(ServerSource.open(host.http, { url: 'http://host/', coarsest }, kOpen));
+    host.clock.finish(ServerSource.open(host.http, { server: 'http://host/', coarsest }, kOpen));
   assert.equal((await open(2)).facts.world.levels, 3);
   assert.equal((await open(20)).facts.world.levels, 8);
   assert.equal(await kindOfAsync(open(0)), 'too-large');

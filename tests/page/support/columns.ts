@@ -1,5 +1,4 @@
-import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
-import type { Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
+import type { ColumnKey, Column } from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
 
 /** Columns for tests, by a number or two. */
 

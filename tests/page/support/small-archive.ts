@@ -1,7 +1,10 @@
 import { ArchiveSource } from '../../../voxelserver/serve/page/src/viewer/data/archive-source.js';
-import type { ColumnKey } from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
+import type {
+  ColumnKey,
+  BoxSource,
+  Column,
+} from '../../../voxelserver/serve/page/src/viewer/data/columns.js';
 import type { DataError } from '../../../voxelserver/serve/page/src/http/errors.js';
-import type { BoxSource, Column } from '../../../voxelserver/serve/page/src/viewer/data/source.js';
 import { toName } from './columns.js';
 import { kOpen, FakeHost } from './fake-host.js';
 import { makeArchive, type ArchiveOptions, type TestBox } from './make-archive.js';

@@ -1,10 +1,9 @@
 /** What a pixel or a ray has met, from what the shader writes (draw/trace.glsl). */
 import { readLook, type VoxelLook } from './data/box-arrays.js';
-import type { Camera } from './draw/camera.js';
 import { along, normalized, scaled, type Vec3 } from '../vec3.js';
 import type { FirstHits } from './draw/hits.js';
 import { kUnknownClass } from './draw/layers.js';
-import type { Look } from './draw/look.js';
+import type { Look, Camera } from './draw/look.js';
 
 /** What a pixel of the picture shows, or what a ray has met. */
 export type Pick = VoxelLook & {

@@ -8,9 +8,8 @@ import type { Facts } from './data/facts.js';
 import type { TransferStats } from '../http/http.js';
 import type { FromWorker, Place, ToWorker } from './data/protocol.js';
 import type { Appearance } from './draw/appearance.js';
-import type { Camera } from './draw/camera.js';
 import { makeColumnTable } from './draw/column-table.js';
-import { checkLook } from './draw/look.js';
+import { checkLook, type Camera } from './draw/look.js';
 import {
   kDefaultLook,
   Renderer,

@@ -1,6 +1,6 @@
 import type { Vec2, Vec3 } from '../vec3.js';
 import { nameOfColumn, type ColumnKey } from './data/columns.js';
-import { pixelRad, type Camera } from './draw/camera.js';
+import { pixelRad, type Camera } from './draw/look.js';
 import { LevelCut } from './draw/level-cut.js';
 import { Residency, type Plan } from './draw/residency.js';
 import { TexturePools, type ColumnData } from './draw/texture-pools.js';

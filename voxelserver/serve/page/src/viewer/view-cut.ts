@@ -1,4 +1,4 @@
-import type { Camera } from './draw/camera.js';
+import type { Camera } from './draw/look.js';
 import { along, dot, scaled, type Vec3 } from '../vec3.js';
 import { LevelCut, type Bounds, type CutView } from './draw/level-cut.js';
 

@@ -2,7 +2,13 @@ import { extractFrame, kRecordBytes } from './archive-format.js';
 import type { Archive, ColumnEntry } from './archive.js';
 import { nameOfBox } from './box-arrays.js';
 import { readBoxFrame } from './box-frame.js';
-import { ColumnBuilder, type ColumnKey } from './columns.js';
+import {
+  ColumnBuilder,
+  type ColumnKey,
+  type BoxSource,
+  type ColumnBox,
+  type ColumnResult,
+} from './columns.js';
 import type { Clock } from '../../http/environment.js';
 import { asDataError, within, type DataError } from '../../http/errors.js';
 import { columnHeight, hasLevel, type Facts } from './facts.js';
@@ -13,7 +19,6 @@ import {
   type ByteRange,
   type RangeRequest,
 } from './range-plan.js';
-import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
 import { Turns } from './turns.js';
 
 /** Columns of a box archive. */

@@ -1,12 +1,53 @@
-import { bytesOfArrays, type BoxKey } from './box-arrays.js';
+import { bytesOfArrays, type BoxArrays, type BoxKey } from './box-arrays.js';
 import { DataError } from '../../http/errors.js';
 import { boxRange, hasLevel, isEmpty, type Facts } from './facts.js';
-import { kMaxColumnBytes, type Column, type ColumnBox } from './source.js';
 
 /** A column of boxes of a level: bx and bz count boxes of 64 x 64 voxels of that level. */
 export type ColumnKey = { readonly level: number; readonly bx: number; readonly bz: number };
 
 export const nameOfColumn = ({ level, bx, bz }: ColumnKey): string => `${level}/${bx}/${bz}`;
+
+/** A box of a column; a hole is a box that could not be made. */
+export type ColumnBox = BoxArrays | 'air' | 'hole';
+
+/**
+ * A column of boxes: `boxes[i]` has by = `byBegin` + i. Below and above is air; without boxes, all
+ * of it is air.
+ */
+export type Column = ColumnKey & { readonly byBegin: number; readonly boxes: readonly ColumnBox[] };
+
+/** A column, or why there is none. */
+export type ColumnResult =
+  { readonly column: Column } | { readonly failed: ColumnKey; readonly error: DataError };
+
+/** A source of columns of boxes: an archive, or a voxel server. */
+export type BoxSource = {
+  readonly facts: Facts;
+  /**
+   * Loads what companions() needs to know about a column: the index.
+   * @param others columns of which it may be asked next
+   * @throws DataError; the reason of `signal`
+   */
+  prepare(column: ColumnKey, others: readonly ColumnKey[], signal: AbortSignal): Promise<void>;
+  /**
+   * Chooses what is fetched together with a column that prepare() has been called for.
+   * @param candidates most wanted first
+   * @return those that take no further request, in any order
+   */
+  companions(column: ColumnKey, candidates: readonly ColumnKey[]): readonly ColumnKey[];
+  /**
+   * Fetches columns, one request after the other. Gives one result for each, in any order; one that
+   * fails does not end the others.
+   * @throws DataError `changed`; the reason of `signal`
+   */
+  columns(
+    columns: readonly ColumnKey[],
+    signal: AbortSignal,
+  ): AsyncGenerator<ColumnResult, void, undefined>;
+};
+
+/** Of the arrays of a column: larger ones are refused. */
+export const kMaxColumnBytes = 64 * 1024 * 1024;
 
 /**
  * The boxes of a column that may hold something, from the bottom up; none outside of the bounds.

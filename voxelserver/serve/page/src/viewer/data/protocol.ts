@@ -1,9 +1,8 @@
-import type { ColumnKey } from './columns.js';
+import type { ColumnKey, Column } from './columns.js';
 import type { Failure } from '../../http/errors.js';
 import type { TransferStats } from '../../http/http.js';
 import type { Facts } from './facts.js';
 import type { FilePart } from './range-file.js';
-import type { Column } from './source.js';
 
 /**
  * Messages between the page and the worker that reads boxes. The page opens one world, then sends a

@@ -1,6 +1,11 @@
-import { nameOfColumn, type ColumnKey } from './columns.js';
+import {
+  nameOfColumn,
+  type ColumnKey,
+  type BoxSource,
+  type Column,
+  type ColumnResult,
+} from './columns.js';
 import { asDataError, type DataError } from '../../http/errors.js';
-import type { BoxSource, Column, ColumnResult } from './source.js';
 
 /**
  * Decides which columns are requested, in which order, and which requests are cancelled. Runs up to

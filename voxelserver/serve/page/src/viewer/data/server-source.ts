@@ -1,13 +1,20 @@
 import { nameOfBox, type BoxKey } from './box-arrays.js';
 import { BatchStream, type BatchRecord } from './batch-stream.js';
 import { readBoxFrame } from './box-frame.js';
-import { ColumnBuilder, listKeys, type ColumnKey } from './columns.js';
+import {
+  ColumnBuilder,
+  listKeys,
+  type ColumnKey,
+  type BoxSource,
+  type ColumnBox,
+  type ColumnResult,
+} from './columns.js';
 import { wait } from '../../http/environment.js';
 import { asDataError, DataError, oneLine, within, type DataErrorKind } from '../../http/errors.js';
 import { boxRange, columnHeight, hasLevel, isEmpty, readFacts, type Facts } from './facts.js';
 import { send, statusError, type Http, type Reply } from '../../http/http.js';
 import { waitBeforeRetry, withRetries } from '../../http/retry.js';
-import type { BoxSource, ColumnBox, ColumnResult } from './source.js';
+import type { Place } from './protocol.js';
 import { Turns } from './turns.js';
 
 /**
@@ -27,12 +34,8 @@ type LoadingColumn = { readonly builder: ColumnBuilder; missing: number };
 /** The boxes that are still to come. */
 type Pending = Map<string, { readonly key: BoxKey; readonly column: LoadingColumn }>;
 
-export type ServerPlace = {
-  readonly url: string;
-  readonly token?: string;
-  /** The coarsest level that is requested; by default, that of the world. */
-  readonly coarsest?: number;
-};
+/** Its address is absolute. */
+type ServerPlace = Extract<Place, { readonly server: string }>;
 
 export class ServerSource implements BoxSource {
   readonly facts: Facts;
@@ -58,11 +61,10 @@ export class ServerSource implements BoxSource {
   }
 
   /**
-   * @param place absolute URL of the server, with its path
    * @throws DataError; the reason of `signal`
    */
   static async open(http: Http, place: ServerPlace, signal: AbortSignal): Promise<ServerSource> {
-    const base = new URL(place.url);
+    const base = new URL(place.server);
     if (!base.pathname.endsWith('/')) base.pathname += '/';
     const headers: Record<string, string> =
       place.token === undefined ? {} : { Authorization: `Bearer ${place.token}` };

@@ -1,6 +1,12 @@
 import { Archive } from './archive.js';
 import { ArchiveSource } from './archive-source.js';
-import { bytesOfColumn, nameOfColumn, type ColumnKey } from './columns.js';
+import {
+  bytesOfColumn,
+  nameOfColumn,
+  type ColumnKey,
+  type BoxSource,
+  type Column,
+} from './columns.js';
 import type { Environment } from '../../http/environment.js';
 import { asDataError, DataError, toFailure, oneLine } from '../../http/errors.js';
 import { kServerTimeoutMs, makeHttp, type Http } from '../../http/http.js';
@@ -14,7 +20,6 @@ import {
 import { RangeFile } from './range-file.js';
 import { Scheduler } from './scheduler.js';
 import { ServerSource } from './server-source.js';
-import type { BoxSource, Column } from './source.js';
 
 /**
  * Batches of a voxel server at once: each may take minutes, and browsers have six connections to a
@@ -92,9 +97,9 @@ export class Session {
 
   async #openSource(place: Place, signal: AbortSignal): Promise<BoxSource> {
     if ('server' in place) {
-      const { server, ...options } = place;
       const http = { ...this.#http, timeoutMs: kServerTimeoutMs };
-      return ServerSource.open(http, { url: this.#address(server), ...options }, signal);
+      const server = this.#address(place.server);
+      return ServerSource.open(http, { ...place, server }, signal);
     }
     const where =
       'url' in place

@@ -1,6 +1,21 @@
-/** What a person chooses about a picture, apart from its camera and its light. */
+/** A picture's camera, and what a person chooses about it apart from its light. */
 import type { Vec2, Vec3 } from '../../vec3.js';
 import type { Layer } from './layers.js';
+
+/** A perspective camera as the ray tracer's (raytracer/core/scene/camera.hpp), level-0 voxels. */
+export type Camera = {
+  readonly position: Vec3;
+  /** Of unit length. */
+  readonly forward: Vec3;
+  /** At right angles to `forward` and to `up`, times the tangent of half the field of view. */
+  readonly right: Vec3;
+  readonly up: Vec3;
+};
+
+/** Angle covered by the pixel in the middle of a picture of this height. */
+export function pixelRad(camera: Camera, heightPx: number): number {
+  return (2 * Math.hypot(...camera.up)) / heightPx;
+}
 
 export type Look = {
   readonly shadows: boolean;

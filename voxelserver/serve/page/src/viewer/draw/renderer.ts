@@ -5,7 +5,6 @@
 import type { Vec2 } from '../../vec3.js';
 import { Analysis, isAnalysis } from './analysis.js';
 import type { Appearance } from './appearance.js';
-import { pixelRad, type Camera } from './camera.js';
 import type { ColumnTable } from './column-table.js';
 import developSource from './develop.glsl';
 import { fromHalf } from '../../bytes.js';
@@ -14,7 +13,7 @@ import { HitsPass, kMaxRays, type CastRay, type FirstHits } from './hits.js';
 import layerSource from './layer.glsl';
 import type { Bounds } from './level-cut.js';
 import lightSource from './light.glsl';
-import type { Look } from './look.js';
+import { type Look, pixelRad, type Camera } from './look.js';
 import materialSource from './material.glsl';
 import { Program, makeTexture } from './program.js';
 import sectionSource from './section.glsl';

@@ -5,7 +5,7 @@
  */
 import { clamp } from '../../vec3.js';
 import type { BoxArrays } from '../data/box-arrays.js';
-import type { Column } from '../data/source.js';
+import type { Column } from '../data/columns.js';
 import type { BoxSlot } from './column-table.js';
 import type { StoredColumn } from './residency.js';
 import { RowPool } from './row-pool.js';

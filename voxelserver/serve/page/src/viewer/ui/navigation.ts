@@ -14,7 +14,7 @@ import {
   type Block,
   type Vec3,
 } from '../../vec3.js';
-import { type Camera } from '../draw/camera.js';
+import type { Camera } from '../draw/look.js';
 import type { FoundPlace } from '../../coordinates.js';
 import type { WorldProjection } from '../../world-projection.js';
 

@@ -21,14 +21,14 @@ const kEmbedSize = [800, 500] as const;
  */
 export function readOptions(search: string, languages: readonly string[]): Options {
   const words = new URLSearchParams(search);
-  const oneOf = <T extends string>(name: string, values: readonly T[]): T | undefined =>
+  const choose = <T extends string>(name: string, values: readonly T[]): T | undefined =>
     values.find((value) => value === words.get(name));
   return {
     isEmbedded: words.get('embed') === '1',
-    panel: oneOf('panel', ['open', 'closed']),
+    panel: choose('panel', ['open', 'closed']),
     hasControls: words.get('controls') !== 'none',
-    language: oneOf('lang', kLanguages) ?? chooseLanguage(languages),
-    theme: oneOf('theme', ['light', 'dark']),
+    language: choose('lang', kLanguages) ?? chooseLanguage(languages),
+    theme: choose('theme', ['light', 'dark']),
   };
 }
 

@@ -4,7 +4,7 @@
  */
 import { type Vec2, clamp, type Vec3 } from '../../vec3.js';
 import { element, getContext2d } from '../../dom.js';
-import type { Camera } from '../draw/camera.js';
+import type { Camera } from '../draw/look.js';
 import { clipped, projectSegment, projectPoint, spotOfDirection, type Spot } from './projection.js';
 
 export type Tone = 'usual' | 'good' | 'bad' | 'sun';

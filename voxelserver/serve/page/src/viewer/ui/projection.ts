@@ -1,6 +1,6 @@
 /** Where points of the world lie in the picture: the inverse of the rays of a camera. */
 import { type Vec2, along, dot, minus, type Vec3 } from '../../vec3.js';
-import type { Camera } from '../draw/camera.js';
+import type { Camera } from '../draw/look.js';
 
 /** Pixels from the upper left corner. */
 export type Spot = Vec2;

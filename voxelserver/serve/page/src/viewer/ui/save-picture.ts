@@ -1,6 +1,6 @@
 /** The picture as a file: with what is drawn over it, and always with the names of its sources. */
 import { download, element, getContext2d } from '../../dom.js';
-import type { Camera } from '../draw/camera.js';
+import type { Camera } from '../draw/look.js';
 import { drawText, paint, type Shape, type Sheet } from './overlay.js';
 
 const kCreditPx = 20;

@@ -4,7 +4,7 @@
  */
 import type { World } from '../../replies.js';
 import type { Appearance } from '../draw/appearance.js';
-import type { Camera } from '../draw/camera.js';
+import type { Camera } from '../draw/look.js';
 import type { Look } from '../draw/renderer.js';
 import type { CastRay, Pick } from '../stage.js';
 import type { Words } from './link.js';
