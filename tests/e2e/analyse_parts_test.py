@@ -143,7 +143,7 @@ class Schedulers(Case):
         merging = (folder / "job" / "merge.sbatch").read_text(encoding="utf-8")
         self.assertRegex(parts, r"(?s)analyse\s+sun\s.*--date.*--part")
         self.assertNotRegex(parts, "m.png|r.html")
-        self.assertRegex(merging, r"(?s)--report\s+r.html\s+--map\s+m.png\s+-o\s+sun.tif")
+        self.assertRegex(merging, r"(?s)--map=m.png'\s+--report\s+r.html\s+-o\s+sun.tif")
         # What the scripts do, one task after the other.
         for script, task in (("parts", 0), ("parts", 1), ("parts", 2), ("merge", 0)):
             run = Run(
@@ -164,7 +164,9 @@ class Schedulers(Case):
             *("--range-m", "50", "-o", folder / "a.tif"),
         )
         self.assertEqual(run.code, 0, run)
-        self.assertRegex(run.out, r"terravox-raytracer analyse sky .*--range-m 50 .*--listen")
+        coordinator = (folder / "job" / "coordinator.sbatch").read_text(encoding="utf-8")
+        words = r"terravox-raytracer\s+analyse\s+sky\s.*--range-m\s+50\s.*--listen"
+        self.assertRegex(coordinator, f"(?s){words}")
         words = ["--image", "i", "--claim", "c", "--analyse", "sky", "w", "-o", "a.tif"]
         run = cluster("kubernetes", *words)
         self.assertEqual(run.code, 0, run)

@@ -52,7 +52,7 @@ class Installed(Case):
         self.assertEqual(len(json.loads(run.out)["items"]), 3)
         dry = ("cluster", "slurm", "--dry-run", "--folder", self.folder / "job")
         self.assertDone(self.run_installed(*dry, "generated:7", "-o", "a.png"))
-        self.assertDone(Run(["bash", "-n", self.folder / "job" / "pool.sbatch"]))
+        self.assertDone(Run(["bash", "-n", self.folder / "job" / "worker.sbatch"]))
 
     def test_licences_of_what_is_compiled_in_and_of_the_page_are_there(self):
         folder = self.prefix / "share" / "doc" / "terravox"

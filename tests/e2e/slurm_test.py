@@ -141,8 +141,8 @@ class OnSlurm(Case):
         self.addCleanup(self.bring_back, victim)
         code = child.wait(timeout=100)
         self.assertEqual(code, 0, f"{self.said(child)} {self.logs()}")
-        self.assertIn("all 12 frames are done", self.said(child))
-        job = re.search("job ([0-9]+): frames", self.said(child))[1]
+        self.assertIn("0 frames made, 12 were done before", self.said(child))
+        job = re.search("job ([0-9]+): .*frames.sbatch", self.said(child))[1]
         self.assertIn(
             " Restarts=1 ",
             self.cluster.run("scontrol", "--oneliner", "show", "job", job),
@@ -150,7 +150,7 @@ class OnSlurm(Case):
         )
         self.assertEqual(self.contents(self.frames), self.contents(whole))
         self.assertTrue(
-            any("all frames are there" in text for text in self.logs().values()), self.logs()
+            any("12 were done before" in text for text in self.logs().values()), self.logs()
         )
         self.assertTrue(
             any("1 squares prepared" in text for text in self.logs().values()), self.logs()
@@ -167,7 +167,7 @@ class OnSlurm(Case):
         once = self.run_here(*self.film_arguments())
         self.assertDone(once)
         self.assertIn("1 of 12 frames are to be made", once.err)
-        self.assertRegex(once.err, "slurm: job [0-9]+: frames, 1 tasks")
+        self.assertRegex(once.err, "slurm: job [0-9]+: --array=[0-9]+%4 .*frames.sbatch")
         self.assertEqual(self.contents(self.frames), self.contents(whole))
         after = {p.name: p.stat().st_mtime_ns for p in self.frames.glob("*.png")}
         self.assertEqual({n for n in after if after[n] != before[n]}, {"007.png"})
@@ -216,9 +216,10 @@ class OnSlurm(Case):
         failed = self.run_here(*self.film_arguments())
         self.assertEqual(failed.code, 1, str(failed))
         self.assertIn(
-            "terravox: run the batch: 1 frames were not made, the first is 5; ", failed.err
+            "missing: the frames/005.png\nterravox: join the frames: 1 are missing\n", failed.err
         )
-        self.assertEqual(sum("005.png" in text for text in self.logs().values()), 1, self.logs())
+        self.assertIn("; the same command continues", failed.err)
+        self.assertEqual(sum("005.png" in text for text in self.logs().values()), 2, self.logs())
 
     @only_in_all
     def test_no_wait_returns_and_a_later_call_waits(self):
@@ -356,8 +357,11 @@ class WithoutSlurm(Case):
             [binary("RAYTRACER"), "cluster", "slurm", "--dry-run", *words], environment=without
         )
         self.assertDone(dry)
-        self.assertIn("sbatch --array=0-1 pool.sbatch", dry.out)
-        self.assertEqual(Run(["bash", "-n", folder / "job" / "pool.sbatch"]).code, 0)
+        submit = folder / "job" / "submit.sh"
+        self.assertEqual(dry.out, f"bash {submit}\n")
+        self.assertIn("submit --array=0-1 worker.sbatch", submit.read_text())
+        for script in ("submit.sh", "coordinator.sbatch", "worker.sbatch"):
+            self.assertEqual(Run(["bash", "-n", folder / "job" / script]).code, 0)
 
     def test_errors_are_reported_before_anything_is_submitted(self):
         folder = temporary_folder()

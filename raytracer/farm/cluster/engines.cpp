@@ -1,73 +1,113 @@
 #include "raytracer/farm/cluster/engines.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <string_view>
+#include <system_error>
 
+#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::cluster {
 namespace {
 
-constexpr const char* kPlain =
-    "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_-:.,";
-constexpr const char* kLabel = "0123456789abcdefghijklmnopqrstuvwxyz-";
-constexpr int kPodTries = 3;  ///< of a pod that fails; also in its templates
-
 /// What a worker keeps of the memory of its task: a quarter is for everything except boxes, the
 /// program, tiles, and threads.
 int worker_memory_mib(int task_mib) noexcept {
-    return std::max(1, task_mib / 4 * 3);
+    return task_mib / 4 * 3;
 }
 
-std::vector<std::string> sbatch_lines(const Needs& needs) {
-    std::vector<std::string> out{needs.cpus > 0 ? "--cpus-per-task=" + std::to_string(needs.cpus)
-                                                : "--exclusive"};
-    if (needs.memory_mib > 0)
-        out.push_back("--mem=" + std::to_string(needs.memory_mib) + "M");
-    else if (needs.cpus == 0)
-        out.emplace_back("--mem=0");
-    if (!needs.partition.empty())
-        out.push_back("--partition=" + needs.partition);
-    if (!needs.time.empty())
-        out.push_back("--time=" + needs.time);
-    out.insert(out.end(), needs.extra.begin(), needs.extra.end());
+/// How Slurm runs a script.
+enum class SlurmJob {
+    kArray,  ///< for each number
+    kOne,
+    kOnce,  ///< one job, which is not requeued when its node fails
+};
+
+/// A script for sbatch that can be read, changed, and submitted by hand from its folder. Of several
+/// arrays, argument 1 is the number of the first task.
+std::pair<std::string, std::string> make_script(const Place& place, const std::string& name,
+                                                SlurmJob job, const std::string& body) {
+    const Needs& needs = place.needs;
+    std::vector<std::string> whole;
+    if (needs.cpus == 0)
+        whole.emplace_back("--exclusive");
+    if (needs.cpus == 0 && needs.memory_mib == 0)
+        whole.emplace_back("--mem=0");
+    return {name + ".sbatch",
+            fill("slurm/job.sbatch",
+                 {{"name", Value::plain(name)},
+                  {"log", Value::plain(job == SlurmJob::kArray ? "%A_%a" : "%j")},
+                  {"requeue", job == SlurmJob::kOnce ? "--no-requeue" : "--requeue"},
+                  {"whole", Value::plain_list(whole)},
+                  {"cpus", Value::if_positive(needs.cpus)},
+                  {"memory", Value::if_positive(needs.memory_mib)},
+                  {"partition", Value::plain_if_any(needs.partition)},
+                  {"time", Value::plain_if_any(needs.time)},
+                  {"further", Value::plain_list(needs.extra)},
+                  {"work", place.work.string()},
+                  {"body", Value::plain(body)}})};
+}
+
+std::string make_submit(const Place& place, const std::string& body) {
+    return fill("slurm/submit.sh", {{"folder", place.folder.string()},
+                                    {"quiet", place.quiet ? 1 : 0},
+                                    {"poll_s", place.poll_s},
+                                    {"body", Value::plain(body)}});
+}
+
+JobFiles make_slurm_array(const ArrayJob& job, const Place& place) {
+    const std::string submits = fill(
+        "slurm/array.sh",
+        {{"folder", place.folder.string()},
+         {"wait", place.waits ? 1 : 0},
+         {"quiet", place.quiet ? 1 : 0},
+         {"tasks", job.tasks},
+         {"to_do", Value::plain_if_any(job.to_do)},
+         {"last_baker", Value::plain_if_any(job.bakers > 0 ? std::to_string(job.bakers - 1) : "")},
+         {"at_once", place.nodes},
+         {"tasks_name", job.tasks_name},
+         {"join_name", job.join_name}});
+    JobFiles out{make_submit(place, submits)};
+    out.scripts = {make_script(place, job.tasks_name, SlurmJob::kArray, job.task),
+                   make_script(place, job.join_name, SlurmJob::kOne, job.join)};
+    if (job.bakers > 0)
+        out.scripts.push_back(make_script(place, "bake", SlurmJob::kArray, job.bake));
     return out;
 }
 
-ArrayFiles make_slurm(const ArrayJob& job, const Place& place) {
-    std::vector<int> tasks(static_cast<std::size_t>(job.tasks));
-    std::iota(tasks.begin(), tasks.end(), 0);
-    std::vector<std::string> arrays;
-    for (const ArrayPiece& piece : array_pieces(tasks, kEngines[kSlurm].array_limit))
-        arrays.push_back(array_text(piece.indices) + "%" + std::to_string(place.nodes) + " " +
-                         std::to_string(piece.offset));
-    return {fill("slurm/submit.sh", {{"folder", place.folder.string()},
-                                     {"arrays", Value::plain_list(arrays)},
-                                     {"tasks_name", job.tasks_name},
-                                     {"join_name", job.join_name}}),
-            {{job.tasks_name + ".sbatch",
-              slurm_script(place, job.tasks_name, SlurmJob::kArray, job.task)},
-             {job.join_name + ".sbatch",
-              slurm_script(place, job.join_name, SlurmJob::kOne, job.join)}}};
+JobFiles make_slurm_pool(const PoolJob& job, const Place& place) {
+    const std::string folder = place.folder.string();
+    const Value host = job.address.empty() ? Value::plain("\"$HOSTNAME\"") : Value(job.address);
+    const std::string coordinator =
+        fill("scripts/coordinator.sh",
+             {{"command", job.render}, {"folder", folder}, {"port", job.port}, {"host", host}});
+    const std::string worker =
+        fill("scripts/worker.sh",
+             {{"program", job.render.front()},
+              {"folder", folder},
+              {"cpus", Value::if_positive(place.needs.cpus)},
+              {"memory_mib", Value::if_positive(worker_memory_mib(place.needs.memory_mib))}});
+    const std::string submits =
+        fill("slurm/pool.sh", {{"program", util::beside_program("terravox-raytracer").string()},
+                               {"here", job.has_coordinator_job ? 0 : 1},
+                               {"renders", job.renders ? 1 : 0},
+                               {"folder", folder},
+                               {"last", place.nodes - 1}});
+    return {make_submit(place, submits),
+            {make_script(place, "coordinator", SlurmJob::kOnce, coordinator),
+             make_script(place, "worker", SlurmJob::kArray, worker)}};
 }
 
 /// What OpenJD and pods run.
-std::string run_script(const std::vector<std::string>& work, const std::string& body) {
+std::string make_run(const std::vector<std::string>& work, const std::string& body) {
     return fill("scripts/run.sh", {{"work", work}, {"body", Value::plain(body)}});
 }
 
-/// A name as the format writes them: "Frames".
-std::string title(std::string name) {
-    if (!name.empty() && name.front() >= 'a' && name.front() <= 'z')
-        name.front() = static_cast<char>(name.front() - 'a' + 'A');
-    return name;
-}
-
-ArrayFiles make_openjd(const ArrayJob& job, const Place& place) {
+JobFiles make_openjd_array(const ArrayJob& job, const Place& place) {
     const auto script = [&](const std::string& body) {
-        std::string out = run_script({place.work.string()}, body);
+        std::string out = make_run({place.work.string()}, body);
         // A word between double braces would be taken for a variable of the scheduler, and the
         // format has no way to escape it.
         if (out.find("{{") != std::string::npos || out.find("}}") != std::string::npos)
@@ -77,118 +117,132 @@ ArrayFiles make_openjd(const ArrayJob& job, const Place& place) {
         return out;
     };
     std::string amounts;
-    const auto ask = [&](const char* name, int least) {
+    for (const auto& [name, least] :
+         {std::pair("vcpu", place.needs.cpus), std::pair("memory", place.needs.memory_mib)})
         if (least > 0)
             amounts += std::string(amounts.empty() ? "" : ", ") + "{\"name\": \"amount.worker." +
                        name + "\", \"min\": " + std::to_string(least) + "}";
-    };
-    ask("vcpu", job.cpus);
-    ask("memory", job.memory_mib);
-    std::vector<std::string> needs;
-    if (!amounts.empty())
-        needs.push_back(amounts);
-    const std::string tasks = title(job.tasks_name);
-    const std::string join = title(job.join_name);
     const std::string last = job.tasks > 1 ? "-" + std::to_string(job.tasks - 1) : "";
     return {fill("openjd/array.json", {{"name", job.name},
-                                       {"tasks_name", tasks},
-                                       {"tasks_file", tasks + ".sh"},
-                                       {"tasks_script", script(job.task.text(kEngines[kOpenJd]))},
+                                       {"tasks_name", job.tasks_name},
+                                       {"tasks_script", script(job.task)},
                                        {"range", "0" + last},
-                                       {"join_name", join},
-                                       {"join_file", join + ".sh"},
-                                       {"join_script", script(job.join.text(kEngines[kOpenJd]))},
-                                       {"needs", Value::plain_list(needs)}}),
-            {}};
+                                       {"join_name", job.join_name},
+                                       {"join_script", script(job.join)},
+                                       {"needs", Value::plain_if_any(amounts)}})};
 }
 
-/// Kubernetes replaces $(NAME) in arguments; $$ is a dollar.
-Command escape_dollars(Command words) {
-    for (std::string& word : words)
-        for (std::size_t at = 0; (at = word.find('$', at)) != std::string::npos; at += 2)
-            word.insert(at, 1, '$');
-    return words;
-}
-
-/// A part of what is called `name`.
+/// A part of a job: its pods.
 struct Pod {
     std::string part;
     Command command;
-    int cpus = 0;
-    int memory_mib = 0;
+    Needs needs;
     bool has_token = false;
-    std::vector<std::string> ports = {};
+    std::string port = {};
 };
 
-Value make_pod(const std::string& name, const Pod& pod, const PodPlace& place) {
-    std::vector<std::string> secret;
-    if (pod.has_token)
-        secret.push_back(name + "-token");
-    return Value::plain(
-        fill("kubernetes/pod.json", {{"name", name},
-                                     {"part", pod.part},
-                                     {"image", place.image},
-                                     {"command", escape_dollars(pod.command)},
-                                     {"mount", place.mount},
-                                     {"cache", place.mount + "/.cache"},
-                                     {"secret", secret},
-                                     {"cpu", std::to_string(pod.cpus)},
-                                     {"memory", std::to_string(pod.memory_mib) + "Mi"},
-                                     {"port", Value::plain_list(pod.ports)},
-                                     {"claim", place.claim}}));
+Value make_pod(const std::string& name, Pod pod, const PodPlace& place) {
+    // Kubernetes replaces $(NAME) in arguments; $$ is a dollar.
+    for (std::string& word : pod.command)
+        for (std::size_t at = 0; (at = word.find('$', at)) != std::string::npos; at += 2)
+            word.insert(at, 1, '$');
+    return Value::plain(fill("kubernetes/pod.json",
+                             {{"name", Value::plain(name)},
+                              {"part", Value::plain(pod.part)},
+                              {"image", place.image},
+                              {"command", pod.command},
+                              {"mount", place.mount},
+                              {"cache", place.mount + "/.cache"},
+                              {"secret", Value::plain_if_any(pod.has_token ? name + "-token" : "")},
+                              {"cpu", std::to_string(pod.needs.cpus)},
+                              {"memory", std::to_string(pod.needs.memory_mib) + "Mi"},
+                              {"port", Value::plain_if_any(pod.port)},
+                              {"claim", place.claim}}));
 }
 
-ArrayFiles make_kubernetes(const ArrayJob& job, const Place& place) {
+JobFiles make_kubernetes_array(const ArrayJob& job, const Place& place) {
     place.pods.check(job.name);
-    const auto bash = [&](const std::string& body) {
-        return Command{"/bin/bash", "-c", run_script({}, body), "terravox"};
+    const auto pod = [&](const std::string& part, const std::string& body, const Needs& needs) {
+        const Command bash{"/bin/bash", "-c", make_run({}, body), "terravox"};
+        return make_pod(job.name, {part, bash, needs}, place.pods);
     };
-    const Pod task{job.tasks_name, bash(job.task.text(kEngines[kKubernetes])), job.cpus,
-                   job.memory_mib};
-    const Pod join{job.join_name, bash(job.join.text(kEngines[kKubernetes])), job.join_cpus,
-                   job.join_memory_mib};
-    return {fill("kubernetes/array.json", {{"name", job.name},
-                                           {"tasks_name", job.name + "-" + job.tasks_name},
-                                           {"tasks_part", job.tasks_name},
-                                           {"tasks", job.tasks},
-                                           {"at_once", std::min(job.tasks, place.nodes)},
-                                           {"tasks_pod", make_pod(job.name, task, place.pods)},
-                                           {"join_name", job.name + "-" + job.join_name},
-                                           {"join_part", job.join_name},
-                                           {"join_pod", make_pod(job.name, join, place.pods)}}),
-            {}};
+    constexpr int kLittle_mib = 256;
+    const Needs join_needs = job.joins_little ? Needs{1, kLittle_mib} : place.needs;
+    return {
+        fill("kubernetes/array.json", {{"name", Value::plain(job.name)},
+                                       {"tasks_name", Value::plain(job.tasks_name)},
+                                       {"tasks", job.tasks},
+                                       {"at_once", std::min(job.tasks, place.nodes)},
+                                       {"tasks_pod", pod(job.tasks_name, job.task, place.needs)},
+                                       {"join_name", Value::plain(job.join_name)},
+                                       {"join_pod", pod(job.join_name, job.join, join_needs)}})};
+}
+
+/// A Job with the coordinator, a Service in front of it, and a Job of workers, which end with it; a
+/// List in JSON, for kubectl. The token is taken from the Secret NAME-token, key `token`, which is
+/// not written here.
+JobFiles make_kubernetes_pool(const PoolJob& job, const Place& place) {
+    place.pods.check(job.name);
+    constexpr int kPodTries = 3;  // of a pod that fails; also in its templates
+    const std::string port = "7879";
+    const Pod coordinator{"coordinator", extend(job.render, {"--listen", ":" + port}), place.needs,
+                          true, port};
+    const Pod worker{
+        "worker",
+        {job.render.front(), "worker", "--once", "--join", job.name + "-coordinator:" + port,
+         "--threads", std::to_string(place.needs.cpus), "--memory-mib",
+         std::to_string(worker_memory_mib(place.needs.memory_mib))},
+        place.needs,
+        true};
+    return {fill("kubernetes/pool.json",
+                 {{"name", Value::plain(job.name)},
+                  {"port", Value::plain(port)},
+                  {"coordinator_pod", make_pod(job.name, coordinator, place.pods)},
+                  {"nodes", place.nodes},
+                  {"retries", kPodTries * place.nodes},
+                  {"worker_pod", make_pod(job.name, worker, place.pods)}})};
 }
 
 }  // namespace
 
 const std::array<Engine, 3> kEngines{
-    // The limit is that of Slurm as it comes. Where one array is not enough, each gets the number
-    // of its first task.
-    Engine{"slurm", "$((${1:-0} + SLURM_ARRAY_TASK_ID))", 1001, true, true, make_slurm},
-    Engine{"openjd", "$1", 0, true, false, make_openjd},
-    Engine{"kubernetes", "$JOB_COMPLETION_INDEX", 0, false, false, make_kubernetes},
+    // Where one array is not enough, each gets the number of its first task.
+    Engine{"$((${1:-0} + SLURM_ARRAY_TASK_ID))", true, true, make_slurm_array, make_slurm_pool},
+    Engine{"$1", true, false, make_openjd_array, nullptr},
+    Engine{"$JOB_COMPLETION_INDEX", false, false, make_kubernetes_array, make_kubernetes_pool},
 };
 
-std::string Body::text(const Engine& engine) const {
-    Values all = values;
-    if (is_numbered)
-        all.emplace("task", Value::plain(engine.task));
-    if (!wait_word.empty())
-        all.emplace("waits", engine.orders_jobs ? std::vector<std::string>{}
-                                                : std::vector<std::string>{wait_word});
-    return fill("scripts/" + script + ".sh", all);
+std::string Engine::find_program(const std::filesystem::path& given) const {
+    if (!runs_here)
+        return given.empty() ? "terravox-raytracer" : given.string();
+    return (given.empty() ? util::beside_program("terravox-raytracer")
+                          : std::filesystem::absolute(given))
+        .string();
+}
+
+void JobFiles::write_scripts(const std::filesystem::path& folder) const {
+    if (scripts.empty())
+        return;
+    std::error_code failed;
+    std::filesystem::create_directories(folder / "logs", failed);
+    if (failed)
+        throw util::Error("make the folder {}: {}", (folder / "logs").string(), failed.message());
+    for (const auto& [name, text] : scripts)
+        util::write_file_atomically(folder / name, text);
 }
 
 void Needs::check() const {
     const auto refuse = [](const std::string& flag, const std::string& value, const char* allowed) {
         throw util::UsageError("cluster: " + flag + " " + value + "; allowed: " + allowed);
     };
-    const auto plain = [](const std::string& text) {
-        return text.find_first_not_of(kPlain) == std::string::npos;
+    const auto is_plain = [](const std::string& text) {
+        return text.find_first_not_of(
+                   "0123456789abcdefghijklmnopqrstuvwxyz"
+                   "ABCDEFGHIJKLMNOPQRSTUVWXYZ_-:.,") == std::string::npos;
     };
-    if (!plain(partition))
+    if (!is_plain(partition))
         refuse("--partition", partition, "letters, digits, _ - : . ,");
-    if (!plain(time))
+    if (!is_plain(time))
         refuse("--time", time, "as sbatch takes it, such as 4:00:00");
     for (const std::string& line : extra)
         if (!line.starts_with('-') || std::any_of(line.begin(), line.end(), [](char c) {
@@ -204,7 +258,7 @@ void PodPlace::check(const std::string& name) const {
     };
     const auto is_label = [](const std::string& text, std::size_t max) {
         return !text.empty() && text.size() <= max && text.front() != '-' && text.back() != '-' &&
-               text.find_first_not_of(kLabel) == std::string::npos;
+               text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyz-") == std::string::npos;
     };
     constexpr std::size_t kMaxName = 40;  // 63 with what is added
     if (!is_label(name, kMaxName))
@@ -216,62 +270,6 @@ void PodPlace::check(const std::string& name) const {
         refuse("--image is missing", "the name of a container image with terravox-raytracer");
     if (!mount.starts_with('/'))
         refuse("--mount " + util::comment_text(mount), "an absolute path");
-}
-
-std::string slurm_script(const Place& place, const std::string& name, SlurmJob job,
-                         const Body& body) {
-    const bool is_array = job == SlurmJob::kArray;
-    return fill("slurm/job.sbatch",
-                {{"name", Value::plain(name)},
-                 {"log", Value::plain(is_array ? "%A_%a" : "%j")},
-                 {"requeue", job == SlurmJob::kOnce ? "--no-requeue" : "--requeue"},
-                 {"needs", Value::plain_list(sbatch_lines(place.needs))},
-                 {"work", place.work.string()},
-                 {"body", Value::plain(body.text(kEngines[kSlurm]))}});
-}
-
-std::string kubernetes_pool(const std::string& name, const Command& render, const Place& place) {
-    place.pods.check(name);
-    const std::string port = "7879";
-    const int cpus = place.needs.cpus;
-    const int memory_mib = place.needs.memory_mib;
-    Pod coordinator{"coordinator", render, cpus, memory_mib, true, {port}};
-    coordinator.command.insert(coordinator.command.end(), {"--listen", ":" + port});
-    // They end with the picture (--once).
-    const Pod worker{
-        "worker",
-        {render.front(), "worker", "--once", "--join", name + "-coordinator:" + port, "--threads",
-         std::to_string(cpus), "--memory-mib", std::to_string(worker_memory_mib(memory_mib))},
-        cpus,
-        memory_mib,
-        true};
-    return fill("kubernetes/pool.json",
-                {{"name", name},
-                 {"coordinator", name + "-coordinator"},
-                 {"port", Value::plain(port)},
-                 {"coordinator_pod", make_pod(name, coordinator, place.pods)},
-                 {"worker", name + "-worker"},
-                 {"nodes", place.nodes},
-                 {"retries", kPodTries * place.nodes},
-                 {"worker_pod", make_pod(name, worker, place.pods)}});
-}
-
-Body worker_body(const std::string& program, const Needs& needs, const std::string& token_file,
-                 const std::string& address, const std::string& address_file) {
-    // When the picture is complete, or its coordinator has gone for good, the node is released
-    // automatically.
-    Command command{program, "worker", "--once", "--idle-s", "600", "--token-file", token_file};
-    if (needs.cpus > 0)
-        command.insert(command.end(), {"--threads", std::to_string(needs.cpus)});
-    if (needs.memory_mib > 0)
-        command.insert(command.end(),
-                       {"--memory-mib", std::to_string(worker_memory_mib(needs.memory_mib))});
-    if (address.empty())
-        return {"worker", {{"command", command}, {"address_file", address_file}}};
-    command.insert(command.end(), {"--join", address});
-    return command_body(command,
-                        "A worker for one picture: it lends its node to the coordinator until the "
-                        "array is cancelled.");
 }
 
 }  // namespace terravox::cluster

@@ -15,9 +15,10 @@ struct Needs {
     int cpus = 0;        ///< 0: a whole node
     int memory_mib = 0;  ///< 0: all of a whole node's, else the cluster's default
     // Of Slurm alone:
-    std::string partition;
-    std::string time;                ///< in the format of sbatch --time; empty: the partition's
-    std::vector<std::string> extra;  ///< further lines for sbatch: "--account=film --qos=low"
+    std::string partition = {};
+    std::string time = {};  ///< in the format of sbatch --time; empty: the partition's
+    /// Further lines for sbatch: "--account=film --qos=low".
+    std::vector<std::string> extra = {};
     /// @throws UsageError for values that would not remain one word, or one line, of a script
     void check() const;
 };
@@ -32,63 +33,60 @@ struct PodPlace {
     void check(const std::string& name) const;
 };
 
-/// Where the tasks of an array run.
+/// Where the tasks of an array, or workers, run.
 struct Place {
     /// Directory that relative paths of the arguments start from; absolute; must exist on every
     /// node. Not of pods.
-    std::filesystem::path work;
-    Needs needs;                   ///< of Slurm
-    PodPlace pods;                 ///< of Kubernetes
-    int nodes = 1;                 ///< simultaneous tasks
-    std::filesystem::path folder;  ///< of Slurm: with the scripts and logs/; absolute
+    std::filesystem::path work = std::filesystem::current_path();
+    Needs needs = {};
+    PodPlace pods = {};  ///< of Kubernetes
+    int nodes = 1;       ///< simultaneous tasks, or workers
+    // Of Slurm alone:
+    std::filesystem::path folder = {};  ///< with the scripts and logs/; absolute
+    bool waits = false;  ///< whether the script that submits follows the jobs to their end
+    bool quiet = false;
+    int poll_s = 5;  ///< interval between queries of the queue
 };
 
-/// What starts an array of tasks.
-struct ArrayFiles {
+/// One picture by workers.
+struct PoolJob {
+    std::string name;
+    Command render;  ///< program, "render" or "analyse" and its kind, arguments
+    // Of Slurm alone:
+    bool has_coordinator_job = false;  ///< else the coordinator is a process of this machine
+    bool renders = false;              ///< whether the coordinator renders, too
+    std::string address = {};          ///< of its machine for workers; empty: its host name
+    int port = 0;                      ///< 0: any free one
+};
+
+/// What starts a job.
+struct JobFiles {
     std::string start;  ///< what is given to the engine
     /// Of Slurm: further files of Place::folder, name and text.
-    std::vector<std::pair<std::string, std::string>> scripts;
+    std::vector<std::pair<std::string, std::string>> scripts = {};
+    /// Writes the scripts, and a folder logs/ for what they say.
+    /// @throws Error
+    void write_scripts(const std::filesystem::path& folder) const;
 };
 
 /// A scheduler. Its templates are in the folder of its name in config/cluster.
 struct Engine {
-    const char* name;
-    const char* task;         ///< number of a task, from 0 on, as a bash expression
-    int array_limit;          ///< exclusive limit of the numbers of an array; 0: none
-    bool orders_jobs;         ///< else a join waits itself for what the tasks make
-    bool has_absolute_paths;  ///< of program, data and results: the same on all machines
+    const char* task;  ///< number of a task, from 0 on, as a bash expression
+    bool orders_jobs;  ///< else a join waits itself for what the tasks make
+    bool runs_here;    ///< this machine submits: all have its program and its paths
     /// @throws UsageError for arguments that its format cannot represent
-    ArrayFiles (*make_array)(const ArrayJob& job, const Place& place);
+    JobFiles (*make_array)(const ArrayJob& job, const Place& place);
+    JobFiles (*make_pool)(const PoolJob& job, const Place& place);  ///< nullptr: it has none
+
+    [[nodiscard]] Value number() const { return Value::plain(task); }
+    /// For {{waits}} of joins.
+    [[nodiscard]] Value waits() const {
+        return orders_jobs ? std::vector<std::string>{} : std::vector<std::string>{"--wait"};
+    }
+    /// @param given by the user; empty: the usual one
+    [[nodiscard]] std::string find_program(const std::filesystem::path& given) const;
 };
 enum EngineNumber : std::size_t { kSlurm, kOpenJd, kKubernetes };
 extern const std::array<Engine, 3> kEngines;
-
-/// How Slurm runs a script.
-enum class SlurmJob {
-    kArray,  ///< for each number
-    kOne,
-    kOnce,  ///< one job, which is not requeued when its node fails
-};
-/// A script for sbatch, as text that can be read, changed, and submitted by hand from the job's
-/// folder. Output goes to logs/ there. Of several arrays, argument 1 is the number of the first
-/// task.
-/// @param name of the job, and of its logs
-[[nodiscard]] std::string slurm_script(const Place& place, const std::string& name, SlurmJob job,
-                                       const Body& body);
-
-/// One picture: a Job with the coordinator, a Service in front of it, and a Job of workers, which
-/// end with it; a List in JSON, for kubectl. The token is taken from the Secret NAME-token, key
-/// `token`, which is not written here.
-/// @param render program, "render" or "analyse" and its kind, arguments
-/// @throws UsageError
-[[nodiscard]] std::string kubernetes_pool(const std::string& name, const Command& render,
-                                          const Place& place);
-
-/// A worker that joins a coordinator, with what its task has.
-/// @param address host:port; empty: read from `address_file`, once a coordinator's job has written
-/// it
-[[nodiscard]] Body worker_body(const std::string& program, const Needs& needs,
-                               const std::string& token_file, const std::string& address,
-                               const std::string& address_file);
 
 }  // namespace terravox::cluster

@@ -1,10 +1,18 @@
 #include "raytracer/farm/cluster/tasks.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
+#include "common/util/folders.hpp"
 #include "raytracer/core/animate/video.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 
 namespace terravox::cluster {
+
+Command extend(Command command, const Command& more) {
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+}
 
 int usual_per_task(int frames, int nodes) noexcept {
     constexpr int kTasksOfNode = 8;
@@ -12,79 +20,60 @@ int usual_per_task(int frames, int nodes) noexcept {
     return std::max(1, (frames + tasks - 1) / tasks);
 }
 
-std::string array_text(const std::vector<int>& sorted) {
-    std::string out;
-    for (std::size_t i = 0; i < sorted.size();) {
-        std::size_t end = i + 1;
-        while (end < sorted.size() && sorted[end] == sorted[end - 1] + 1)
-            ++end;
-        out += (out.empty() ? "" : ",") + std::to_string(sorted[i]);
-        if (end - i > 1)
-            out += "-" + std::to_string(sorted[end - 1]);
-        i = end;
-    }
-    return out;
-}
-
-std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit) {
-    std::vector<ArrayPiece> out;
-    for (const int task : tasks) {
-        const int offset = task / limit * limit;
-        if (out.empty() || out.back().offset != offset)
-            out.push_back({offset, {}});
-        out.back().indices.push_back(task - offset);
-    }
-    return out;
-}
-
-Body command_body(const Command& command, const std::string& about) {
-    return {"command", {{"about", Value::plain(about)}, {"command", command}}};
-}
-
-Body frames_body(const Command& command, const TaskPlan& plan) {
-    return {"frames",
-            {{"command", command},
-             {"first", plan.frames.first},
-             {"last", plan.frames.last},
-             {"per_task", plan.per_task}},
-            true};
-}
-
-Body merge_frames_body(const std::string& pattern, util::IntRange frames, const Command& command) {
+ArrayJob array_of_frames(const FrameJob& job, const Engine& engine) {
+    const animate::FrameNames names(job.pattern);
+    const auto [first, last] = job.plan.frames;
+    const Command range{"--first", std::to_string(first), "--last", std::to_string(last)};
+    ArrayJob out{.name = job.name,
+                 .tasks_name = "frames",
+                 .join_name = "merge",
+                 .tasks = job.plan.tasks(),
+                 .task = fill("scripts/frames.sh", {{"command", job.animate},
+                                                    {"first", first},
+                                                    {"last", last},
+                                                    {"per_task", job.plan.per_task},
+                                                    {"task", engine.number()}}),
+                 .join = {},
+                 .joins_little = job.video.empty()};
     // One %d or %0Nd, which bash's printf interprets in the same way.
-    (void)animate::FrameNames(pattern);
-    const std::size_t at = pattern.find('%');
-    const std::size_t end = pattern.find('d', at) + 1;
-    std::string then = "echo 'all frames are there'";
-    if (!command.empty())
-        then = fill("scripts/command.sh", command_body(command, "Makes the video.").values);
-    return {.script = "look",
-            .values = {{"first", frames.first},
-                       {"last", frames.last},
-                       {"number", Value::plain(pattern.substr(at, end - at))},
-                       {"before", pattern.substr(0, at)},
-                       {"after", pattern.substr(end)},
-                       {"then", Value::plain(then)}},
-            .wait_word = "30"};
+    const std::size_t at = job.pattern.find('%');
+    const std::size_t end = job.pattern.find('d', at) + 1;
+    out.join =
+        fill("scripts/look.sh",
+             {{"first", first},
+              {"last", last},
+              {"number", Value::plain(job.pattern.substr(at, end - at))},
+              {"before", job.pattern.substr(0, at)},
+              {"after", job.pattern.substr(end)},
+              {"waits", engine.waits()},
+              {"command",
+               extend(job.animate, job.video.empty() ? range : Command{"--video", job.video})}});
+    if (!engine.runs_here)
+        return out;
+    Command list = extend(extend(job.animate, {"--list"}), range);
+    list.front() = util::beside_program("terravox-raytracer").string();
+    out.to_do = fill("slurm/to_do.sh", {{"command", list},
+                                        {"work", std::filesystem::current_path().string()},
+                                        {"first", first},
+                                        {"count", job.plan.frames.count()},
+                                        {"per_task", job.plan.per_task},
+                                        {"video", job.video},
+                                        {"ledger", names.ledger().string()}});
+    return out;
 }
 
-ArrayJob array_of_frames(const FrameJob& job) {
-    Command video;
-    if (!job.video.empty()) {
-        video = job.animate;
-        video.insert(video.end(), {"--video", job.video});
-    }
-    constexpr int kLook_mib = 256;
-    return {.name = job.name,
-            .tasks_name = "frames",
-            .join_name = "merge",
-            .tasks = job.plan.tasks(),
-            .task = frames_body(job.animate, job.plan),
-            .join = merge_frames_body(job.pattern, job.plan.frames, video),
-            .cpus = job.cpus,
-            .memory_mib = job.memory_mib,
-            .join_cpus = video.empty() ? 1 : job.cpus,
-            .join_memory_mib = video.empty() ? kLook_mib : job.memory_mib};
+ArrayJob array_of_parts(const PartJob& job, const Engine& engine) {
+    return {
+        .name = {},
+        .tasks_name = "parts",
+        .join_name = "merge",
+        .tasks = job.count,
+        .task = fill("scripts/parts.sh",
+                     {{"command", job.render}, {"parts", job.count}, {"task", engine.number()}}),
+        .join = fill("scripts/merge.sh", {{"program", job.render.front()},
+                                          {"outputs", job.files},
+                                          {"parts", job.count},
+                                          {"tiles", job.parts + ".part-"}})};
 }
 
 }  // namespace terravox::cluster

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "common/util/process.hpp"
 #include "common/util/text.hpp"
@@ -10,15 +9,15 @@
 namespace terravox::cluster {
 
 using util::Command;
+[[nodiscard]] Command extend(Command command, const Command& more);
+
+struct Engine;
 
 /// Frames divided among tasks 0, 1 ...: each has a run of `per_task`, the last one the remainder.
 struct TaskPlan {
     util::IntRange frames;
     int per_task = 1;
     [[nodiscard]] int tasks() const noexcept { return (frames.count() + per_task - 1) / per_task; }
-    [[nodiscard]] int find_task(int frame) const noexcept {
-        return (frame - frames.first) / per_task;
-    }
 };
 
 /// Default number of frames per task: a node gets about eight tasks. Fewer would leave nodes idle
@@ -26,73 +25,42 @@ struct TaskPlan {
 /// second.
 [[nodiscard]] int usual_per_task(int frames, int nodes) noexcept;
 
-/// @param sorted ascending, without duplicates
-/// @return "0-3,7,9-10", in the format of sbatch --array
-[[nodiscard]] std::string array_text(const std::vector<int>& sorted);
-
-/// The tasks of one job array. Task n of the plan is number n - `offset` of the array.
-struct ArrayPiece {
-    int offset = 0;
-    std::vector<int> indices;
-};
-/// Splits tasks into arrays, because schedulers limit the numbers of an array.
-/// @param tasks ascending
-/// @param limit exclusive limit of the numbers of an array; at least 1
-[[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int limit);
-
-struct Engine;
-
-/// Bash code of one kind of task, the same for every scheduler: a template of
-/// config/cluster/scripts with its values. Programs replace the shell (exec), so that signals of
-/// schedulers reach them.
-struct Body {
-    std::string script;  ///< its name: "frames"
-    Values values;
-    bool is_numbered = false;  ///< whether it has {{task}}, the number of its task
-    /// Of a job that joins what others make: what is for {{waits}} where it has to wait for them.
-    std::string wait_word = {};
-    /// @throws Error, UsageError as fill()
-    [[nodiscard]] std::string text(const Engine& engine) const;
-};
-
-/// Runs a command.
-/// @param about what it does, a line of a comment
-[[nodiscard]] Body command_body(const Command& command, const std::string& about);
-/// Renders the frames of one task.
-/// @param command to which --first and --last are added
-[[nodiscard]] Body frames_body(const Command& command, const TaskPlan& plan);
-/// Fails and lists the missing frames, if any; otherwise runs `command` or, if it is empty, reports
-/// that all frames exist.
-/// @param pattern of the frames' names
-/// @throws UsageError for an invalid pattern
-[[nodiscard]] Body merge_frames_body(const std::string& pattern, util::IntRange frames,
-                                     const Command& command);
-
 /// An array of tasks that are independent of each other, and a job that joins what they have made.
+/// What they run is bash code, the same for every scheduler: templates of config/cluster/scripts.
+/// Programs replace the shell (exec), so that signals of schedulers reach them.
 struct ArrayJob {
     std::string name;        ///< of the job
     std::string tasks_name;  ///< of the array, lower case: "frames"
     std::string join_name;   ///< of the job at the end: "merge"
     int tasks = 1;
-    Body task;
-    Body join;     ///< once all tasks have ended
-    int cpus = 0;  ///< per task; 0: not specified
-    int memory_mib = 0;
-    int join_cpus = 0;
-    int join_memory_mib = 0;
+    std::string task;
+    std::string join;           ///< once all tasks have ended
+    bool joins_little = false;  ///< one processor, and little memory, are enough for that
+    // Of Slurm alone:
+    std::string to_do = {};  ///< leaves only tasks that are not done; empty: all are submitted
+    std::string bake = {};   ///< what tasks before all others run
+    int bakers = 0;          ///< number of these
 };
 
-/// Frames as a job of a scheduler that this program does not control.
+/// Frames of an animation, and their video.
 struct FrameJob {
     std::string name;     ///< of the job
     Command animate;      ///< program, "animate", arguments without ranges and video
     std::string pattern;  ///< of the frames' names
     TaskPlan plan;
-    std::string video;   ///< empty: none
-    int cpus = 0;        ///< per task; 0: not specified
-    int memory_mib = 0;  ///< per task; 0: not specified
+    std::string video = {};  ///< empty: none
 };
+/// The join fails and lists the missing frames, if any.
 /// @throws UsageError for an invalid pattern
-[[nodiscard]] ArrayJob array_of_frames(const FrameJob& job);
+[[nodiscard]] ArrayJob array_of_frames(const FrameJob& job, const Engine& engine);
+
+/// One picture or raster in parts.
+struct PartJob {
+    Command render;     ///< program, "render" or "analyse" and its kind, arguments
+    std::string parts;  ///< the output among them, which names the files of tiles
+    int count = 2;
+    Command files;  ///< arguments of `terravox merge`: -o and what to write
+};
+[[nodiscard]] ArrayJob array_of_parts(const PartJob& job, const Engine& engine);
 
 }  // namespace terravox::cluster

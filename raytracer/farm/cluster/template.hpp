@@ -20,6 +20,15 @@ public:
     [[nodiscard]] static Value plain_list(std::vector<std::string> texts) {
         return {std::move(texts), false, true};
     }
+    /// The same for a line that is left out where the text is empty.
+    [[nodiscard]] static Value plain_if_any(const std::string& text) {
+        return plain_list(text.empty() ? std::vector<std::string>{} : std::vector{text});
+    }
+
+    /// A number, for a line that is left out where it is 0 or less.
+    [[nodiscard]] static Value if_positive(int number) {
+        return plain_if_any(number > 0 ? std::to_string(number) : "");
+    }
 
 private:
     friend class Filler;

@@ -1,10 +1,11 @@
 #include "raytracer/apps/commands/cluster/cluster_command.hpp"
 
-#include <charconv>
 #include <cstdio>
+#include <optional>
 
 #include "common/util/log.hpp"
 #include "raytracer/apps/commands/cluster/forwarded_arguments.hpp"
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "voxelserver/make/voxelize/world/lidar_world.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
@@ -16,28 +17,14 @@ std::int32_t middle_box(std::int32_t min, std::int32_t max) noexcept {
     return (min + (max - min) / 2) >> 6;
 }  // 64 columns a box; rounds down
 
-struct Part {
-    std::size_t index;
-    std::size_t count;
-};
-
-Part parse_part(const std::string& text) {
-    Part out{};
-    const char* end = text.data() + text.size();
-    const auto index = std::from_chars(text.data(), end, out.index);
-    if (index.ec == std::errc{} && index.ptr != end && *index.ptr == '/') {
-        const auto count = std::from_chars(index.ptr + 1, end, out.count);
-        if (count.ec == std::errc{} && count.ptr == end && out.index >= 1 && out.index <= out.count)
-            return out;
-    }
-    throw util::UsageError("cluster bake: --part " + text + "; allowed: I/N with I from 1 to N");
-}
-
 }  // namespace
 
 util::ExitCode prepare_squares(const std::string& command, const std::string& part,
                                const std::vector<std::string>& words) {
-    const auto [index, count] = parse_part(part);
+    const std::optional<farm::Part> chosen = farm::Part::parse(part);
+    if (!chosen)
+        throw util::UsageError("cluster bake: --part " + part +
+                               "; allowed: " + farm::Part::kAllowed);
     const ForwardedArguments passed = ForwardedArguments::read(command, words);
     util::set_up_log(passed.world.log_level);
     worlds::WorldOptions options = passed.world.options(passed.base_scene());
@@ -58,7 +45,7 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
     int prepared = 0;
     int there = 0;
     const auto squares = world->squares();
-    for (std::size_t i = index - 1; i < squares.size(); i += count) {
+    for (std::size_t i = chosen->index - 1; i < squares.size(); i += chosen->count) {
         const auto& square = squares[i];
         if (square.state == voxelize::SquareState::kPrepared) {
             ++there;
@@ -71,7 +58,7 @@ util::ExitCode prepare_squares(const std::string& command, const std::string& pa
     }
     int failed = 0;
     const auto after = world->squares();
-    for (std::size_t i = index - 1; i < after.size(); i += count) {
+    for (std::size_t i = chosen->index - 1; i < after.size(); i += chosen->count) {
         if (after[i].state == voxelize::SquareState::kPrepared)
             continue;
         ++failed;

@@ -5,20 +5,9 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "raytracer/farm/cluster/slurm.hpp"
+#include "raytracer/farm/cluster/engines.hpp"
 
 namespace terravox::cluster {
-
-/// Renders one picture with workers that Slurm starts: run_pool() for the arguments `words`.
-/// @return the picture's exit code
-/// @throws Error, UsageError
-[[nodiscard]] util::ExitCode run_slurm_pool(const SlurmOptions& options,
-                                            const std::vector<std::string>& words);
-/// Renders frames of an animation, or parts of a picture, as independent tasks: Batch for the
-/// arguments `words`.
-/// @throws Error, UsageError
-[[nodiscard]] util::ExitCode run_slurm_batch(const SlurmOptions& options,
-                                             const std::vector<std::string>& words);
 
 /// Prepares LiDAR squares into the cache folder given by the arguments, so that later tasks need
 /// not decode them.
@@ -37,6 +26,11 @@ class App;
 }
 
 namespace terravox::commands {
+
+/// Options of jobs that sbatch submits.
+void add_sbatch_options(CLI::App& command, cluster::Needs& needs);
+/// Options of pods: --image, --claim, --mount.
+void add_pod_options(CLI::App& command, cluster::PodPlace& pods);
 
 /// Adds `cluster` with its subcommands (slurm, openjd, kubernetes, bake) to the program's commands.
 /// @return runs the subcommand that was given

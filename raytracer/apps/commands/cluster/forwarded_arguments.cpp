@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <functional>
-#include <utility>
 
 #include "common/util/program.hpp"
 #include "raytracer/apps/commands/analyse/analyse_command.hpp"
@@ -15,7 +15,17 @@
 namespace terravox::cluster {
 namespace {
 
-const std::vector<std::string> kOfWholeRaster = {"--report", "--map", "--objects", "--polygons"};
+/// The words that begin the command line: {"render"}, {"animate"} or {"analyse", KIND}.
+Command begin_with(const std::string& command) {
+    if (command == "render" || command == "animate")
+        return {command};
+    return {"analyse", command};
+}
+
+bool is_option(const std::string& word, const std::string& name) {
+    return word == name || word.starts_with(name + "=") ||
+           (name.size() == 2 && word.starts_with(name));
+}
 
 std::function<util::ExitCode()> add_command(CLI::App& app, const std::string& name) {
     if (name == "animate")
@@ -42,7 +52,7 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
     ForwardedArguments out;
     out.command = command;
     out.words = words;
-    const Command beginning = out.beginning();
+    const Command beginning = begin_with(command);
     const std::string text =
         beginning.size() > 1 ? beginning.front() + " " + beginning.back() : command;
     if (words.empty() || words.front().starts_with('-'))
@@ -53,10 +63,9 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
             "; --help lists them");
     CLI::App app;
     const auto run = add_command(app, beginning.front());
-    std::vector<const char*> argv{"terravox"};
-    for (const std::string& word : beginning)
-        argv.push_back(word.c_str());
-    for (const std::string& word : words)
+    const Command line = out.with_program("terravox");
+    std::vector<const char*> argv;
+    for (const std::string& word : line)
         argv.push_back(word.c_str());
     if (util::parse_arguments(app, static_cast<int>(argv.size()), argv.data()))
         throw util::UsageError("cluster: --help among the arguments of `terravox " + text +
@@ -77,23 +86,50 @@ ForwardedArguments ForwardedArguments::read(const std::string& command,
     out.outputs = list_values(parsed, "--output");
     out.animation = find_value(parsed, "animation");
     out.video = find_value(parsed, "--video");
-    for (const std::string& name : kOfWholeRaster)
-        if (const std::string value = find_value(parsed, name); !value.empty())
-            out.of_whole_raster.insert(out.of_whole_raster.end(), {name, value});
     return out;
 }
 
-std::vector<std::string> ForwardedArguments::take_of_whole_raster() {
-    if (beginning().size() > 1)
-        take(kOfWholeRaster);
-    return std::exchange(of_whole_raster, {});
+Command ForwardedArguments::with_program(const std::string& program) const {
+    return extend(extend({program}, begin_with(command)), words);
 }
 
-void ForwardedArguments::refuse(const std::vector<std::string>& names, const std::string& attempt,
+Command ForwardedArguments::take(const std::vector<std::string>& names) {
+    Command taken;
+    for (auto it = words.begin(); it != words.end();) {
+        const auto name = std::find_if(names.begin(), names.end(),
+                                       [&](const std::string& n) { return is_option(*it, n); });
+        if (name == names.end()) {
+            ++it;
+            continue;
+        }
+        const auto end = std::min(words.end(), it + (*it == *name ? 2 : 1));
+        taken.insert(taken.end(), it, end);
+        it = words.erase(it, end);
+    }
+    return taken;
+}
+
+bool ForwardedArguments::has(const std::string& name) const {
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return is_option(word, name); });
+}
+
+std::optional<int> ForwardedArguments::add_threads(std::optional<int> threads,
+                                                   const Engine& engine) {
+    if (engine.runs_here) {
+        if (const std::optional<int> given = base_scene().processing.threads)
+            return given;
+    }
+    if (threads && !has("--threads"))
+        add({"--threads", std::to_string(*threads)});
+    return threads;
+}
+
+void ForwardedArguments::refuse(const std::vector<std::string>& names,
                                 const std::string& allowed) const {
     for (const std::string& name : names)
         if (has(name))
-            throw util::UsageError(attempt + ": " + name + " among the arguments of " + command +
+            throw util::UsageError("cluster: " + name + " among the arguments of " + command +
                                    "; allowed: " + allowed);
 }
 

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/folders.hpp"
 #include "common/util/text.hpp"
+#include "raytracer/apps/commands/cluster/cluster_command.hpp"
 
 namespace terravox::commands {
 namespace {
@@ -118,6 +117,7 @@ namespace {
 namespace fs = std::filesystem;
 using cluster::ArrayJob;
 using cluster::Command;
+using cluster::extend;
 
 /// What a task may take: what the sample took, and a share more, since land differs.
 int choose_memory(const country::Plan& plan) {
@@ -126,30 +126,18 @@ int choose_memory(const country::Plan& plan) {
     return static_cast<int>(std::ceil(std::max(kLeast_mib, kMore * plan.estimate.memory_mib)));
 }
 
-ArrayJob make_job(const std::string& name, const Command& run, const std::string& out,
-                  const cluster::Needs& needs, const country::Plan& plan) {
-    Command task = run;
-    task.insert(task.end(), {"--threads", std::to_string(needs.cpus), "--quiet"});
-    Command join = run;
-    join.insert(join.end(), {"-o", out, "--join", "--quiet"});
-    const int tasks = static_cast<int>(plan.shards.size());
-    return {.name = name,
-            .tasks_name = "shards",
-            .join_name = "join",
-            .tasks = tasks,
-            .task = {"shards", {{"command", task}, {"tasks", tasks}}, true},
-            .join = {.script = "join", .values = {{"command", join}}, .wait_word = "--wait"},
-            .cpus = needs.cpus,
-            .memory_mib = needs.memory_mib,
-            .join_cpus = needs.cpus,
-            .join_memory_mib = needs.memory_mib};
-}
-
-void make_logs(const fs::path& folder) {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed)
-        throw util::Error("make the folder " + folder.string() + ": " + failed.message());
+ArrayJob make_job(const std::string& name, const Command& run, const std::string& out, int cpus,
+                  int tasks, const cluster::Engine& engine) {
+    const Command task = extend(run, {"--threads", std::to_string(cpus), "--quiet"});
+    const Command join = extend(run, {"-o", out, "--join", "--quiet"});
+    return {
+        .name = name,
+        .tasks_name = "shards",
+        .join_name = "join",
+        .tasks = tasks,
+        .task = cluster::fill("scripts/shards.sh",
+                              {{"command", task}, {"tasks", tasks}, {"task", engine.number()}}),
+        .join = cluster::fill("scripts/join.sh", {{"command", join}, {"waits", engine.waits()}})};
 }
 
 }  // namespace
@@ -171,14 +159,14 @@ void ScriptArguments::add_to(CLI::App& command) {
         .add_option("--archive", archive,
                     "archive that the last job writes; default: the plan's name and .tvx")
         ->type_name("FILE");
-    command.add_option("--nodes", nodes, "number of tasks that run at the same time")
+    command.add_option("--nodes", place.nodes, "number of tasks that run at the same time")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    command.add_option("--cpus-per-task", needs.cpus, "processors of each task")
+    command.add_option("--cpus-per-task", place.needs.cpus, "processors of each task")
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
     command
-        .add_option("--memory-per-task", needs.memory_mib,
+        .add_option("--memory-per-task", place.needs.memory_mib,
                     "memory that each task asks for, MiB; default: a quarter more than the sample "
                     "took")
         ->check(CLI::Range(256, 1 << 24));
@@ -186,30 +174,15 @@ void ScriptArguments::add_to(CLI::App& command) {
                        "terravox-raytracer, where the machines find it; default: this one, in pods "
                        "and OpenJD that of the PATH");
     command.add_option("--name", name, "of the job of Kubernetes or OpenJD")->capture_default_str();
-    command.add_option("--partition", needs.partition, "of Slurm; default: its own");
-    command.add_option("--time", needs.time, "limit of each job, as sbatch takes it: 4:00:00");
-    command
-        .add_option("--sbatch", needs.extra,
-                    "further options for sbatch: \"--account=map --qos=low\"; may be given several "
-                    "times")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--image", pods.image, "container image of pods, with terravox-raytracer");
-    command.add_option("--claim", pods.claim,
-                       "persistent volume claim of pods, with data and plan (ReadWriteMany)");
-    command
-        .add_option("--mount", pods.mount,
-                    "where it is in the pods; relative paths begin there, so the plan and its data "
-                    "must be named by such")
-        ->capture_default_str();
+    add_sbatch_options(command, place.needs);
+    add_pod_options(command, place.pods);
     command.option_defaults()->group(before);
 }
 
 void ScriptArguments::check() const {
-    needs.check();
+    place.needs.check();
     if (!kubernetes.empty())
-        pods.check(name);
+        place.pods.check(name);
     for (const std::string& file : {slurm, kubernetes, openjd})
         if (!file.empty())
             util::check_writable(file);
@@ -219,34 +192,22 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
                             const std::string& given) const {
     const std::string out =
         archive.empty() ? (fs::path(given) / "").parent_path().string() + ".tvx" : archive;
+    cluster::Place here = place;
+    here.folder = folder.path();
+    if (here.needs.memory_mib == 0)
+        here.needs.memory_mib = choose_memory(plan);
+    const int shards = static_cast<int>(plan.shards.size());
     const std::array<std::string, cluster::kEngines.size()> files{slurm, openjd, kubernetes};
     for (std::size_t i = 0; i < files.size(); ++i) {
         if (files[i].empty())
             continue;
         const cluster::Engine& engine = cluster::kEngines[i];
-        Command base;
-        std::string target = out;
-        if (engine.has_absolute_paths) {
-            const fs::path here = program.empty() ? util::beside_program("terravox-raytracer")
-                                                  : fs::absolute(program);
-            base = {here.string(), "country", "run", folder.path().string()};
-            target = fs::absolute(out).string();
-        } else {
-            base = {program.empty() ? "terravox-raytracer" : program, "country", "run", given};
-        }
-        cluster::Place place;
-        place.work = fs::current_path();
-        place.needs = needs;
-        place.needs.memory_mib = needs.memory_mib > 0 ? needs.memory_mib : choose_memory(plan);
-        place.pods = pods;
-        place.nodes = nodes;
-        place.folder = folder.path();
-        const cluster::ArrayFiles made =
-            engine.make_array(make_job(name, base, target, place.needs, plan), place);
-        for (const auto& [script, text] : made.scripts) {
-            make_logs(folder.path() / "logs");
-            util::write_file_atomically(folder.path() / script, text);
-        }
+        const Command run{engine.find_program(program), "country", "run",
+                          engine.runs_here ? folder.path().string() : given};
+        const std::string target = engine.runs_here ? fs::absolute(out).string() : out;
+        const cluster::JobFiles made =
+            engine.make_array(make_job(name, run, target, here.needs.cpus, shards, engine), here);
+        made.write_scripts(folder.path());
         util::write_file_atomically(files[i], made.start);
     }
 }

@@ -29,11 +29,8 @@ struct ScriptArguments {
     std::string archive;  ///< empty: the plan's name with .tvx
     std::string program;
     std::string name = "country";
-    int nodes = 1;
-    cluster::Needs needs;
-    cluster::PodPlace pods;
+    cluster::Place place{.needs = {.cpus = 1}};
 
-    ScriptArguments() { needs.cpus = 1; }
     void add_to(CLI::App& command);
     /// @throws UsageError, before anything is planned
     void check() const;
