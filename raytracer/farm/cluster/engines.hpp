@@ -37,7 +37,7 @@ struct PodPlace {
 struct Place {
     /// Directory that relative paths of the arguments start from; absolute; must exist on every
     /// node. Not of pods.
-    std::filesystem::path work = std::filesystem::current_path();
+    std::filesystem::path work = {};
     Needs needs = {};
     PodPlace pods = {};  ///< of Kubernetes
     int nodes = 1;       ///< simultaneous tasks, or workers

@@ -154,6 +154,7 @@ void choose_folder(Arguments& args, const std::string& file) {
         throw util::UsageError(
             "cluster: the job's folder " + folder.string() +
             "; allowed: a path without % and \\, which Slurm takes for patterns (--folder)");
+    args.place.work = fs::current_path();
     args.place.needs.check();
 }
 
@@ -221,8 +222,9 @@ util::ExitCode run_slurm(Arguments& args, const CLI::App& command) {
 }
 
 /// Prints a job for frames of an animation.
-util::ExitCode print_frames(const Arguments& args, const Engine& engine,
+util::ExitCode print_frames(Arguments& args, const Engine& engine,
                             const std::vector<std::string>& words) {
+    args.place.work = fs::current_path();
     ForwardedArguments passed = read_frames(words);
     passed.add_threads(find_cpus(args), engine);
     const ArrayJob job = make_frames(args, engine, passed);

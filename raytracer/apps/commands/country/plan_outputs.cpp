@@ -193,6 +193,7 @@ void ScriptArguments::write(const country::PlanFolder& folder, const country::Pl
     const std::string out =
         archive.empty() ? (fs::path(given) / "").parent_path().string() + ".tvx" : archive;
     cluster::Place here = place;
+    here.work = fs::current_path();
     here.folder = folder.path();
     if (here.needs.memory_mib == 0)
         here.needs.memory_mib = choose_memory(plan);
