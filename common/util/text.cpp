@@ -1,13 +1,15 @@
 #include "common/util/text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <cstdio>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/utf8.hpp"
 
 namespace terravox::util {
 namespace {
@@ -162,33 +164,7 @@ IntRange parse_range(const std::string& what, const std::string& text, IntRange 
 
 namespace {
 
-struct Character {
-    std::size_t bytes = 0;  ///< 0: not valid UTF-8
-    std::uint32_t code = 0;
-};
-
-Character find_first(std::string_view text) noexcept {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const unsigned char lead = byte(0);
-    if (lead < 0x80)
-        return {1, lead};
-    const std::size_t bytes = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
-    if (lead < 0xc2 || lead > 0xf4 || text.size() < bytes)
-        return {};
-    std::uint32_t code = lead & (0xffU >> (bytes + 1));
-    for (std::size_t i = 1; i < bytes; ++i) {
-        if ((byte(i) & 0xc0) != 0x80)
-            return {};
-        code = code << 6 | (byte(i) & 0x3fU);
-    }
-    constexpr std::array<std::uint32_t, 5> kMin = {0, 0, 0x80, 0x800, 0x10000};
-    const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-    if (code < kMin[bytes] || code > 0x10ffff || is_surrogate)
-        return {};
-    return {bytes, code};
-}
-
-bool is_harmful(std::uint32_t code) noexcept {
+bool is_harmful(char32_t code) noexcept {
     if (code < 0x20 || (code >= 0x7f && code < 0xa0))
         return true;  // C0, DEL, C1
     if (code == 0x2028 || code == 0x2029)
@@ -199,17 +175,15 @@ bool is_harmful(std::uint32_t code) noexcept {
            (code >= 0x2066 && code <= 0x2069);  // embeddings, overrides, isolates
 }
 
-std::string make_escape(std::uint32_t code) {
+std::string make_escape(char32_t code) {
     if (code == '\n')
         return "\\n";
     if (code == '\r')
         return "\\r";
     if (code == '\t')
         return "\\t";
-    std::array<char, 16> out{};
-    std::snprintf(out.data(), out.size(), code <= 0x7f ? "\\x%02x" : "\\u%04x",
-                  static_cast<unsigned>(code));
-    return out.data();
+    const auto number = static_cast<std::uint32_t>(code);
+    return number <= 0x7f ? fmt::format("\\x{:02x}", number) : fmt::format("\\u{:04x}", number);
 }
 
 }  // namespace
@@ -218,12 +192,9 @@ std::string printable(std::string_view text) {
     std::string out;
     out.reserve(text.size());
     while (!text.empty()) {
-        const Character c = find_first(text);
+        const Character c = first_character(text);
         if (c.bytes == 0) {
-            std::array<char, 8> byte{};
-            std::snprintf(byte.data(), byte.size(), "\\x%02x",
-                          static_cast<unsigned>(static_cast<unsigned char>(text.front())));
-            out += byte.data();
+            out += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
             text.remove_prefix(1);
             continue;
         }

@@ -3,27 +3,12 @@
 #include <bit>
 #include <type_traits>
 
+#include "common/util/utf8.hpp"
+
 namespace terravox::exports::anvil {
 namespace {
 
 constexpr std::size_t kMaxString_bytes = 65'535;
-
-/// The length of the UTF-8 sequence at the start of `text`, 0 when it is invalid.
-std::size_t sequence_length(std::string_view text) noexcept {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const auto starts = [&](int low, int end) { return byte(0) >= low && byte(0) < end; };
-    const std::size_t length = byte(0) < 0x80       ? 1
-                               : starts(0xc2, 0xe0) ? 2
-                               : starts(0xe0, 0xf0) ? 3
-                               : starts(0xf0, 0xf5) ? 4
-                                                    : 0;
-    if (length == 0 || length > text.size())
-        return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(i) & 0xc0) != 0x80)
-            return 0;
-    return length;
-}
 
 void put_three(std::string& out, std::uint32_t code) {
     out += static_cast<char>(0xe0 | code >> 12);
@@ -37,21 +22,14 @@ std::string java_utf8(std::string_view text) {
     std::string out;
     while (!text.empty()) {
         std::string one;
-        const std::size_t length = sequence_length(text);
+        const auto [length, code] = util::first_character(text);
         if (length == 0) {
             one = "?";
         } else if (text[0] == '\0') {
             one = "\xc0\x80";
         } else if (length == 4) {
-            std::uint32_t code = static_cast<unsigned char>(text[0]) & 7;
-            for (std::size_t i = 1; i < 4; ++i)
-                code = code << 6 | (static_cast<unsigned char>(text[i]) & 0x3f);
-            if (code < 0x10000 || code > 0x10ffff) {
-                one = "?";
-            } else {
-                put_three(one, 0xd800 + ((code - 0x10000) >> 10));
-                put_three(one, 0xdc00 + ((code - 0x10000) & 0x3ff));
-            }
+            put_three(one, 0xd800 + ((code - 0x10000) >> 10));
+            put_three(one, 0xdc00 + ((code - 0x10000) & 0x3ff));
         } else {
             one = text.substr(0, length);
         }
