@@ -56,7 +56,7 @@ class Parts(Case):
 
     def test_what_is_made_of_the_whole_is_made_of_the_joined(self):
         folder = temporary_folder()
-        files = {"--report": "a.html", "--map": "a.png", "--objects": "a.gpkg"}
+        files = {"--report": "a.html", "--map": "a.svg", "--objects": "a.gpkg"}
         flags = [*village(), "--tile", "32", *KINDS["energy"]]
         words = [word for option, name in files.items() for word in (option, folder / name)]
         run = analyse("energy", square(), *flags, *words, "--quiet", "-o", folder / "whole.tif")
@@ -120,7 +120,7 @@ class Parts(Case):
         folder = temporary_folder()
         for words, said in (
             (["sky", "--part", "3/2"], "--part 3/2; allowed: I/N"),
-            (["sky", "--part", "1/2", "--map", "a.png"], "--map of terravox merge"),
+            (["sky", "--part", "1/2", "--map", "a.svg"], "--map of terravox merge"),
             (["sky", "--part", "1/2", "--report", "a.html"], "--report of terravox merge"),
             (["energy", "--part", "1/2", "--objects", "a.gpkg"], "--objects of terravox merge"),
             (["sight", "--part", "1/2", "--json"], "--json of terravox merge"),
@@ -135,15 +135,15 @@ class Schedulers(Case):
     def test_slurm_gets_scripts_for_an_analysis(self):
         folder = temporary_folder()
         words = ["--dry-run", "--batch", "--parts", "3", "--folder", folder / "job"]
-        words += ["--no-bake", "--analyse", "sun", square(), *area_flag(), "--map=m.png"]
+        words += ["--no-bake", "--analyse", "sun", square(), *area_flag(), "--map=m.svg"]
         words += ["--report", "r.html", "--date", "2026-06-21", "-o", "sun.tif"]
         run = cluster("slurm", *words, cwd=folder, environment={"PATH": str(folder)})
         self.assertEqual(run.code, 0, run)
         parts = (folder / "job" / "parts.sbatch").read_text(encoding="utf-8")
         merging = (folder / "job" / "merge.sbatch").read_text(encoding="utf-8")
         self.assertRegex(parts, r"(?s)analyse\s+sun\s.*--date.*--part")
-        self.assertNotRegex(parts, "m.png|r.html")
-        self.assertRegex(merging, r"(?s)--map=m.png'\s+--report\s+r.html\s+-o\s+sun.tif")
+        self.assertNotRegex(parts, "m.svg|r.html")
+        self.assertRegex(merging, r"(?s)--map=m.svg'\s+--report\s+r.html\s+-o\s+sun.tif")
         # What the scripts do, one task after the other.
         for script, task in (("parts", 0), ("parts", 1), ("parts", 2), ("merge", 0)):
             run = Run(
@@ -154,7 +154,7 @@ class Schedulers(Case):
         whole = folder / "whole.tif"
         run = analyse("sun", square(), *area_flag(), "--date", "2026-06-21", "-o", whole)
         self.assertEqual((folder / "sun.tif").read_bytes(), whole.read_bytes())
-        self.assertTrue({"m.png", "r.html"} <= set(entries(folder)))
+        self.assertTrue({"m.svg", "r.html"} <= set(entries(folder)))
 
     def test_workers_of_slurm_and_kubernetes_join_an_analysis(self):
         folder = temporary_folder()

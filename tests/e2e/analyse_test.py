@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Rasters of a synthetic survey: their form, their values, how they go on."""
 
+import base64
 import calendar
 import contextlib
 import json
@@ -10,6 +11,7 @@ import shutil
 import sqlite3
 import subprocess
 import unittest
+import xml.etree.ElementTree
 
 from analysing import (
     CROWNS,
@@ -181,15 +183,20 @@ class Rasters(Case):
 
     def test_a_report_and_a_map_tell_what_the_raster_holds(self):
         folder = temporary_folder()
-        page, map_ = folder / "sky.html", folder / "sky.png"
+        page, map_ = folder / "sky.html", folder / "sky.svg"
         out = ["-o", folder / "sky.tif", "--report", page, "--map", map_]
         run = analyse("sky", square(), *area_flag(), "--directions", "64", *out)
         self.assertEqual(run.code, 0, run)
-        for file in ("sky.tif", "sky.html", "sky.png"):
+        for file in ("sky.tif", "sky.html", "sky.svg"):
             self.assertIn(f"wrote {folder / file}", run.out)
-        self.assertTrue(map_.read_bytes().startswith(b"\x89PNG"))
+        sheet = xml.etree.ElementTree.parse(map_).getroot()
+        words = [text.text for text in sheet.iter("{http://www.w3.org/2000/svg}text")]
+        self.assertEqual(words[0], "Sky-view factor")
+        self.assertIn("N", words)
+        picture = sheet.find(".//{http://www.w3.org/2000/svg}image").get("href")
+        self.assertTrue(base64.b64decode(picture.partition(",")[2]).startswith(b"\x89PNG"))
         text = page.read_text(encoding="utf-8")
-        self.assertEqual(text.count("<img"), 3)
+        self.assertEqual(text.count("<image"), 3)
         self.assertIn("<tr><td>directions</td><td>64</td></tr>", text)
         self.assertNotIn("http", text.replace("http-equiv", ""))
         shown = re.search(r"<td>svf</td><td></td>" + r'<td class="n">([^<]*)</td>' * 6, text)

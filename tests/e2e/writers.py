@@ -73,7 +73,7 @@ WRITERS = {
         ("a.tif.tiles",),
     ),
     "analyse to a map": Writer(
-        "RAYTRACER", "analyse terrain DATA -o OUT/a.tif --map OUT/a.png", "a.png"
+        "RAYTRACER", "analyse terrain DATA -o OUT/a.tif --map OUT/a.svg", "a.svg"
     ),
     "analyse to a page": Writer(
         "RAYTRACER", "analyse terrain DATA -o OUT/a.tif --report OUT/a.html", "a.html"

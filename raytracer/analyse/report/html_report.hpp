@@ -22,19 +22,19 @@ struct ReportFacts {
     std::vector<std::pair<std::string, std::string>> settings;  ///< names and values
 };
 
-/// Writes a page with a map and a chart of each band that has a style, and a table of all bands. It
-/// is one file that needs no network, and holds no script.
+/// Writes a page with a map of each band that has a style, and a table of all bands. It is one file
+/// that needs no network, and holds no script.
 /// @param cells of an analysis of facts.kind
 /// @throws Error "interrupted" when stopped; Error when it cannot be written
 void write_report(CellFile& cells, const std::filesystem::path& out, const ReportFacts& facts,
                   const std::stop_token& stop);
 
-/// Writes the map of the analysis' first band that has a style, with its legend, as a PNG file.
+/// Writes the map of the analysis' first band that has a style, with its legend, as an SVG file.
 /// @throws as write_report()
 void write_map(CellFile& cells, const std::filesystem::path& out, const ReportFacts& facts,
                const std::stop_token& stop);
 
-/// @param ending ".html" or ".png"
+/// @param ending ".html" or ".svg"
 /// @throws UsageError unless the file's name has the ending; Error when it cannot be written
 void check_report_target(const std::filesystem::path& out, const std::string& ending);
 

@@ -147,4 +147,15 @@ std::string number_text(double value, double step) {
     return text;
 }
 
+std::string area_text(double cells, double cell_m) {
+    constexpr double kHectare_m2 = 10'000;
+    constexpr double kSquareKilometre_m2 = 1'000'000;
+    const double m2 = cells * cell_m * cell_m;
+    if (m2 >= kSquareKilometre_m2)
+        return number_text(m2 / kSquareKilometre_m2, 0.01) + " km\u00b2";
+    if (m2 >= kHectare_m2)
+        return number_text(m2 / kHectare_m2, 0.01) + " ha";
+    return number_text(m2, 0.1) + " m\u00b2";
+}
+
 }  // namespace terravox::analyse

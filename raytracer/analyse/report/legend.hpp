@@ -81,4 +81,7 @@ inline constexpr double kPercentStep = 0.1;
 /// With as many decimals as a step needs.
 [[nodiscard]] std::string number_text(double value, double step);
 
+/// The area of cells, in square metres, hectares or square kilometres.
+[[nodiscard]] std::string area_text(double cells, double cell_m);
+
 }  // namespace terravox::analyse

@@ -1,9 +1,16 @@
 #include "raytracer/analyse/report/map_sheet.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <cpl_string.h>
+#include <fmt/format.h>
 
-#include "raytracer/core/output/lettering.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "common/util/text.hpp"
+#include "common/util/utf8.hpp"
+#include "raytracer/core/output/gdal_writing.hpp"
 #include "voxelserver/serve/map/pixels.hpp"
 
 namespace terravox::analyse {
@@ -74,166 +81,155 @@ MapPicture draw_band(CellFile& cells, std::string_view band, const Legend& legen
 
 namespace {
 
-constexpr map::Rgba8 kPaper{255, 255, 255, 255};
-constexpr map::Rgba8 kInk{34, 34, 34, 255};
-constexpr int kGlyphRows = static_cast<int>(output::Glyph::kRows);
-constexpr int kGap = 1;          // between letters
-constexpr int kNarrowest = 360;  // of what is printed, at a scale of 1
-constexpr int kMostEntries = 12;
-constexpr int kPxPerTextScale = 350;
-constexpr int kMaxTextScale = 3;
+// Lengths in units of the sheet's view box: the longer side of a map has kMap, letters have 14.
+constexpr double kMap = 900;
+constexpr double kNarrowest = 600;  // of what is printed
+constexpr double kMargin = 18;
+constexpr double kLine = 22;
+constexpr double kBaseline = 15;  // below the top of a line
+constexpr double kWidest = 8;     // what a byte of text takes on average, whatever the font
 
-/// Pixels to draw on, and a pen with a text size.
-class Sheet {
-public:
-    /// @param scale pixels of a letter's pixel
-    Sheet(int width, int height, int scale)
-        : m_width(width),
-          m_height(height),
-          m_scale(scale),
-          m_pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), kPaper) {}
-
-    void fill(int x0, int y0, int width, int height, map::Rgba8 colour) {
-        for (int y = std::max(y0, 0); y < std::min(y0 + height, m_height); ++y)
-            for (int x = std::max(x0, 0); x < std::min(x0 + width, m_width); ++x)
-                at(x, y) = colour;
-    }
-
-    /// @param x0 of the left edge; what does not fit to the right is cut off
-    void write(int x0, int y0, std::string_view text) {
-        int x = x0;
-        for (const char32_t letter : output::to_letters(text)) {
-            const output::Glyph glyph = output::find_glyph(letter);
-            if (x + glyph.width * m_scale > m_width)
-                return;
-            draw(glyph, x, y0);
-            x += (glyph.width + kGap) * m_scale;
-        }
-    }
-
-    [[nodiscard]] int measure_width(std::string_view text) const {
-        int width = 0;
-        for (const char32_t letter : output::to_letters(text))
-            width += output::find_glyph(letter).width + kGap;
-        return width * m_scale;
-    }
-
-    void put(const MapPicture& picture, int x0, int y0) {
-        for (int y = 0; y < picture.height; ++y)
-            std::copy_n(picture.pixels.begin() + static_cast<std::ptrdiff_t>(y) * picture.width,
-                        picture.width, &at(x0, y0 + y));
-    }
-
-    [[nodiscard]] std::string png() const { return map::to_png(m_pixels, m_width, m_height); }
-
-private:
-    [[nodiscard]] map::Rgba8& at(int x, int y) {
-        return m_pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) +
-                        static_cast<std::size_t>(x)];
-    }
-
-    void draw(const output::Glyph& glyph, int x0, int y0) {
-        for (int row = 0; row < kGlyphRows; ++row)
-            for (int column = 0; column < glyph.width; ++column) {
-                const int bit = glyph.width - 1 - column;
-                if ((glyph.rows[static_cast<std::size_t>(row)] >> bit & 1) != 0)
-                    fill(x0 + column * m_scale, y0 + row * m_scale, m_scale, m_scale, kInk);
-            }
-    }
-
-    const int m_width;
-    const int m_height;
-    const int m_scale;
-    std::vector<map::Rgba8> m_pixels;
+/// What is printed between the margins, from the left margin and its own top on.
+struct Part {
+    std::string svg;
+    double height = 0;
 };
 
-/// Lengths of a sheet, in pixels.
-struct Layout {
-    explicit Layout(const MapPicture& picture)
-        : scale(std::clamp(std::max(picture.width, picture.height) / kPxPerTextScale, 1,
-                           kMaxTextScale)),
-          line((kGlyphRows + 4) * scale),
-          margin(12 * scale),
-          width(std::max(picture.width, kNarrowest * scale)) {}
-    int scale;
-    int line;    ///< height of a line of text
-    int margin;  ///< around everything
-    int width;   ///< of what is printed, without margins
-};
-
-std::size_t shown_entries(const Legend& legend) noexcept {
-    return std::min<std::size_t>(legend.entries.size(), kMostEntries);
+std::string css(map::Rgba8 colour) {
+    return fmt::format("#{:02x}{:02x}{:02x}", colour.r, colour.g, colour.b);
 }
 
-int legend_height(const Legend& legend, const Layout& layout) {
-    if (!has_categories(legend.ramp))
-        return 2 * layout.line;
-    return static_cast<int>((shown_entries(legend) + 1) / 2) * layout.line;
+/// @param anchor which part of the text stands at x: start, middle or end
+std::string words(double x, double y, std::string_view anchor, std::string_view text) {
+    return fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>)", x,
+                       y + kBaseline, anchor, util::escaped_markup(util::printable(text)));
 }
 
-void draw_ramp(Sheet& sheet, const Legend& legend, const Layout& layout, int y) {
-    for (int x = 0; x < layout.width; ++x) {
-        const double share = (x + 0.5) / layout.width;
-        sheet.fill(layout.margin + x, y, 1, layout.line - 4 * layout.scale,
-                   colour_at(legend.ramp, share));
-    }
-    for (const Tick& tick : legend.ticks) {
-        const int at = layout.margin + static_cast<int>(tick.share * (layout.width - 1));
-        const int label = sheet.measure_width(tick.label);
-        sheet.fill(at, y + layout.line - 4 * layout.scale, layout.scale, 3 * layout.scale, kInk);
-        const int left = std::clamp(at - label / 2, layout.margin,
-                                    layout.margin + std::max(0, layout.width - label));
-        sheet.write(left, y + layout.line, tick.label);
-    }
+Part map_part(const MapPicture& picture) {
+    const std::string png = map::to_png(picture.pixels, picture.width, picture.height);
+    const std::unique_ptr<char, decltype(&VSIFree)> letters(
+        CPLBase64Encode(static_cast<int>(png.size()), reinterpret_cast<const GByte*>(png.data())),
+        &VSIFree);
+    const double unit = kMap / std::max(picture.width, picture.height);
+    const double height = picture.height * unit;
+    return {
+        fmt::format(R"(<image width="{:.1f}" height="{:.1f}" href="data:image/png;base64,{}"/>)",
+                    picture.width * unit, height, letters.get()),
+        height + kMargin / 2};
 }
 
-void draw_entries(Sheet& sheet, const Legend& legend, const Layout& layout, int y) {
-    for (std::size_t i = 0; i < shown_entries(legend); ++i) {
-        const LegendEntry& entry = legend.entries[i];
-        const int x = layout.margin + static_cast<int>(i % 2) * layout.width / 2;
-        const int top = y + static_cast<int>(i / 2) * layout.line;
-        sheet.fill(x, top, layout.line - 4 * layout.scale, layout.line - 4 * layout.scale,
-                   entry.colour);
-        sheet.write(x + layout.line, top,
-                    entry.name + " " + number_text(100 * entry.share, kPercentStep) + " %");
-    }
-}
-
-// A bar of a round length, up to a third of the map.
-void draw_lengths(Sheet& sheet, const MapPicture& picture, const Layout& layout, double cell_m,
-                  int y) {
+/// A bar of a round length, up to a third of the map, and an arrow to the north.
+Part lengths_part(const MapPicture& picture, double cell_m, double width) {
     constexpr int kShare = 3;
     constexpr double kKilometre_m = 1000;
-    const double px_m = cell_m * picture.cells_per_px;
-    const double length_m = round_step(px_m * picture.width / kShare, 2);
-    const int length_px = std::max(1, static_cast<int>(std::lround(length_m / px_m)));
+    const double unit_m =
+        cell_m * picture.cells_per_px * std::max(picture.width, picture.height) / kMap;
+    const double map_m = cell_m * picture.cells_per_px * picture.width;
+    const double length_m = round_step(map_m / kShare, 2);
+    const double length = length_m / unit_m;
     const bool is_far = length_m >= kKilometre_m;
     const double shown = is_far ? length_m / kKilometre_m : length_m;
-    sheet.fill(layout.margin, y + layout.line / 2, length_px, 2 * layout.scale, kInk);
-    sheet.write(layout.margin + length_px + layout.margin / 2, y,
-                number_text(shown, round_step(shown, 1)) + (is_far ? " km" : " m"));
+    return {fmt::format(R"(<path d="M0 4v10H{:.1f}v-10" fill="none" stroke="#222" stroke-width="2"/>
+<path d="M{:.1f} 1l6 17-6-5-6 5z"/>)",
+                        length, width - 6) +
+                words(length + kMargin / 2, 0, "start",
+                      number_text(shown, round_step(shown, 1)) + (is_far ? " km" : " m")) +
+                words(width - kMargin, 0, "end", "N"),
+            kLine + kMargin / 2};
+}
+
+/// The scale of colours with its ticks; above it bars of how much area has which values: as many as
+/// bins, four taken together, within the scale.
+Part scale_part(const BandFacts& band, double width) {
+    constexpr double kBars = 100;
+    constexpr double kStrip = 12;
+    constexpr int kStops = 4;  // colours of ramps are given at quarters or more rarely
+    constexpr std::size_t kTogether = 4;
+    const BandStatistics& s = band.statistics;
+    const Legend& legend = *band.legend;
+    std::array<std::uint64_t, BandStatistics::kBins / kTogether> bars{};
+    for (std::size_t i = 0; i < s.bins.size(); ++i)
+        bars[i / kTogether] += s.bins[i];
+    const auto highest = static_cast<double>(*std::ranges::max_element(bars));
+    const auto find_x = [&](std::size_t bar) {
+        const double value = s.min + (s.max - s.min) * static_cast<double>(bar) / bars.size();
+        return std::clamp((value - legend.low) / (legend.high - legend.low), 0.0, 1.0) * width;
+    };
+    std::string out =
+        fmt::format(R"(<linearGradient id="ramp-{}" gradientUnits="userSpaceOnUse" x2="{:.1f}">)",
+                    band.band.name, width);
+    for (int i = 0; i <= kStops; ++i)
+        out += fmt::format(R"(<stop offset="{}%" stop-color="{}"/>)", 100 * i / kStops,
+                           css(colour_at(legend.ramp, static_cast<double>(i) / kStops)));
+    out += fmt::format(R"(</linearGradient>
+<path fill='url(#ramp-{})' stroke="#888" stroke-width=".5" d="M0 {}h{:.1f}v{}H0z)",
+                       band.band.name, kBars, width, kStrip);
+    for (std::size_t i = 0; i < bars.size(); ++i)
+        if (const double left = find_x(i); bars[i] > 0 && left < width && find_x(i + 1) > 0) {
+            // Where all values are alike, the one bar has no width of its own.
+            out += fmt::format("M{:.1f} {}V{:.1f}H{:.1f}V{}z", left, kBars,
+                               kBars * (1 - static_cast<double>(bars[i]) / highest),
+                               std::max(find_x(i + 1), left + 1), kBars);
+        }
+    out += "\"/>";
+    for (const Tick& tick : legend.ticks) {
+        const char* anchor = tick.share < 0.02 ? "start" : tick.share > 0.98 ? "end" : "middle";
+        out += words(tick.share * width, kBars + kStrip, anchor, tick.label);
+    }
+    return {out, kBars + kStrip + kLine};
+}
+
+/// Categories in two columns.
+Part entries_part(const BandFacts& band, double cell_m, double width) {
+    const double column = (width - kMargin) / 2;
+    const std::vector<LegendEntry>& entries = band.legend->entries;
+    std::string out;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const LegendEntry& entry = entries[i];
+        const double x = static_cast<double>(i % 2) * (column + kMargin);
+        const double y = static_cast<double>(i / 2) * kLine;
+        out +=
+            fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="16" height="16" fill="{}"/>)", x,
+                        y + 2, css(entry.colour)) +
+            words(x + kLine, y, "start", entry.name) +
+            words(x + column, y, "end",
+                  number_text(100 * entry.share, kPercentStep) + " %, " +
+                      area_text(entry.share * static_cast<double>(band.statistics.cells), cell_m));
+    }
+    return {out, static_cast<double>((entries.size() + 1) / 2) * kLine};
 }
 
 }  // namespace
 
-std::string map_sheet(const MapPicture& picture, const Legend& legend, const SheetFacts& facts) {
-    const Layout layout(picture);
-    const int map_y = layout.margin + layout.line;
-    const int legend_y = map_y + picture.height + layout.margin / 2;
-    const int lengths_y = legend_y + legend_height(legend, layout) + layout.margin / 2;
-    const int credit_y = lengths_y + layout.line;
-    const int end = (facts.credit.empty() ? lengths_y : credit_y) + layout.line;
-    Sheet sheet(layout.width + 2 * layout.margin, end + layout.margin / 2, layout.scale);
-    sheet.write(layout.margin, layout.margin / 2,
-                facts.unit.empty() ? facts.title : facts.title + ", " + facts.unit);
-    sheet.put(picture, layout.margin, map_y);
-    if (has_categories(legend.ramp))
-        draw_entries(sheet, legend, layout, legend_y);
-    else
-        draw_ramp(sheet, legend, layout, legend_y);
-    draw_lengths(sheet, picture, layout, facts.cell_m, lengths_y);
-    sheet.write(layout.margin, credit_y, facts.credit);
-    return sheet.png();
+std::string map_sheet(const MapPicture& picture, const BandFacts& band, double cell_m,
+                      std::string_view credit, bool is_file) {
+    const double width =
+        std::max(kNarrowest, kMap * picture.width / std::max(picture.width, picture.height));
+    const std::string title(band.band.style.title);
+    const std::string unit(band.band.unit);
+    std::string body;
+    double y = kMargin / 2;
+    const auto put = [&](const Part& part) {
+        body += fmt::format("<g transform=\"translate({} {:.1f})\">{}</g>\n", kMargin, y, part.svg);
+        y += part.height;
+    };
+    put({words(0, 0, "start", unit.empty() ? title : title + ", " + unit), kLine + 4});
+    put(map_part(picture));
+    put(lengths_part(picture, cell_m, width));
+    put(has_categories(band.legend->ramp) ? entries_part(band, cell_m, width)
+                                          : scale_part(band, width));
+    const auto fits = [&](const std::string& line) {
+        return static_cast<double>(line.size()) * kWidest <= width;
+    };
+    for (const std::string& line : util::broken_lines(credit, fits))
+        put({words(0, 0, "start", line), kLine});
+    constexpr std::string_view kForm =
+        R"(<svg{} viewBox="0 0 {:.1f} {:.1f}" font-family="sans-serif" font-size="14" fill="#222">
+<rect width="100%" height="100%" fill="#fff"/>
+{}</svg>
+)";
+    return fmt::format(kForm, is_file ? R"( xmlns="http://www.w3.org/2000/svg")" : "",
+                       width + 2 * kMargin, y + kMargin / 2, body);
 }
 
 }  // namespace terravox::analyse

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,17 +26,22 @@ struct MapPicture {
 [[nodiscard]] MapPicture draw_band(CellFile& cells, std::string_view band, const Legend& legend,
                                    int most_px);
 
-/// What stands around a map. UTF-8; what is too long for the sheet is cut.
-struct SheetFacts {
-    std::string title;
-    std::string unit;    ///< of the values; empty: none
-    std::string credit;  ///< attribution of the data; empty: none
-    double cell_m = 1;   ///< edge of a cell
+/// A band with what is to be said of it.
+struct BandFacts {
+    RasterBand band;
+    BandStatistics statistics;
+    std::optional<Legend> legend;  ///< where it has a style and values
 };
 
-/// A map with its title, legend, a scale of lengths and the credit, as a PNG file.
+/// A map with its title, a scale of lengths, an arrow to the north, its legend and the credit, as
+/// an SVG element on white. The legend of a measure has a chart of how much area has which values,
+/// that of categories the area of each. All words are text, in a font of whoever looks at them.
+/// @param band has a legend
+/// @param cell_m edge of a cell
+/// @param credit attribution of the data, UTF-8; empty: none
+/// @param is_file a file of its own, instead of a part of a page
 /// @throws Error
-[[nodiscard]] std::string map_sheet(const MapPicture& picture, const Legend& legend,
-                                    const SheetFacts& facts);
+[[nodiscard]] std::string map_sheet(const MapPicture& picture, const BandFacts& band, double cell_m,
+                                    std::string_view credit, bool is_file);
 
 }  // namespace terravox::analyse

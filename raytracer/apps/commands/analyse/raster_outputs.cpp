@@ -46,14 +46,14 @@ void add_report_options(CLI::App& command, ReportArguments& args) {
     command.add_option("--report", args.page,
                        "page with maps, charts and numbers to write, too: .html, one file");
     command.add_option("--map", args.map,
-                       "map of the first band to write, too, with its legend: .png");
+                       "map of the first band to write, too, with its legend: .svg");
 }
 
 void check_report_targets(const ReportArguments& args) {
     if (!args.page.empty())
         analyse::check_report_target(args.page, ".html");
     if (!args.map.empty())
-        analyse::check_report_target(args.map, ".png");
+        analyse::check_report_target(args.map, ".svg");
 }
 
 void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,

@@ -105,10 +105,10 @@ TEST_CASE("a band without values has statistics of nothing", "[raytracer][analys
     // A report of it is still one, with a table and no map.
     const auto out = folder.path() / "report.html";
     analyse::write_report(*cells, out, some_facts(), {});
-    CHECK(count_matches(read(out), "<img") == 0);
-    CHECK_THROWS_AS(analyse::write_map(*cells, folder.path() / "map.png", some_facts(), {}),
+    CHECK(count_matches(read(out), "<image") == 0);
+    CHECK_THROWS_AS(analyse::write_map(*cells, folder.path() / "map.svg", some_facts(), {}),
                     util::Error);
-    CHECK_FALSE(std::filesystem::exists(folder.path() / "map.png"));
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "map.svg"));
 }
 
 TEST_CASE("scales have round ends, and ticks within them", "[raytracer][analyse]") {
@@ -176,16 +176,57 @@ TEST_CASE("a report is one page without scripts, and its texts are escaped",
     facts.settings = {{"directions", "<64>"}};
     analyse::write_report(*cells, out, facts, {});
     const std::string page = read(out);
-    CHECK(count_matches(page, "<img") == 3);
+    CHECK(count_matches(page, "<image") == 3);
     CHECK(count_matches(page, "data:image/png;base64,iVBOR") == 3);
     CHECK(count_matches(page, "<script") == 0);
     CHECK(count_matches(page, "http://") + count_matches(page, "https://") == 0);
     CHECK(count_matches(page, "A &amp; &lt;B&gt;") == 3);
     CHECK(count_matches(page, "&lt;64&gt;") == 1);
-    CHECK(count_matches(page, "sky_view_solid") == 1);
+    CHECK(count_matches(page, "<td>sky_view_solid</td>") == 1);
     CHECK(count_matches(page, "class=\"warning\"") == 1);
 
-    analyse::write_map(*cells, folder.path() / "map.png", facts, {});
-    const std::string png = read(folder.path() / "map.png");
-    CHECK(png.substr(1, 3) == "PNG");
+    analyse::write_map(*cells, folder.path() / "map.svg", facts, {});
+    const std::string map = read(folder.path() / "map.svg");
+    CHECK(map.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+    CHECK(count_matches(map, "data:image/png;base64,iVBOR") == 1);
+    CHECK(count_matches(map, ">Sky-view factor</text>") == 1);
+    CHECK(count_matches(map, ">People &quot;of&quot; a survey</text>") == 1);
+    // 150 cells of 2 m: 50 m is the round length that fits about six times.
+    CHECK(count_matches(map, ">50 m</text>") == 1);
+    CHECK(count_matches(map, ">N</text>") == 1);
+    for (const char* tick : {"0.0", "0.2", "0.4", "0.6", "0.8", "1.0"})
+        CHECK(count_matches(map, ">" + std::string(tick) + "</text>") == 1);
+}
+
+TEST_CASE("a sheet of categories has the area of each, and a credit in any language",
+          "[raytracer][analyse]") {
+    const analyse::BandStyle& style = style_for(core::AnalysisKind::kTerrain, "class");
+    analyse::BandFacts band;
+    band.band.style = style;
+    band.statistics.cells = 400;
+    band.legend = analyse::categories_for(style, {{6, 100}, {2, 299}, {77, 1}});
+    const analyse::MapPicture picture{2, 1, 1, {{1, 2, 3, 255}, {4, 5, 6, 255}}};
+    const std::string credit = "\xe5\x9c\x8b\xe5\x9c\x9f <\xd8\xa7> \x01 " + std::string(300, 'x');
+    const std::string sheet = analyse::map_sheet(picture, band, 10, credit, false);
+    CHECK(count_matches(sheet, "xmlns") == 0);
+    CHECK(count_matches(sheet, "ramp") == 0);
+    // The most frequent one first.
+    const auto ground = sheet.find(">ground</text>");
+    const auto building = sheet.find(">building</text>");
+    CHECK(ground < building);
+    CHECK(building < sheet.find(">class 77</text>"));
+    CHECK(count_matches(sheet, ">74.8 %, 2.99 ha</text>") == 1);
+    CHECK(count_matches(sheet, ">25.0 %, 1.00 ha</text>") == 1);
+    CHECK(count_matches(sheet, ">0.2 %, 100.0 m\xc2\xb2</text>") == 1);
+    CHECK(count_matches(sheet, ">\xe5\x9c\x8b\xe5\x9c\x9f &lt;\xd8\xa7&gt; \\x01</text>") == 1);
+    CHECK(count_matches(sheet, "x</text>") == 3);
+}
+
+TEST_CASE("a measure that is the same everywhere has a chart and a scale", "[raytracer][analyse]") {
+    const TemporaryFolder folder;
+    const auto cells = sky_raster(folder, [](int, int) { return 0.5F; });
+    analyse::write_map(*cells, folder.path() / "map.svg", some_facts(), {});
+    const std::string map = read(folder.path() / "map.svg");
+    CHECK(count_matches(map, "M450.0 100V0.0H451.0V100z") == 1);
+    CHECK(count_matches(map, "nan") + count_matches(map, "inf") == 0);
 }
