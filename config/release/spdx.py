@@ -9,6 +9,7 @@ import re
 EXPRESSIONS = {
     "GPL-3.0 with the runtime library exception": "GPL-3.0-or-later WITH GCC-exception-3.1",
     "Apache-2.0 or BSD-2-Clause": "Apache-2.0 OR BSD-2-Clause",
+    "FTL or GPL-2.0-or-later": "FTL OR GPL-2.0-or-later",
 }
 # Licences that stand alone in THIRD_PARTY.md, and in what npm says of packages.
 IDENTIFIERS = {

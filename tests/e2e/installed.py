@@ -13,16 +13,17 @@ COMMANDS = ROOT / "config" / "setup" / "commands.txt"
 
 
 @functools.cache
-def hidden():
-    """@return a command that runs others where the checkout is an empty folder; [] where the system
-    does not let it"""
+def hidden(folder=ROOT):
+    """@return a command that runs others where that folder is empty; [] where the system does not
+    let it
+    """
     empty = temporary_folder()
     script = 'mount --bind "$0" "$1" && cd / && shift && exec "$@"'
     users = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
-    words = ["unshare", "--mount", *users, "sh", "-c", script, str(empty), str(ROOT)]
+    words = ["unshare", "--mount", *users, "sh", "-c", script, str(empty), str(folder)]
     if shutil.which("unshare") is None:
         return []
-    run = Run([*words, "ls", "-A", ROOT])
+    run = Run([*words, "ls", "-A", folder])
     return words if run.code == 0 and run.out == "" else []
 
 

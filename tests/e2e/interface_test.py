@@ -14,6 +14,7 @@ import urllib.error
 import urllib.request
 
 from certificate import self_signed
+from installed import hidden
 from pictures import Picture
 from support import (
     HANGS_S,
@@ -277,6 +278,22 @@ class Stores(Case):
             pictures[credit] = Picture(file)
             self.assertEqual(pictures[credit].metadata["Copyright"], "Somebody <b>, CC BY 4.0")
         self.assertNotEqual(pictures["no"].bytes, pictures["yes"].bytes)
+
+    def test_a_credit_that_cannot_be_written_is_refused_before_the_picture(self):
+        store = self.store_of_four_states()
+        fonts = "/usr/share/fonts/truetype/dejavu"
+        if not (without_fonts := hidden(fonts)):
+            self.skipTest("no namespace of its own is allowed here")
+        for ending, code, said in ((".png", 1, "fonts-dejavu-core"), (".exr", 0, "")):
+            with self.subTest(ending):
+                out = store / f"a{ending}"
+                words = ("--size", "64x36", "--samples", "1", "--cache", "none", "--quiet")
+                run = Run(
+                    [*without_fonts, binary("RAYTRACER"), "render", store]
+                    + [*words, "--credit", "yes", "-o", out]
+                )
+                self.assertEqual((run.code, out.exists()), (code, code == 0), run)
+                self.assertIn(said, run.err)
 
     def test_a_store_without_squares_is_refused(self):
         store = self.store_of_four_states()

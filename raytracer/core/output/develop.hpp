@@ -6,7 +6,7 @@
 
 #include "common/voxel/colour.hpp"
 #include "raytracer/core/base/scene_words.hpp"
-#include "raytracer/core/output/lettering.hpp"
+#include "raytracer/core/output/credit_line.hpp"
 #include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/tiles/tile.hpp"
 

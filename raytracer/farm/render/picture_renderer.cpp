@@ -178,6 +178,8 @@ RenderStatistics PictureRenderer::render_tiles(
 void PictureRenderer::prepare(scene::Scene scene, const std::vector<std::string>& files,
                               const KeepOptions& keep) {
     m_part = keep.part;
+    if (scene.output.credit && !m_part && !std::ranges::all_of(files, output::is_exr))
+        output::check_credit(m_loaded->world->info().attribution);
     // Parts and checkpoints have whole tiles. Coarse passes are for viewers; at the end of each,
     // workers wait for the last tile.
     const bool keeps = keep.resume || keep.part ||

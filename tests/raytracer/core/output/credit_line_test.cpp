@@ -1,7 +1,8 @@
-#include "raytracer/core/output/lettering.hpp"
+#include "raytracer/core/output/credit_line.hpp"
 
 #include <set>
 
+#include "common/util/utf8.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -16,38 +17,58 @@ constexpr const char* kCredit =
     "© ARSO, Geodetska uprava Republike Slovenije 2023 (CC BY 4.0): Škofja Loka, Črnomelj, Žiri, "
     "Bohinj, Füssen, Zürich";
 
+/// What a credit makes of a small black picture.
+std::vector<float> look(std::string_view text) {
+    constexpr int kSide = 120;
+    const output::CreditLine credit(text, kSide, kSide);
+    std::vector<float> out;
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x)
+            out.push_back(credit.over({}, x, y).r);
+    return out;
+}
+
 }  // namespace
 
 TEST_CASE("every letter that attributions need has a look of its own",
           "[raytracer][output][credit]") {
-    std::set<std::pair<int, std::array<std::uint8_t, output::Glyph::kRows>>> looks;
-    std::u32string letters = U"čČšŠžŽćĆđĐéÉèêëàâäöüßÄÖÜçñåøæœłŁńśźżășțğıİőű©®°–§€«»";
-    for (char32_t c = U'!'; c <= U'~'; ++c)
-        letters.push_back(c);
-    for (const char32_t c : letters) {
-        const output::Glyph g = output::find_glyph(c);
-        INFO("U+" << std::hex << static_cast<std::uint32_t>(c));
-        CHECK((g.width >= 1 && g.width <= 8));
-        CHECK(looks.insert({g.width, g.rows}).second);
-        if (c != U'?')
-            CHECK(g.rows != output::find_glyph(U'?').rows);
-        for (const std::uint8_t row : g.rows)
-            CHECK(row >> g.width == 0);
+    std::set<std::vector<float>> looks;
+    std::string_view letters =
+        "čČšŠžŽćĆđĐéÉèêëàâäöüßÄÖÜçñåøæœłŁńśźżșțğıİőű©®°–§€«»"
+        "ΔΩλψЖдфяґ"
+        "!\"#$%&'()*+,-./"
+        "0123456789:;<=>?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_`abcdefghijklmnopqrstuvwxyz"
+        "{|}~";
+    while (!letters.empty()) {
+        const std::string_view one = letters.substr(0, util::first_character(letters).bytes);
+        INFO(one);
+        CHECK(looks.insert(look(one)).second);
+        letters.remove_prefix(one.size());
     }
-    CHECK(output::find_glyph(U'\u4e2d').rows == output::find_glyph(U'?').rows);
-    CHECK(output::find_glyph(U'\u00a0').rows == output::find_glyph(U' ').rows);
 }
 
-TEST_CASE("text is read as UTF-8, and what is not is marked", "[raytracer][output][credit]") {
-    CHECK(output::to_letters("ač€") == U"ač€");
-    CHECK(output::to_letters("\xf0\x9f\x98\x80") == U"\U0001f600");
-    for (const char* bad :
-         {"\xff", "\xc3", "\x80", "\xc0\x80", "\xed\xa0\x80", "\xf8\x88\x80\x80\x80", "\xe2\x82"}) {
-        const auto letters = output::to_letters(bad);
-        CHECK(letters.front() == U'\ufffd');
-        CHECK(letters.size() == std::string(bad).size());
+TEST_CASE("letters that cannot be set are named before and while a picture is made",
+          "[raytracer][output][credit]") {
+    struct Case {
+        const char* name;
+        const char* text;
+        const char* said;
+    };
+    for (const Case& c : {Case{"not of the font", "Survey of 國土", "'國' (U+570B)"},
+                          Case{"from right to left", "הסקר", "'ה' (U+05D4)"}}) {
+        INFO(c.name);
+        CHECK_THROWS_WITH(output::CreditLine(c.text, 320, 180), contains(c.said));
+        CHECK_THROWS_WITH(output::check_credit(c.text), contains(c.said));
     }
-    CHECK(output::to_letters("").empty());
+    CHECK_NOTHROW(output::check_credit(kCredit));
+    CHECK_NOTHROW(output::check_credit(""));
+}
+
+TEST_CASE("what is no text in a credit becomes visible, and a line break a space",
+          "[raytracer][output][credit]") {
+    CHECK(look("a\xff\u202e") == look("a\\xff\\u202e"));
+    CHECK(look("a\nb") == look("a b"));
+    CHECK(look("a\u00a0b") == look("a b"));
 }
 
 TEST_CASE("a credit can be read on any ground and touches nothing else",

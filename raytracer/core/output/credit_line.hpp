@@ -1,8 +1,7 @@
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -10,28 +9,15 @@
 
 namespace terravox::output {
 
-/// A letter as rows of pixels, 12 from top to bottom: 3 above the capitals, 7 for the letter, 2
-/// below the base line.
-struct Glyph {
-    static constexpr std::size_t kRows = 12;
-    std::array<std::uint8_t, kRows> rows{};  ///< bit width - 1 is the leftmost pixel
-    int width = 0;                           ///< pixels, 1 to 8; without the gap to the next letter
-};
-
-/// Covers ASCII, the letters of Latin-1 and of the languages of Latin Extended-A, and the other
-/// characters of attributions (the copyright sign, dashes, quotes). Anything else is a question
-/// mark.
-[[nodiscard]] Glyph find_glyph(char32_t letter) noexcept;
-
-/// Decodes UTF-8; each invalid byte becomes U+FFFD.
-[[nodiscard]] std::u32string to_letters(std::string_view utf8);
-
-/// A line of text at the lower right of a picture, light with a soft dark edge, so that it is
-/// legible on any background. Its height is about a sixtieth of the picture's; a text that is wider
-/// than the picture is set smaller, then in several lines. Safe to share between threads.
+/// A line of text at the lower right of a picture, light with a dark edge, so that it is legible on
+/// any background. Its height is about a sixtieth of the picture's; a text that is wider than the
+/// picture is set smaller, then in several lines. The font is DejaVu Sans, which has the letters of
+/// Europe's languages and many others. Safe to share between threads.
 class CreditLine {
 public:
-    /// @param text UTF-8; letters that the small font lacks become '?'
+    /// @param text UTF-8; empty: no line, and no font is read
+    /// @throws Error without the font, and for letters that it lacks or that are written from right
+    /// to left
     CreditLine(std::string_view text, int width_px, int height_px);
 
     /// Composites the text over the pixel at (x, y), counted from the upper left.
@@ -64,5 +50,9 @@ private:
     int m_height = 0;
     std::vector<Ink> m_inks;
 };
+
+/// Refuses what CreditLine would, before a picture is made.
+/// @throws Error as CreditLine
+void check_credit(std::string_view text);
 
 }  // namespace terravox::output
