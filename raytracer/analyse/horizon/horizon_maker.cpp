@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <string>
-#include <vector>
 
 #include "common/geo/crs.hpp"
 #include "common/util/det_math.hpp"

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <string>
-#include <utility>
 
 #include "common/util/error.hpp"
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <stop_token>
-#include <tuple>
 #include <vector>
 
 #include "raytracer/analyse/objects/object_sums.hpp"

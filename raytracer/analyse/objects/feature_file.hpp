@@ -1,7 +1,6 @@
 #pragma once
 
 #include <ogr_core.h>
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>

@@ -6,7 +6,6 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/analyse/objects/cell_labels.hpp"
-#include "raytracer/analyse/objects/feature_file.hpp"
 
 namespace terravox::analyse {
 namespace {

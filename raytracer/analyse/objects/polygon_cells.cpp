@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "common/geo/geojson.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/analyse/objects/cell_labels.hpp"
-#include "raytracer/analyse/objects/object_sums.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 
 namespace terravox::analyse {

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <stop_token>
-#include <string>
 #include <vector>
 
 #include "raytracer/analyse/objects/object_sums.hpp"

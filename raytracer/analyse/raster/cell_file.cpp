@@ -1,9 +1,7 @@
 #include "raytracer/analyse/raster/cell_file.hpp"
 
-#include <algorithm>
 #include <string>
 
-#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/core/output/tile_stream.hpp"

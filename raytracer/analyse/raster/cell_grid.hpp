@@ -1,8 +1,5 @@
 #pragma once
 
-#include <array>
-#include <string>
-
 #include "common/voxel/world.hpp"
 #include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/scene/scene.hpp"

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <stop_token>
 #include <vector>
 
 #include "raytracer/analyse/raster/cell_file.hpp"
-#include "raytracer/core/base/analysis_bands.hpp"
 
 namespace terravox::analyse {
 

@@ -3,12 +3,10 @@
 #include <gdal_utils.h>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "common/geo/gdal_files.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/text.hpp"
-#include "raytracer/analyse/raster/cell_file.hpp"
 
 namespace terravox::analyse {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <string>
 
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"

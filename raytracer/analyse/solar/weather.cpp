@@ -4,10 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "common/geo/time_zone.hpp"
 #include "common/util/det_math.hpp"

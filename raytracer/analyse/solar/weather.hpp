@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "common/geo/lat_lon.hpp"
-#include "common/geo/sun_position.hpp"
 #include "raytracer/analyse/solar/energy.hpp"
 #include "raytracer/core/scene/scene.hpp"
 

@@ -1,7 +1,6 @@
 #include <terravox/world.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string>

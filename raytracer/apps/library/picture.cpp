@@ -1,8 +1,5 @@
 #include "raytracer/apps/library/picture.hpp"
 
-#include <array>
-#include <functional>
-#include <string>
 #include <terravox/error.hpp>
 #include <terravox/world.hpp>
 #include <utility>
@@ -12,7 +9,6 @@
 #include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"
-#include "raytracer/core/shade/view.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
 #include "raytracer/farm/render/passes/passes.hpp"
 

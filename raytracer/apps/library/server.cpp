@@ -1,7 +1,6 @@
 #include <terravox/error.hpp>
 #include <terravox/server.hpp>
 
-#include <algorithm>
 #include <mutex>
 #include <random>
 

@@ -1,6 +1,5 @@
 #include <terravox/survey.hpp>
 
-#include <filesystem>
 #include <string>
 
 #include "common/util/error.hpp"

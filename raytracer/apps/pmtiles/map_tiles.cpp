@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <vector>
 
 #include "common/geo/gdal_files.hpp"
 #include "common/thread/in_order.hpp"
@@ -13,10 +12,8 @@
 #include "common/util/handle_pool.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
-#include "raytracer/apps/pmtiles/web_area.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/core/output/progress.hpp"
-#include "voxelserver/serve/map/pixels.hpp"
 
 namespace terravox::pmtiles {
 namespace {

@@ -1,13 +1,11 @@
 #include "raytracer/apps/preview/live_picture.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/apps/preview/frame_pacer.hpp"
 
 namespace terravox::preview {
 

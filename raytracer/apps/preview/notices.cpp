@@ -1,7 +1,5 @@
 #include "raytracer/apps/preview/notices.hpp"
 
-#include <utility>
-
 #include "common/voxel/world.hpp"
 
 namespace terravox::preview {

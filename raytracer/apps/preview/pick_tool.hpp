@@ -14,7 +14,6 @@
 #include "raytracer/apps/preview/navigator.hpp"
 #include "raytracer/apps/preview/pane.hpp"
 #include "raytracer/core/shade/view.hpp"
-#include "raytracer/core/walk/walk.hpp"
 
 namespace terravox::preview {
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "raytracer/core/scene/camera.hpp"
-
 namespace terravox::preview {
 namespace {
 

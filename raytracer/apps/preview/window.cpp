@@ -13,7 +13,6 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdlib>
-#include <vector>
 
 #include "common/util/error.hpp"
 

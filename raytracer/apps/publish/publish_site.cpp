@@ -18,7 +18,6 @@
 #include "voxelserver/make/worlds/open/open_world.hpp"
 #include "voxelserver/make/worlds/overlay/overlay_world.hpp"
 #include "voxelserver/out/archive/split.hpp"
-#include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox::publish {

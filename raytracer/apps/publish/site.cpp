@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
 #include "common/voxel/archive/byte_source.hpp"

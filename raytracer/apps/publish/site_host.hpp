@@ -2,9 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
-#include <string_view>
 
 #include "voxelserver/serve/host/host.hpp"
 #include "voxelserver/serve/http/request_check.hpp"

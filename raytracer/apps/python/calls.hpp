@@ -4,7 +4,6 @@
 #include <sys/types.h>
 #include <chrono>
 #include <condition_variable>
-#include <functional>
 #include <future>
 #include <list>
 #include <memory>

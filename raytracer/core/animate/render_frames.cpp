@@ -9,12 +9,10 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <map>
 #include <span>
 #include <sstream>
 #include <utility>
 
-#include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/util/version.hpp"

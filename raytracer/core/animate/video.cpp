@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"

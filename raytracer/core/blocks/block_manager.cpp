@@ -3,15 +3,11 @@
 #include "raytracer/core/blocks/block_manager.hpp"
 
 #include <algorithm>
-#include <exception>
-#include <memory>
 #include <utility>
-#include <vector>
 
 #include "common/thread/start_threads.hpp"
 #include "common/thread/stop.hpp"
 #include "common/util/process_memory.hpp"
-#include "raytracer/core/blocks/block.hpp"
 
 namespace terravox::blocks {
 

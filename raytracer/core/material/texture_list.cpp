@@ -1,6 +1,5 @@
 #include "raytracer/core/material/texture_list.hpp"
 
-#include <array>
 #include <cmath>
 
 #include "raytracer/core/base/random.hpp"

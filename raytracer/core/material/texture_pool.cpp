@@ -1,7 +1,5 @@
 #include "raytracer/core/material/texture_pool.hpp"
 
-#include <cmath>
-
 namespace terravox::material {
 namespace {
 

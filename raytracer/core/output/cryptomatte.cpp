@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 namespace terravox::output {
 namespace {

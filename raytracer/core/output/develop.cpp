@@ -2,10 +2,8 @@
 
 #include <bit>
 #include <cmath>
-#include <string>
 
 #include "common/util/det_math.hpp"
-#include "common/util/error.hpp"
 #include "raytracer/core/base/random.hpp"
 
 namespace terravox::output {

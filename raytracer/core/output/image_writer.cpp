@@ -1,7 +1,6 @@
 #include "raytracer/core/output/image_writer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstring>
 #include <span>

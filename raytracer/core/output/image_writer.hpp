@@ -1,9 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
-#include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/output/picture.hpp"
 
 namespace terravox::output {

@@ -1,11 +1,8 @@
 #include "raytracer/core/output/tile_stream.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -13,7 +10,6 @@
 #include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/output/exr_channels.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
-#include "raytracer/core/output/picture.hpp"
 #include "raytracer/core/output/picture_file.hpp"
 
 namespace terravox::output {

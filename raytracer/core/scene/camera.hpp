@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "common/util/det_math.hpp"
 #include "common/voxel/world.hpp"

@@ -1,7 +1,6 @@
 #include "raytracer/core/scene/views.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"

@@ -1,7 +1,6 @@
 #include "raytracer/core/shade/optics.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/core/base/ray_state.hpp"

@@ -1,7 +1,6 @@
 #include "raytracer/core/shade/surface.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/util/det_math.hpp"
 #include "raytracer/core/base/random.hpp"

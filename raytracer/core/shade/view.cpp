@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
-#include <utility>
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"

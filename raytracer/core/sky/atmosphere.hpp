@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "common/voxel/colour.hpp"
-#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::sky {
 

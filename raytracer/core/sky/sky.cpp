@@ -1,7 +1,6 @@
 #include "raytracer/core/sky/sky.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "common/util/det_math.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <string>
 
 #include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "common/geo/sun_position.hpp"
-#include "common/voxel/colour.hpp"
 #include "raytracer/core/base/ray.hpp"
 #include "raytracer/core/scene/scene.hpp"
 

@@ -1,7 +1,6 @@
 #include "raytracer/core/trace/fan_tracer.hpp"
 
 #include <algorithm>
-#include <bit>
 
 namespace terravox::trace {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "raytracer/core/trace/ray_wave.hpp"
-
 namespace terravox::trace {
 namespace {
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/core/walk/solid_query.hpp"
-
 namespace terravox::walk {
 namespace {
 

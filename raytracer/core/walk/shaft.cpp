@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "raytracer/core/walk/solid_query.hpp"
-
 namespace terravox::walk {
 namespace {
 

@@ -1,8 +1,6 @@
 #include "raytracer/core/walk/solid_query.hpp"
 
-#include <algorithm>
 #include <array>
-#include <bit>
 
 namespace terravox::walk {
 namespace {

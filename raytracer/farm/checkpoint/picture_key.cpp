@@ -1,7 +1,6 @@
 #include "raytracer/farm/checkpoint/picture_key.hpp"
 
 #include <xxhash.h>
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -14,7 +13,6 @@
 #include "common/util/folders.hpp"
 #include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
-#include "common/voxel/world.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 

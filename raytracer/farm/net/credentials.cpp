@@ -1,7 +1,6 @@
 #include "raytracer/farm/net/credentials.hpp"
 
 #include <fstream>
-#include <iterator>
 
 #include "common/util/secret.hpp"
 #include "raytracer/farm/net/certificates.hpp"

@@ -1,6 +1,5 @@
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
-#include <algorithm>
 #include <list>
 #include <thread>
 

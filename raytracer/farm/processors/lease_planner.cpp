@@ -1,7 +1,6 @@
 #include "raytracer/farm/processors/lease_planner.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace terravox::processors {
 namespace {

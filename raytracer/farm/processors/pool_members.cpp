@@ -1,7 +1,6 @@
 #include "raytracer/farm/processors/pool_members.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 

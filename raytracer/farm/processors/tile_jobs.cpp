@@ -1,7 +1,6 @@
 #include "raytracer/farm/processors/tile_jobs.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace terravox::processors {
 

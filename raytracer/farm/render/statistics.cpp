@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <string>
 
 #include "common/util/version.hpp"
 #include "raytracer/core/scene/scene_io.hpp"

@@ -5,12 +5,10 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/toml_file.hpp"
-#include "common/voxel/world.hpp"
 #include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
-#include "raytracer/core/shade/view.hpp"
 #include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::farm {

@@ -1,6 +1,5 @@
 #include "raytracer/farm/worker/metrics_page.hpp"
 
-#include <string_view>
 #include <utility>
 
 #include "common/util/log.hpp"

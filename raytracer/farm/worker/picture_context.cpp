@@ -7,7 +7,6 @@
 #include "common/util/log.hpp"
 #include "common/util/stage_times.hpp"
 #include "raytracer/core/scene/scene.hpp"
-#include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 

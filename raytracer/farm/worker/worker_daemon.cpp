@@ -9,7 +9,6 @@
 #include "common/util/process_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/farm/processors/thread_processor.hpp"
-#include "raytracer/farm/wire/frames.hpp"
 #include "voxelserver/serve/sockets/socket.hpp"
 
 namespace terravox::farm {

@@ -7,26 +7,17 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop.hpp"
-#include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/analyse/evaluators/analysis.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
-#include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/analyse/raster/shadow_cube.hpp"
 #include "raytracer/analyse/raster/sight_summary.hpp"
 #include "raytracer/analyse/solar/place_and_clock.hpp"
 #include "raytracer/analyse/solar/weather.hpp"
-#include "raytracer/apps/commands/analyse/raster_outputs.hpp"
-#include "raytracer/apps/commands/analyse/sun_arguments.hpp"
-#include "raytracer/apps/commands/run_arguments.hpp"
-#include "raytracer/farm/render/picture_renderer.hpp"
 #include "voxelserver/out/export/core/job.hpp"
 
 namespace terravox::commands {

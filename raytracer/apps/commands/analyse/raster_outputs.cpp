@@ -4,7 +4,6 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/analysis.hpp"
-#include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/analyse/report/html_report.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "raytracer/core/scene/scene_io.hpp"

@@ -8,23 +8,17 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <set>
-#include <span>
 #include <sstream>
 
-#include "common/util/atomic_file.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/log_damage.hpp"
-#include "common/voxel/world.hpp"
-#include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "raytracer/core/material/appearance.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "voxelserver/make/voxelize/world/dependent_columns.hpp"
 #include "voxelserver/make/worlds/open/open_world.hpp"
 #include "voxelserver/out/export/core/format.hpp"
-#include "voxelserver/out/export/core/job.hpp"
 #include "voxelserver/out/export/formats/formats.hpp"
 
 namespace terravox::commands {

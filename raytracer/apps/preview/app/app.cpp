@@ -6,8 +6,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/apps/preview/panels/form.hpp"
-#include "raytracer/apps/preview/panels/panels.hpp"
 
 namespace terravox::preview {
 namespace {
