@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/json_text.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::geo {
@@ -26,15 +26,10 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 /// @return NaN where it begins with none
 double take_number(std::string_view& text) {
     text = util::trimmed(text);
-    if (text.starts_with('+'))
-        text.remove_prefix(1);
-    double number = 0;
-    const char* const end = text.data() + text.size();
-    const auto [next, failed] = std::from_chars(text.data(), end, number);
-    if (failed != std::errc{} || !std::isfinite(number))
-        return kNone;
-    text = util::trimmed({next, static_cast<std::size_t>(end - next)});
-    return number;
+    (void)util::take(text, '+');
+    const double number = util::take_number<double>(text).value_or(kNone);
+    text = util::trimmed(text);
+    return std::isfinite(number) ? number : kNone;
 }
 
 /// @return the length that a text says, in metres; NaN for others

@@ -1,13 +1,13 @@
 #include "raytracer/analyse/solar/energy.hpp"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/analyse/solar/light_sums.hpp"
 #include "raytracer/analyse/solar/sky_light.hpp"
@@ -75,19 +75,15 @@ template <std::size_t kCount>
 std::optional<std::array<double, kCount>> take(std::string_view& text) {
     std::array<double, kCount> out{};
     for (std::size_t i = 0; i < kCount; ++i) {
-        float value = 0;
-        const char* const end = text.data() + text.size();
-        const auto [at, failed] = std::from_chars(text.data(), end, value);
-        if (failed != std::errc{} || !(std::abs(static_cast<double>(value)) <= kMax))
+        const auto value = util::take_number<float>(text);
+        if (!value || !(std::abs(static_cast<double>(*value)) <= kMax))
             return std::nullopt;
-        out[i] = static_cast<double>(value);
-        text.remove_prefix(static_cast<std::size_t>(at - text.data()));
+        out[i] = static_cast<double>(*value);
         const bool is_last = i + 1 == kCount;
         if (is_last && text.empty())
             return out;
-        if (text.empty() || text.front() != (is_last ? ';' : ','))
+        if (!util::take(text, is_last ? ';' : ','))
             return std::nullopt;
-        text.remove_prefix(1);
     }
     // What follows ';' is another entry.
     return text.empty() ? std::nullopt : std::optional(out);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -10,6 +9,7 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "common/util/numbers.hpp"
 
 namespace terravox::solar {
 namespace {
@@ -120,34 +120,14 @@ namespace {
 // Worlds are within 2^31 voxels.
 constexpr double kMaxPlace = 4e9;
 
-/// Takes a number from the front of a text.
-template <class Number>
-std::optional<Number> take(std::string_view& text) {
-    Number out{};
-    const auto [at, failed] = std::from_chars(text.data(), text.data() + text.size(), out);
-    if (failed != std::errc{})
-        return std::nullopt;
-    text.remove_prefix(static_cast<std::size_t>(at - text.data()));
-    return out;
-}
-
-/// Takes a character from the front of a text.
-/// @return whether it is there
-bool take(std::string_view& text, char wanted) noexcept {
-    if (text.empty() || text.front() != wanted)
-        return false;
-    text.remove_prefix(1);
-    return true;
-}
-
 /// "number,number;"
 template <class Number>
 std::optional<std::array<Number, 2>> take_pair(std::string_view& text) {
-    const auto first = take<Number>(text);
-    if (!first || !take(text, ','))
+    const auto first = util::take_number<Number>(text);
+    if (!first || !util::take(text, ','))
         return std::nullopt;
-    const auto second = take<Number>(text);
-    if (!second || !take(text, ';'))
+    const auto second = util::take_number<Number>(text);
+    if (!second || !util::take(text, ';'))
         return std::nullopt;
     return std::array<Number, 2>{*first, *second};
 }
@@ -173,13 +153,13 @@ std::optional<FarHorizon::Lattice> take_lattice(std::string_view& text) {
 /// "distance,height,distance,height;", or ";" alone
 std::optional<FarHorizon::Tops> take_tops(std::string_view& text) {
     FarHorizon::Tops out;
-    while (!take(text, ';')) {
-        if (!out.empty() && !take(text, ','))
+    while (!util::take(text, ';')) {
+        if (!out.empty() && !util::take(text, ','))
             return std::nullopt;
-        const auto distance = take<std::int32_t>(text);
-        if (!distance || !take(text, ','))
+        const auto distance = util::take_number<std::int32_t>(text);
+        if (!distance || !util::take(text, ','))
             return std::nullopt;
-        const auto height = take<std::int32_t>(text);
+        const auto height = util::take_number<std::int32_t>(text);
         const FarTop before = out.empty() ? FarTop{-1, FarHorizon::kLowest_m - 1} : out.back();
         if (!height || *distance <= before.distance_m || *height <= before.height_m ||
             *distance > FarHorizon::kMaxDistance_m || *height > FarHorizon::kHighest_m ||

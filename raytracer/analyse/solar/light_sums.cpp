@@ -1,25 +1,20 @@
 #include "raytracer/analyse/solar/light_sums.hpp"
 
-#include <charconv>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "common/geo/time_zone.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/analyse/solar/sky_light.hpp"
+#include "common/util/numbers.hpp"
 #include "raytracer/core/sky/sun.hpp"
 
 namespace terravox::solar {
 namespace {
 
 std::optional<double> measure_share(std::string_view text) noexcept {
-    double value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || at != end || !(value >= 0 && value <= 1))
-        return std::nullopt;
-    return value;
+    const auto value = util::parse_number<double>(text);
+    return value && *value >= 0 && *value <= 1 ? value : std::nullopt;
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "raytracer/analyse/solar/place_and_clock.hpp"
 
-#include <charconv>
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/core/sky/sun.hpp"
 
@@ -52,35 +52,33 @@ std::int64_t to_seconds(double hours) noexcept {
     return std::llround(hours * kHour_s);
 }
 
-/// Reads one "OFFSET@INSTANT".
-/// @return what follows; null: it is none
-const char* read_offset(const char* at, const char* end, geo::OffsetFrom& to) noexcept {
+/// Takes one "OFFSET@INSTANT" from the front of a text.
+std::optional<geo::OffsetFrom> take_offset(std::string_view& text) noexcept {
     constexpr double kMaxOffset_h = 24;
-    const auto [sign, no_offset] = std::from_chars(at, end, to.offset_h);
-    if (no_offset != std::errc{} || sign == end || *sign != '@' ||
-        !(std::abs(to.offset_h) <= kMaxOffset_h))
-        return nullptr;
-    const auto [stop, no_instant] = std::from_chars(sign + 1, end, to.from_s);
     constexpr std::int64_t kMaxInstant_s = std::int64_t{1} << 40;
-    const bool is_near = to.from_s > -kMaxInstant_s && to.from_s < kMaxInstant_s;
-    return no_instant == std::errc{} && is_near ? stop : nullptr;
+    const auto hours = util::take_number<double>(text);
+    if (!hours || !(std::abs(*hours) <= kMaxOffset_h) || !util::take(text, '@'))
+        return std::nullopt;
+    const auto instant = util::take_number<std::int64_t>(text);
+    if (!instant || *instant <= -kMaxInstant_s || *instant >= kMaxInstant_s)
+        return std::nullopt;
+    return geo::OffsetFrom{.from_s = *instant, .offset_h = *hours};
 }
 
 std::vector<geo::OffsetFrom> parse_offsets(const std::string& text) {
     // Two a year, for all years.
     constexpr std::size_t kMaxOffsets = 1000;
     std::vector<geo::OffsetFrom> out;
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    while (at != nullptr && out.size() < kMaxOffsets) {
-        geo::OffsetFrom offset;
-        at = read_offset(at, end, offset);
-        if (at == nullptr || (!out.empty() && offset.from_s <= out.back().from_s))
+    std::string_view rest = text;
+    while (out.size() < kMaxOffsets) {
+        const auto offset = take_offset(rest);
+        if (!offset || (!out.empty() && offset->from_s <= out.back().from_s))
             break;
-        out.push_back(offset);
-        if (at == end)
+        out.push_back(*offset);
+        if (rest.empty())
             return out;
-        at = *at == ' ' ? at + 1 : nullptr;
+        if (!util::take(rest, ' '))
+            break;
     }
     throw util::UsageError("place the sun: analysis.clock = '" + text.substr(0, 80) +
                            "'; allowed: offsets in hours with their instants, 1@1767135600");

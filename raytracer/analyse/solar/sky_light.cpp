@@ -1,12 +1,12 @@
 #include "raytracer/analyse/solar/sky_light.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <vector>
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "common/util/numbers.hpp"
 
 namespace terravox::solar {
 namespace {
@@ -57,20 +57,16 @@ Irradiance clear_sky(double altitude_deg, double linke, double height_m, int day
 std::array<double, 12> parse_linke(const std::string& text) {
     constexpr std::size_t kMonths = 12;
     std::vector<double> found;
-    const char* at = text.data();
-    const char* const end = at + text.size();
+    std::string_view rest = text;
     while (found.size() <= kMonths) {
-        double value = 0;
-        const auto [stop, failed] = std::from_chars(at, end, value);
-        if (failed != std::errc{} || !(value >= 1 && value <= 10))
+        const auto value = util::take_number<double>(rest);
+        if (!value || !(*value >= 1 && *value <= 10))
             break;
-        found.push_back(value);
-        at = stop;
-        if (at == end || *at != ',')
+        found.push_back(*value);
+        if (!util::take(rest, ','))
             break;
-        ++at;
     }
-    if (at != end || text.ends_with(',') || (found.size() != 1 && found.size() != kMonths))
+    if (!rest.empty() || text.ends_with(',') || (found.size() != 1 && found.size() != kMonths))
         throw util::UsageError("light the sky: analysis.linke = '" + text +
                                "'; allowed: a number of 1 to 10, or twelve separated by commas, "
                                "January first");

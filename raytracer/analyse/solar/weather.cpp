@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
@@ -11,8 +10,8 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/log.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
-#include "raytracer/analyse/solar/energy.hpp"
 #include "raytracer/analyse/solar/light_sums.hpp"
 
 namespace terravox::solar {
@@ -99,17 +98,15 @@ private:
 
     [[nodiscard]] double number(std::size_t column, const char* what, double min,
                                 double max) const {
-        double value = 0;
-        std::string_view text = m_fields.at(column);
-        if (text.starts_with('+'))
-            text.remove_prefix(1);
-        const auto [at, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (failed != std::errc{} || at != text.data() + text.size() ||
-            !(value >= min && value <= max))
+        const std::string_view text = m_fields.at(column);
+        std::string_view digits = text;
+        (void)util::take(digits, '+');
+        const auto value = util::parse_number<double>(digits);
+        if (!value || !(*value >= min && *value <= max))
             fail_here(std::string(what) + " = '" + std::string(text) +
                       "'; allowed: " + std::to_string(static_cast<int>(min)) + " to " +
                       std::to_string(static_cast<int>(max)));
-        return value;
+        return *value;
     }
 
     void read_location() {

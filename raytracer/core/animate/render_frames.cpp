@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "common/util/files.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/core/animate/video.hpp"
@@ -164,10 +165,9 @@ private:
     /// @param rest what follows ".part-"; nothing is known about other programs' files, so they are
     /// kept
     static bool at_work(const std::string& rest) {
-        int pid = 0;
-        const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), pid);
-        if (read.ec != std::errc{} || pid <= 0 || read.ptr == rest.data() + rest.size() ||
-            *read.ptr != '-')
+        std::string_view text = rest;
+        const auto pid = util::take_number<int>(text);
+        if (!pid || *pid <= 0 || !text.starts_with('-'))
             return true;
         return ::kill(pid, 0) == 0 || errno == EPERM;
     }

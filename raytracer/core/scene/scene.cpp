@@ -1,12 +1,11 @@
 #include "raytracer/core/scene/scene.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::scene {
@@ -15,18 +14,11 @@ namespace {
 /// Takes a number and what follows it from the front of a text.
 /// @return nullopt for no number, for one out of range, and where another character follows
 std::optional<double> take_number(std::string_view& text, char after) {
-    double value = 0;
-    const char* end = text.data() + text.size();
-    const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || !(std::abs(value) <= PointList::kFarthest))
+    const auto value = util::take_number<double>(text);
+    if (!value || !(std::abs(*value) <= PointList::kFarthest))
         return std::nullopt;
-    text.remove_prefix(static_cast<std::size_t>(at - text.data()));
-    if (text.empty())
-        return after == '\0' ? std::optional(value) : std::nullopt;
-    if (text.front() != after)
-        return std::nullopt;
-    text.remove_prefix(1);
-    return value;
+    const bool is_right = text.empty() ? after == '\0' : util::take(text, after);
+    return is_right ? value : std::nullopt;
 }
 
 }  // namespace
@@ -57,28 +49,15 @@ std::string PointList::text() const {
     return out;
 }
 
-namespace {
-
-template <class Number>
-std::optional<Number> number_in(const std::string& text, std::size_t length) {
-    Number value{};
-    const char* end = text.data() + length;
-    const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || at != end)
-        return std::nullopt;
-    return value;
-}
-
-}  // namespace
-
 std::optional<TileSize> TileSize::parse(const std::string& text) {
     if (text.ends_with('%')) {
-        const auto percent = number_in<double>(text, text.size() - 1);
+        const auto percent =
+            util::parse_number<double>(std::string_view(text).substr(0, text.size() - 1));
         if (!percent || !(*percent >= kMin_percent && *percent <= kMax_percent))
             return std::nullopt;
         return TileSize{TileSize{}.px, *percent};
     }
-    const auto px = number_in<int>(text, text.size());
+    const auto px = util::parse_number<int>(text);
     if (!px || *px < 1 || *px > kMax_px)
         return std::nullopt;
     return TileSize{*px, 0};

@@ -3,13 +3,13 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/core/scene/scene_fields.hpp"
@@ -123,15 +123,8 @@ private:
     const FieldRule& m_rule;
 };
 
-std::optional<double> find_number(const std::string& text) {
-    double value = 0;
-    const char* end = text.data() + text.size();
-    const auto [at, failed] = std::from_chars(text.data(), end, value);
-    return failed == std::errc{} && at == end ? std::optional(value) : std::nullopt;
-}
-
 double parse_number(const Setter& setter, const std::string& text) {
-    const auto value = find_number(text);
+    const auto value = util::parse_number<double>(text);
     if (!value)
         setter.fail("'" + text + "'", "a number");
     return *value;
@@ -169,7 +162,7 @@ void put_text(const Setter& s, const std::string& text, Size& f) {
     std::vector<double> sides;
     std::istringstream stream(text);
     for (std::string part; std::getline(stream, part, 'x');) {
-        const auto side = find_number(part);
+        const auto side = util::parse_number<double>(part);
         if (!side)
             break;
         sides.push_back(*side);

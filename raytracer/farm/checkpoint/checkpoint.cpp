@@ -6,13 +6,13 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <numeric>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"
 
@@ -32,17 +32,10 @@ std::uint32_t to_shift(std::uint32_t count) noexcept {
 }  // namespace
 
 std::optional<Part> Part::parse(const std::string& text) {
-    Part part;
-    const char* const end = text.data() + text.size();
-    const auto first = std::from_chars(text.data(), end, part.index);
-    if (first.ec != std::errc{} || first.ptr == end || *first.ptr != '/')
+    const auto part = util::parse_part<std::uint32_t>(text);
+    if (!part || part->second > kMaxParts)
         return std::nullopt;
-    const auto second = std::from_chars(first.ptr + 1, end, part.count);
-    if (second.ec != std::errc{} || second.ptr != end)
-        return std::nullopt;
-    if (part.index < 1 || part.index > part.count || part.count > kMaxParts)
-        return std::nullopt;
-    return part;
+    return Part{part->first, part->second};
 }
 
 bool Part::has(std::uint32_t column, std::uint32_t row) const noexcept {

@@ -3,12 +3,12 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <type_traits>
 
 #include "common/util/command_line.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/secret.hpp"
 #include "common/util/toml_file.hpp"
 
@@ -133,13 +133,10 @@ public:
         if constexpr (std::is_same_v<Field, bool>)
             field = text == "yes";
         else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, double>) {
-            double value = 0;
-            const auto [end, failed] =
-                std::from_chars(text.data(), text.data() + text.size(), value);
-            if (failed != std::errc() || end != text.data() + text.size() ||
-                (std::is_same_v<Field, int> && value != std::floor(value)))
+            const auto value = util::parse_number<double>(text);
+            if (!value || (std::is_same_v<Field, int> && *value != std::floor(*value)))
                 refuse("'" + text + "'", range<Field>());
-            set_number(value, text, field);
+            set_number(*value, text, field);
         } else if constexpr (kIsList<Field>)
             add(text, field);
         else

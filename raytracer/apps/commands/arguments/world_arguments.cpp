@@ -1,7 +1,6 @@
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <sstream>
@@ -9,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
-#include "raytracer/core/scene/scene.hpp"
+#include "common/util/numbers.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
 #include "raytracer/core/scene/views.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
@@ -24,12 +23,10 @@ std::vector<double> list_numbers(const std::string& command, const std::string& 
     std::vector<double> out;
     std::istringstream in(text);
     for (std::string word; std::getline(in, word, ',');) {
-        double value = 0;
-        const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (read.ec != std::errc{} || read.ptr != word.data() + word.size() ||
-            !std::isfinite(value))
+        const auto value = util::parse_number<double>(word);
+        if (!value || !std::isfinite(*value))
             break;
-        out.push_back(value);
+        out.push_back(*value);
     }
     if (!text.empty() &&
         (out.size() != count ||

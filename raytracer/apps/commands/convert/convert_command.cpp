@@ -2,7 +2,6 @@
 
 #include <xxhash.h>
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -12,6 +11,7 @@
 
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/core/material/appearance.hpp"
@@ -90,23 +90,14 @@ struct ConvertArguments {
 
 /// @throws UsageError unless it is I/N, or empty
 exports::ShardChoice parse_shard(const std::string& text) {
-    exports::ShardChoice out;
     if (text.empty())
-        return out;
-    const auto refused = [&] {
-        return util::UsageError("convert: --shard " + text +
-                                "; allowed: I/N with I from 1 to N, N up to " +
-                                std::to_string(exports::ShardChoice::kMost));
-    };
-    const char* const end = text.data() + text.size();
-    const auto number = std::from_chars(text.data(), end, out.number);
-    if (number.ec != std::errc() || number.ptr == end || *number.ptr != '/')
-        throw refused();
-    const auto of = std::from_chars(number.ptr + 1, end, out.of);
-    if (of.ec != std::errc() || of.ptr != end || out.of < 1 ||
-        out.of > exports::ShardChoice::kMost || out.number < 1 || out.number > out.of)
-        throw refused();
-    return out;
+        return {};
+    const auto part = util::parse_part<int>(text);
+    if (!part || part->second > exports::ShardChoice::kMost)
+        throw util::UsageError("convert: --shard " + text +
+                               "; allowed: I/N with I from 1 to N, N up to " +
+                               std::to_string(exports::ShardChoice::kMost));
+    return {part->first, part->second};
 }
 
 std::vector<exports::ColumnAt> columns_at(const std::vector<grid::PatchKey>& patches) {
