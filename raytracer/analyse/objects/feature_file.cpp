@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal_files.hpp"
@@ -18,13 +17,6 @@ namespace terravox::analyse {
 namespace {
 
 constexpr int kSteps = 6;
-
-template <class... Values>
-std::string formatted(const char* form, Values... values) {
-    std::array<char, 512> text{};
-    std::snprintf(text.data(), text.size(), form, values...);
-    return text.data();
-}
 
 /// Borders of the steps, whole numbers where the values allow it.
 struct Steps {
@@ -49,8 +41,9 @@ Steps make_steps(const std::vector<double>& kwh_m2) {
 std::string make_range(const Steps& steps, int i) {
     const double low = steps.border(i);
     const double high = steps.border(i + 1);
-    return formatted(
-        "<range lower=\"%.6f\" upper=\"%.6f\" symbol=\"%d\" label=\"%g to %g\" render=\"true\"/>",
+    return fmt::format(
+        "<range lower=\"{:.6f}\" upper=\"{:.6f}\" symbol=\"{}\" label=\"{:g} to {:g}\" "
+        "render=\"true\"/>",
         low, high, i, low, high);
 }
 
@@ -58,16 +51,16 @@ std::string make_symbol(int i, StyledShape shape) {
     const map::Rgba8 colour =
         colour_at(Ramp::kWarm, 0.25 + 0.75 * static_cast<double>(i) / (kSteps - 1));
     if (shape == StyledShape::kLine)
-        return formatted(
-            "<symbol type=\"line\" name=\"%d\" alpha=\"1\" clip_to_extent=\"1\">"
+        return fmt::format(
+            "<symbol type=\"line\" name=\"{}\" alpha=\"1\" clip_to_extent=\"1\">"
             "<layer class=\"SimpleLine\" enabled=\"1\" locked=\"0\" pass=\"0\">"
-            "<prop k=\"line_color\" v=\"%d,%d,%d,255\"/><prop k=\"line_width\" v=\"0.8\"/>"
+            "<prop k=\"line_color\" v=\"{},{},{},255\"/><prop k=\"line_width\" v=\"0.8\"/>"
             "</layer></symbol>",
             i, colour.r, colour.g, colour.b);
-    return formatted(
-        "<symbol type=\"fill\" name=\"%d\" alpha=\"0.8\" clip_to_extent=\"1\">"
+    return fmt::format(
+        "<symbol type=\"fill\" name=\"{}\" alpha=\"0.8\" clip_to_extent=\"1\">"
         "<layer class=\"SimpleFill\" enabled=\"1\" locked=\"0\" pass=\"0\">"
-        "<prop k=\"color\" v=\"%d,%d,%d,255\"/><prop k=\"outline_color\" v=\"60,60,60,255\"/>"
+        "<prop k=\"color\" v=\"{},{},{},255\"/><prop k=\"outline_color\" v=\"60,60,60,255\"/>"
         "<prop k=\"outline_width\" v=\"0.2\"/><prop k=\"style\" v=\"solid\"/></layer></symbol>",
         i, colour.r, colour.g, colour.b);
 }

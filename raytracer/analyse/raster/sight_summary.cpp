@@ -1,7 +1,6 @@
 #include "raytracer/analyse/raster/sight_summary.hpp"
 
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "common/voxel/material.hpp"
@@ -33,12 +32,9 @@ void add_rows(const SightSummary& summary, const std::map<int, SeenCells>& kinds
     for (const auto& [number, cells] : kinds) {
         if (cells.seen == 0)
             continue;
-        std::array<char, 160> line{};
-        std::snprintf(line.data(), line.size(), "  %-20s %10.4f km2 %8.1f %% %12.1f %%\n",
-                      to_name(number).c_str(), summary.km2(cells.seen),
-                      100 * share(cells.seen, summary.cells.seen),
-                      100 * share(cells.seen, cells.all));
-        out += line.data();
+        out += fmt::format("  {:<20} {:10.4f} km2 {:8.1f} % {:12.1f} %\n", to_name(number),
+                           summary.km2(cells.seen), 100 * share(cells.seen, summary.cells.seen),
+                           100 * share(cells.seen, cells.all));
     }
 }
 
@@ -84,11 +80,9 @@ SightSummary make_summary(CellFile& cells, double edge_m) {
 }
 
 std::string make_table(const SightSummary& summary) {
-    std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(), "seen: %.4f km2 of %.4f km2 (%.1f %%)\n",
-                  summary.km2(summary.cells.seen), summary.km2(summary.cells.all),
-                  100 * share(summary.cells.seen, summary.cells.all));
-    std::string out = line.data();
+    std::string out = fmt::format("seen: {:.4f} km2 of {:.4f} km2 ({:.1f} %)\n",
+                                  summary.km2(summary.cells.seen), summary.km2(summary.cells.all),
+                                  100 * share(summary.cells.seen, summary.cells.all));
     out += "  what                  area seen  share of seen  seen of it\n";
     add_rows(summary, summary.by_material, name_of_material, out);
     add_rows(summary, summary.by_class, name_of_class, out);

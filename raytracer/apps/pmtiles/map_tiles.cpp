@@ -2,7 +2,6 @@
 
 #include <gdal_utils.h>
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -32,12 +31,6 @@ output::GdalDataset open_map(const std::string& file, const output::GdalWatch& w
     return out;
 }
 
-std::string metres(double v) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4f", v);
-    return text;
-}
-
 }  // namespace
 
 class TileCutter::Maps : public util::HandlePool<output::GdalDataset> {};
@@ -62,7 +55,8 @@ std::vector<map::Rgba8> TileCutter::cut(const TileAddress& tile) const {
     const auto [west, south, east, north] = WebArea::measure_bounds(tile);
     const std::string side = std::to_string(m_tile_px);
     std::vector<std::string> words = {"-of", "MEM", "-t_srs", "EPSG:3857", "-te"};
-    words.insert(words.end(), {metres(west), metres(south), metres(east), metres(north)});
+    for (const double edge_m : {west, south, east, north})
+        words.push_back(fmt::format("{:.4f}", edge_m));
     words.insert(words.end(), {"-ts", side, side, "-r", "bilinear", "-srcalpha", "-dstalpha"});
     std::vector<char*> pointers;
     for (std::string& word : words)

@@ -3,7 +3,6 @@
 #include <imgui.h>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -42,38 +41,32 @@ constexpr std::array<const char*, 23> kStandardClasses{"never classified",
                                                        "snow",
                                                        "temporal exclusion"};
 
-template <class... Values>
-std::string text(const char* format, Values... values) {
-    std::array<char, 160> out{};
-    std::snprintf(out.data(), out.size(), format, values...);
-    return out.data();
-}
-
 }  // namespace
 
 std::vector<PickedFact> collect_facts(const Picked& picked, const voxel::WorldInfo& world) {
     std::vector<PickedFact> out;
-    out.push_back({"voxel", text("%d, %d, %d", picked.voxel.x, picked.voxel.y, picked.voxel.z) +
-                                (picked.level > 0 ? text(" of level %d", picked.level) : "")});
+    out.push_back(
+        {"voxel", fmt::format("{}, {}, {}", picked.voxel.x, picked.voxel.y, picked.voxel.z) +
+                      (picked.level > 0 ? fmt::format(" of level {}", picked.level) : "")});
     const core::Vec3 p = picked.point;
     const double easting = p.x * world.crs_units_per_voxel;
     const double northing = -p.z * world.crs_units_per_voxel;
     const double height_m = p.y * world.voxel_m;
     if (!world.crs.empty()) {
-        out.push_back({world.crs, text("%.2f, %.2f", easting, northing)});
+        out.push_back({world.crs, fmt::format("{:.2f}, {:.2f}", easting, northing)});
         try {
             const geo::LatLon at =
                 geo::to_lat_lon(geo::Crs::from_wkt(world.crs_wkt), easting, northing);
-            out.push_back({"lat, lon", text("%.7f, %.7f", at.lat_deg, at.lon_deg)});
+            out.push_back({"lat, lon", fmt::format("{:.7f}, {:.7f}", at.lat_deg, at.lon_deg)});
         } catch (const util::Error&) {
             out.push_back({"lat, lon", "not defined here"});
         }
     } else {
-        out.push_back(
-            {"world", text("%.2f m east, %.2f m south", p.x * world.voxel_m, p.z * world.voxel_m)});
+        out.push_back({"world", fmt::format("{:.2f} m east, {:.2f} m south", p.x * world.voxel_m,
+                                            p.z * world.voxel_m)});
     }
-    out.push_back({"height", text("%.2f m", height_m)});
-    out.push_back({"distance", text("%.1f m", picked.distance_m)});
+    out.push_back({"height", fmt::format("{:.2f} m", height_m)});
+    out.push_back({"distance", fmt::format("{:.1f} m", picked.distance_m)});
     if (picked.hole) {
         out.push_back({"material", "a hole: its box could not be loaded"});
         return out;
@@ -85,14 +78,14 @@ std::vector<PickedFact> collect_facts(const Picked& picked, const voxel::WorldIn
     const bool standard = static_cast<std::size_t>(code) < kStandardClasses.size();
     out.push_back(
         {"source class",
-         text("%d", code) +
+         std::to_string(code) +
              (standard ? " (ASPRS: " +
                              std::string(kStandardClasses[static_cast<std::size_t>(code)]) + ")"
                        : "")});
     const tiles::SquareGrid squares(world);
     out.push_back({"square", squares.to_name(squares.compute_index(p.x, p.z))});
     const voxel::Rgb8 c = picked.attr.colour;
-    const std::string colour = text("#%02x%02x%02x", c.r, c.g, c.b);
+    const std::string colour = fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b);
     out.push_back({"true colour", picked.attr.has_colour()  ? colour
                                   : picked.attr.is_tinted() ? "none; drawn " + colour
                                                             : "none"});
@@ -164,9 +157,7 @@ core::Ray plumb_line(const voxel::WorldInfo& world, double x, double z) noexcept
 namespace {
 
 std::string metres(double m) {
-    std::array<char, 40> out{};
-    std::snprintf(out.data(), out.size(), "%.2f m", m);
-    return out.data();
+    return fmt::format("{:.2f} m", m);
 }
 
 void draw_row(const std::string& name, const std::string& value) {

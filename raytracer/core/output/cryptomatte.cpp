@@ -1,20 +1,14 @@
 #include "raytracer/core/output/cryptomatte.hpp"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <bit>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace terravox::output {
 namespace {
 
 constexpr const char* kUnknown = "unknown";
-
-std::string hex(std::uint32_t v) {
-    char text[9];
-    std::snprintf(text, sizeof text, "%08x", v);
-    return text;
-}
 
 std::uint32_t scramble(std::uint32_t k) noexcept {
     return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u;
@@ -51,11 +45,11 @@ std::uint32_t cryptomatte_id(std::string_view name) noexcept {
 
 Cryptomatte::Cryptomatte(std::string type, const std::vector<std::string>& names)
     : m_type(std::move(type)), m_unknown(cryptomatte_id(kUnknown)) {
-    nlohmann::json manifest = {{kUnknown, hex(m_unknown)}};
+    nlohmann::json manifest = {{kUnknown, fmt::format("{:08x}", m_unknown)}};
     m_ids.reserve(names.size());
     for (const std::string& name : names) {
         m_ids.push_back(cryptomatte_id(name));
-        manifest[name] = hex(m_ids.back());
+        manifest[name] = fmt::format("{:08x}", m_ids.back());
     }
     m_manifest = manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -69,7 +63,8 @@ std::vector<std::string> Cryptomatte::channel_names(const std::string& type) {
 }
 
 std::vector<std::pair<std::string, std::string>> Cryptomatte::metadata() const {
-    const std::string key = "cryptomatte/" + hex(murmur3_32(m_type)).substr(0, 7) + "/";
+    const std::string key =
+        "cryptomatte/" + fmt::format("{:08x}", murmur3_32(m_type)).substr(0, 7) + "/";
     return {{key + "name", m_type},
             {key + "hash", "MurmurHash3_32"},
             {key + "conversion", "uint32_to_float32"},

@@ -131,13 +131,12 @@ GdalDataset memory_dataset(const PixelsInMemory& pixels, const GdalWatch& watch)
     const auto* first = static_cast<const std::byte*>(pixels.first);
     for (int channel = 0; channel < pixels.channels; ++channel) {
         const auto i = static_cast<std::size_t>(channel);
-        std::array<char, 32> pointer{};
-        std::snprintf(pointer.data(), pointer.size(), "%p",
-                      static_cast<const void*>(first + i * pixels.channel_bytes));
-        GdalOptions options = {{"DATAPOINTER", pointer.data()},
-                               {"PIXELOFFSET", std::to_string(pixels.pixel_bytes)},
-                               {"LINEOFFSET", std::to_string(row_bytes)}};
-        watch.check(GDALAddBand(out.get(), pixels.type, options.list()) == CE_None);
+        GdalOptions options = {
+            {"DATAPOINTER",
+             fmt::format("{}", static_cast<const void*>(first + i * pixels.channel_bytes))},
+            {"PIXELOFFSET", std::to_string(pixels.pixel_bytes)},
+            {"LINEOFFSET", std::to_string(row_bytes)}};
+        watch.check(GDALAddBand(out.get(), pixels.type, options.List()) == CE_None);
         GDALSetRasterColorInterpretation(GDALGetRasterBand(out.get(), channel + 1), kMeaning[i]);
     }
     return out;

@@ -1,5 +1,6 @@
 #include "raytracer/core/output/progress.hpp"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,9 +21,7 @@ double seconds(std::chrono::steady_clock::duration d) {
 std::string to_time_left(double elapsed_s, double share) {
     if (!(share > 0))
         return "preparing";
-    std::array<char, 40> out{};
-    std::snprintf(out.data(), out.size(), "%.0f s left", elapsed_s / share - elapsed_s);
-    return out.data();
+    return fmt::format("{:.0f} s left", elapsed_s / share - elapsed_s);
 }
 
 Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet, double time_s)
@@ -74,10 +73,10 @@ void Progress::show(bool last) {
     const std::string left = to_time_left(elapsed, share);
     const auto tiles = static_cast<unsigned long long>(m_tiles);
     const auto total = static_cast<unsigned long long>(m_total_tiles);
-    std::array<char, 40> rate{};
+    std::string rate;
     if (m_rays > 0)
-        std::snprintf(rate.data(), rate.size(), "  %.2f Mray/s",
-                      static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1));
+        rate = fmt::format("  {:.2f} Mray/s",
+                           static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1));
     if (m_terminal) {
         constexpr int kWidth = 32;
         std::string bar(kWidth, '.');

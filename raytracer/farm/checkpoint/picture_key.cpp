@@ -2,7 +2,6 @@
 
 #include <xxhash.h>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -217,10 +216,8 @@ public:
         m_bytes += size;
     }
     [[nodiscard]] std::string text() const {
-        std::array<char, 20> hash{};
-        std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(m_hash));
-        return std::to_string(m_files) + (m_files == 1 ? " file, " : " files, ") +
-               std::to_string(m_bytes) + " bytes, " + hash.data();
+        return fmt::format("{} {}, {} bytes, {:016x}", m_files, m_files == 1 ? "file" : "files",
+                           m_bytes, m_hash);
     }
 
 private:

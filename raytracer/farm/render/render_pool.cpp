@@ -1,6 +1,5 @@
 #include "raytracer/farm/render/render_pool.hpp"
 
-#include <cstdio>
 #include <random>
 #include <utility>
 
@@ -193,23 +192,19 @@ std::vector<std::string> RenderPool::table() const {
     if (!m_farm && !m_options.green)
         return {};
     std::vector<std::string> out;
-    const auto line = [&](const char* format, auto... values) {
-        char text[256];
-        std::snprintf(text, sizeof text, format, values...);
-        out.emplace_back(text);
-    };
-    line("  %-26s %-9s %7s %9s %10s %8s %8s %6s", "processor", "state", "threads", "tiles",
-         "kpixel/s", "latency", "memory", "busy");
+    out.push_back(fmt::format("  {:<26} {:<9} {:>7} {:>9} {:>10} {:>8} {:>8} {:>6}", "processor",
+                              "state", "threads", "tiles", "kpixel/s", "latency", "memory",
+                              "busy"));
     for (const Participant& h : participants()) {
         const std::string name =
             util::printable((h.status.name + (h.status.kind == std::string_view("socket")
                                                   ? ""
                                                   : std::string(" (") + h.status.kind + ")"))
                                 .substr(0, 26));
-        line("  %-26s %-9s %7d %9llu %10.1f %5.1f ms %4llu MiB %4.0f %%", name.c_str(),
-             h.status.state, h.status.threads, static_cast<unsigned long long>(h.status.bands),
-             h.status.pixels_per_s / 1e3, h.status.latency_s * 1e3,
-             static_cast<unsigned long long>(h.memory_bytes >> 20), 100 * h.status.busy_share);
+        out.push_back(fmt::format("  {:<26} {:<9} {:7} {:9} {:10.1f} {:5.1f} ms {:4} MiB {:4.0f} %",
+                                  name, h.status.state, h.status.threads, h.status.bands,
+                                  h.status.pixels_per_s / 1e3, h.status.latency_s * 1e3,
+                                  h.memory_bytes >> 20, 100 * h.status.busy_share));
     }
     return out;
 }

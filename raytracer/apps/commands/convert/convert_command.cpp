@@ -63,11 +63,8 @@ std::string job_name(const WorldArguments& arguments, scene::Scene scene, const 
     for (std::size_t a = 0; a < 3; ++a)
         facts +=
             ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
-    char hash[17];
-    std::snprintf(hash, sizeof hash, "%016llx",
-                  static_cast<unsigned long long>(
-                      XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level))));
-    return "terravox " + form + " " + hash;
+    return fmt::format("terravox {} {:016x}", form,
+                       XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level)));
 }
 
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <vector>
 
@@ -104,9 +103,7 @@ constexpr std::array kUnits{Unit{"_deg", kDegrees}, Unit{"_m", "m"},      Unit{"
 
 /// Rounds a slider's number to the displayed digits, as sliders have single precision.
 double meant(float v) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.6g", static_cast<double>(v));
-    return std::strtod(text.data(), nullptr);
+    return std::strtod(fmt::format("{:.6g}", static_cast<double>(v)).c_str(), nullptr);
 }
 
 /// The text of a text field.

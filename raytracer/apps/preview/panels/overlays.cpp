@@ -1,7 +1,7 @@
+#include <fmt/core.h>
 #include <imgui.h>
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <string>
 
 #include "raytracer/apps/preview/panels/panels.hpp"
@@ -12,31 +12,25 @@ namespace {
 constexpr double kNotice_s = 6;
 constexpr double kBadNotice_s = 18;
 
-template <class... Values>
-std::string text(const char* format, Values... values) {
-    std::array<char, 160> out{};
-    std::snprintf(out.data(), out.size(), format, values...);
-    return out.data();
-}
-
 std::string make_line(const StatusFacts& facts) {
     const preview::Progressive::Status& p = facts.picture;
     const int percent = static_cast<int>(p.share * 100);
     std::string out;
     if (p.step > 1)
-        out = text("pass of %d px, %d %%", p.step, percent);
+        out = fmt::format("pass of {} px, {} %", p.step, percent);
     else if (p.samples == 0)
-        out = text("first sample, %d %%", percent);
+        out = fmt::format("first sample, {} %", percent);
     else
-        out = text("%s%u of %u samples", facts.busy ? "" : "done, ", p.samples, p.of_samples);
+        out =
+            fmt::format("{}{} of {} samples", facts.busy ? "" : "done, ", p.samples, p.of_samples);
     if (p.seconds > 0)
-        out += text("   %.2f Mray/s", static_cast<double>(p.rays) / 1e6 / p.seconds);
+        out += fmt::format("   {:.2f} Mray/s", static_cast<double>(p.rays) / 1e6 / p.seconds);
     if (facts.frame_s > 0)
-        out += text("   %.0f fps", 1 / facts.frame_s);
+        out += fmt::format("   {:.0f} fps", 1 / facts.frame_s);
     if (p.holes > 0)
-        out += text("   holes: %zu", p.holes);
+        out += fmt::format("   holes: {}", p.holes);
     if (facts.missing > 0)
-        out += text("   boxes on their way: %zu", facts.missing);
+        out += fmt::format("   boxes on their way: {}", facts.missing);
     return out;
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -24,9 +23,7 @@ std::optional<animate::Animation> PathPanel::make(preview::EditorState& editor_s
 
 void PathPanel::add_key(preview::EditorState& editor_state) {
     m_chosen = m_path.put(m_time_s, editor_state.placed());
-    std::array<char, 60> line{};
-    std::snprintf(line.data(), line.size(), "key frame at %.2f s", m_time_s);
-    editor_state.notify(line.data());
+    editor_state.notify(fmt::format("key frame at {:.2f} s", m_time_s));
     // The next key is usually a later one.
     constexpr double kNext_s = 3;
     m_time_s += kNext_s;
