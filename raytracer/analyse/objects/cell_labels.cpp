@@ -128,17 +128,9 @@ LabelFile::LabelFile(const std::filesystem::path& out, int columns, int rows)
       m_rows(rows),
       m_file(std::filesystem::path(out).replace_extension(".labels.tif")) {
     const output::GdalWatch watch(m_attempt);
-    output::GdalOptions options = {{"TILED", "YES"},
-                                   {"BLOCKXSIZE", std::to_string(kBlockColumns)},
-                                   {"BLOCKYSIZE", std::to_string(kBlockRows)},
-                                   {"COMPRESS", "DEFLATE"},
-                                   {"ZLEVEL", "1"},
-                                   {"SPARSE_OK", "TRUE"},
-                                   {"BIGTIFF", "YES"}};
-    m_dataset.reset(GDALCreate(GDALGetDriverByName("GTiff"),
-                               m_file.temporary_path().string().c_str(), columns, rows, 1,
-                               GDT_Int32, options.list()));
-    watch.check(m_dataset != nullptr);
+    m_dataset = output::create_tiff(m_file.temporary_path(),
+                                    {columns, rows, 1, GDT_Int32, kBlockColumns, kBlockRows},
+                                    {{"ZLEVEL", "1"}, {"SPARSE_OK", "TRUE"}}, watch);
 }
 
 void LabelFile::read(const CellRectangle& area, Numbers& numbers) const {

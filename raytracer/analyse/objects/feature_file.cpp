@@ -161,7 +161,7 @@ FeatureFile::FeatureFile(const std::filesystem::path& out, const std::string& wh
     m_layer = GDALDatasetCreateLayer(
         m_dataset.get(), layer.name,
         OGRSpatialReference::ToHandle(const_cast<OGRSpatialReference*>(&crs.ogr())), layer.geometry,
-        options.list());
+        options.List());
     watch.check(m_layer != nullptr);
     for (const FeatureField& field : layer.fields)
         add_field(static_cast<OGRLayerH>(m_layer), field, watch);
@@ -184,7 +184,7 @@ void FeatureFile::add_style(const LayerStyle& style) {
     output::GdalOptions options = {{"FID", "id"}};
     // The table in which QGIS keeps and looks for styles.
     const auto table = static_cast<OGRLayerH>(
-        GDALDatasetCreateLayer(m_dataset.get(), "layer_styles", nullptr, wkbNone, options.list()));
+        GDALDatasetCreateLayer(m_dataset.get(), "layer_styles", nullptr, wkbNone, options.List()));
     watch.check(table != nullptr);
     const FeatureField fields[] = {{"f_table_catalog", OFTString},
                                    {"f_table_schema", OFTString},

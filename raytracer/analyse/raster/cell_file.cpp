@@ -26,18 +26,10 @@ CellFile::CellFile(const std::filesystem::path& out, core::AnalysisKind kind, in
                                "; allowed: multiples of 16");
     const output::GdalWatch watch(m_attempt);
     // Bands apart, so that those which are derived later rewrite none of the others.
-    output::GdalOptions options = {{"TILED", "YES"},
-                                   {"BLOCKXSIZE", std::to_string(m_block_px)},
-                                   {"BLOCKYSIZE", std::to_string(m_block_px)},
-                                   {"INTERLEAVE", "BAND"},
-                                   {"COMPRESS", "DEFLATE"},
-                                   {"ZLEVEL", "1"},
-                                   {"PREDICTOR", "3"},
-                                   {"BIGTIFF", "YES"}};
-    m_dataset.reset(GDALCreate(GDALGetDriverByName("GTiff"),
-                               m_file.temporary_path().string().c_str(), columns, rows,
-                               static_cast<int>(m_bands.size()), GDT_Float32, options.list()));
-    watch.check(m_dataset != nullptr);
+    m_dataset = output::create_tiff(
+        m_file.temporary_path(),
+        {columns, rows, static_cast<int>(m_bands.size()), GDT_Float32, m_block_px, m_block_px},
+        {{"INTERLEAVE", "BAND"}, {"ZLEVEL", "1"}, {"PREDICTOR", "3"}}, watch);
     int number = 0;
     for (const RasterBand& band : m_bands) {
         GDALRasterBandH to = GDALGetRasterBand(m_dataset.get(), ++number);

@@ -83,7 +83,7 @@ void write_netcdf(GDALDatasetH bands, const std::string& attempt, const CubeVari
         {"FORMAT", "NC4C"}, {"COMPRESS", "DEFLATE"}, {"WRITE_GDAL_HISTORY", "NO"}};
     output::GdalDataset copy(GDALCreateCopy(geo::netcdf_driver(),
                                             target.temporary_path().string().c_str(), cube.get(),
-                                            FALSE, options.list(), nullptr, nullptr));
+                                            FALSE, options.List(), nullptr, nullptr));
     watch.check(copy != nullptr);
     copy.reset();  // writes what is left
     watch.check(true);
@@ -115,19 +115,14 @@ ShadowCube::ShadowCube(const std::filesystem::path& out, std::vector<Mask> masks
       m_masks(std::move(masks)),
       m_file(std::filesystem::path(out).replace_extension(".masks.tif")) {
     const output::GdalWatch watch(m_attempt);
-    output::GdalOptions options = {{"TILED", "YES"},
-                                   {"BLOCKXSIZE", std::to_string(kBlock_px)},
-                                   {"BLOCKYSIZE", std::to_string(kBlock_px)},
-                                   {"INTERLEAVE", "BAND"},
-                                   {"PHOTOMETRIC", "MINISBLACK"},
-                                   {"ALPHA", "UNSPECIFIED"},
-                                   {"COMPRESS", "DEFLATE"},
-                                   {"ZLEVEL", "1"},
-                                   {"BIGTIFF", "YES"}};
-    m_dataset.reset(GDALCreate(GDALGetDriverByName("GTiff"),
-                               m_file.temporary_path().string().c_str(), columns, rows,
-                               static_cast<int>(m_masks.size() + 1), GDT_Byte, options.list()));
-    watch.check(m_dataset != nullptr);
+    m_dataset = output::create_tiff(
+        m_file.temporary_path(),
+        {columns, rows, static_cast<int>(m_masks.size() + 1), GDT_Byte, kBlock_px, kBlock_px},
+        {{"INTERLEAVE", "BAND"},
+         {"PHOTOMETRIC", "MINISBLACK"},
+         {"ALPHA", "UNSPECIFIED"},
+         {"ZLEVEL", "1"}},
+        watch);
     for (std::size_t i = 0; i <= m_masks.size(); ++i) {
         GDALRasterBandH band = GDALGetRasterBand(m_dataset.get(), static_cast<int>(i) + 1);
         GDALSetDescription(band, i < m_masks.size() ? m_masks[i].name.c_str() : "hole");

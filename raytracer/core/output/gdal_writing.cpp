@@ -99,16 +99,17 @@ void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
             m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);
 }
 
-GdalOptions::GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options) {
-    m_pointers.push_back(nullptr);
-    for (const auto& [name, value] : options)
-        add(name, value);
-}
-
-void GdalOptions::add(const std::string& name, const std::string& value) {
-    m_texts.push_back(std::make_unique<std::string>(name + "=" + value));
-    m_pointers.back() = m_texts.back()->data();
-    m_pointers.push_back(nullptr);
+GdalDataset create_tiff(const std::filesystem::path& file, const TiffLayout& layout,
+                        GdalOptions options, const GdalWatch& watch) {
+    options.add({{"TILED", "YES"},
+                 {"BLOCKXSIZE", std::to_string(layout.block_columns)},
+                 {"BLOCKYSIZE", std::to_string(layout.block_rows)},
+                 {"COMPRESS", "DEFLATE"},
+                 {"BIGTIFF", "YES"}});
+    GdalDataset out(GDALCreate(GDALGetDriverByName("GTiff"), file.string().c_str(), layout.columns,
+                               layout.rows, layout.bands, layout.type, options.List()));
+    watch.check(out != nullptr);
+    return out;
 }
 
 PixelsInMemory byte_pixels(const std::vector<std::uint8_t>& samples, int width_px, int height_px,
@@ -146,7 +147,7 @@ std::string encode_in_memory(GDALDatasetH from, GDALDriverH driver, GdalOptions&
                              const GdalWatch& watch) {
     const MemoryFile memory;
     GdalDataset file(
-        GDALCreateCopy(driver, memory.name(), from, FALSE, options.list(), nullptr, nullptr));
+        GDALCreateCopy(driver, memory.name(), from, FALSE, options.List(), nullptr, nullptr));
     watch.check(file != nullptr);
     file.reset();  // writes what is left
     vsi_l_offset bytes = 0;
@@ -184,15 +185,12 @@ void write_cog(GDALDatasetH from, const std::filesystem::path& file, const CogOp
                            {"BIGTIFF", "IF_SAFER"},
                            {"NUM_THREADS", cog.threads}};
     if (driver != nullptr) {
-        options.add("BLOCKSIZE", edge);
-        options.add("OVERVIEW_RESAMPLING", cog.overview_resampling);
+        options.add({{"BLOCKSIZE", edge}, {"OVERVIEW_RESAMPLING", cog.overview_resampling}});
     } else {
         driver = GDALGetDriverByName("GTiff");
-        options.add("TILED", "YES");
-        options.add("BLOCKXSIZE", edge);
-        options.add("BLOCKYSIZE", edge);
+        options.add({{"TILED", "YES"}, {"BLOCKXSIZE", edge}, {"BLOCKYSIZE", edge}});
     }
-    GdalDataset out(GDALCreateCopy(driver, file.string().c_str(), from, FALSE, options.list(),
+    GdalDataset out(GDALCreateCopy(driver, file.string().c_str(), from, FALSE, options.List(),
                                    go_on, const_cast<std::function<bool()>*>(&cog.is_stopped)));
     if (!out && cog.is_stopped && cog.is_stopped())
         throw util::Error(watch.attempt() + ": interrupted");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cpl_string.h>
 #include <gdal.h>
 
 #include <cstddef>
@@ -41,16 +42,29 @@ struct GdalClose {
 using GdalDataset = std::unique_ptr<void, GdalClose>;
 
 /// Names and values in the form that GDAL takes.
-class GdalOptions {
-public:
-    GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options);
-    void add(const std::string& name, const std::string& value);
-    [[nodiscard]] char** list() noexcept { return m_pointers.data(); }
-
-private:
-    std::vector<std::unique_ptr<std::string>> m_texts;
-    std::vector<char*> m_pointers;
+struct GdalOptions : CPLStringList {
+    GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options) {
+        add(options);
+    }
+    void add(std::initializer_list<std::pair<const char*, std::string>> options) {
+        for (const auto& [name, value] : options)
+            AddNameValue(name, value.c_str());
+    }
 };
+
+struct TiffLayout {
+    int columns = 0;
+    int rows = 0;
+    int bands = 0;
+    GDALDataType type = GDT_Byte;
+    int block_columns = 0;
+    int block_rows = 0;
+};
+/// Creates a compressed TIFF in blocks, larger than 4 GiB where need be.
+/// @param options others than those
+/// @throws Error
+[[nodiscard]] GdalDataset create_tiff(const std::filesystem::path& file, const TiffLayout& layout,
+                                      GdalOptions options, const GdalWatch& watch);
 
 /// The name of a metadata item in GDAL, which would take what follows a colon for the value:
 /// terravox_holes for terravox:holes.

@@ -90,9 +90,9 @@ void write_in_strips(GDALDatasetH from, const std::filesystem::path& file, bool 
                            {"BIGTIFF", "IF_SAFER"}, {"INTERLEAVE", "PIXEL"},
                            {"BLOCKYSIZE", "32"},    {"NUM_THREADS", "ALL_CPUS"}};
     if (has_floats)
-        options.add("ALPHA", "PREMULTIPLIED");  // as in EXR
+        options.add({{"ALPHA", "PREMULTIPLIED"}});  // as in EXR
     GdalDataset out(GDALCreateCopy(GDALGetDriverByName("GTiff"), file.string().c_str(), from, FALSE,
-                                   options.list(), nullptr, nullptr));
+                                   options.List(), nullptr, nullptr));
     watch.check(out != nullptr);
     out.reset();  // writes what is left
     watch.check_closed_tiff(file);

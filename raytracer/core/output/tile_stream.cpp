@@ -197,20 +197,14 @@ public:
             throw util::Error(m_attempt + ": tiles of " + std::to_string(shape.tile_px) +
                               " pixels, which check_can_stream refuses");
         const GdalWatch watch(m_attempt);
-        GdalOptions options = {{"TILED", "YES"},
-                               {"BLOCKXSIZE", std::to_string(edge)},
-                               {"BLOCKYSIZE", std::to_string(edge)},
-                               {"COMPRESS", "DEFLATE"},
-                               {"PREDICTOR", m_floats ? "3" : "2"},
-                               {"INTERLEAVE", "PIXEL"},
-                               {"BIGTIFF", "YES"},
-                               {"PHOTOMETRIC", "RGB"},
-                               {"ALPHA", "UNSPECIFIED"}};
-        m_out.reset(GDALCreate(GDALGetDriverByName("GTiff"),
-                               m_target.temporary_path().string().c_str(), shape.width_px,
-                               shape.height_px, kBands, m_floats ? GDT_Float32 : GDT_Byte,
-                               options.list()));
-        watch.check(m_out != nullptr);
+        m_out = create_tiff(m_target.temporary_path(),
+                            {shape.width_px, shape.height_px, kBands,
+                             m_floats ? GDT_Float32 : GDT_Byte, edge, edge},
+                            {{"PREDICTOR", m_floats ? "3" : "2"},
+                             {"INTERLEAVE", "PIXEL"},
+                             {"PHOTOMETRIC", "RGB"},
+                             {"ALPHA", "UNSPECIFIED"}},
+                            watch);
         GDALSetRasterColorInterpretation(GDALGetRasterBand(m_out.get(), kBands), GCI_AlphaBand);
         describe_geotiff(m_out.get(), m_info, watch);
     }
