@@ -61,65 +61,6 @@ int file_tile_px(int tile_px, int multiple_of) noexcept {
     return multiple_of == 1 ? tile_px : 0;
 }
 
-TileStream::TileStream(const std::filesystem::path& file, const StreamShape& shape,
-                       PictureInfo info)
-    : m_shape(shape) {
-    check_can_stream(file, shape);
-    const auto columns = static_cast<std::uint64_t>(tiles_along(shape.width_px, shape.tile_px));
-    const auto rows = static_cast<std::uint64_t>(tiles_along(shape.height_px, shape.tile_px));
-    m_left = columns * rows;
-    m_done.resize(m_left);
-    m_format = util::lower_extension(file) == ".exr"
-                   ? make_exr_stream(file, shape, with_clean_texts(std::move(info)))
-                   : make_tiff_stream(file, shape, with_clean_texts(std::move(info)));
-}
-
-TileStream::~TileStream() = default;
-
-void TileStream::check_tile(const tiles::RenderTile& t) {
-    const int edge = m_shape.tile_px;
-    const bool fits = t.step == 1 && !t.refines && t.x0 >= 0 && t.y0 >= 0 && t.x0 % edge == 0 &&
-                      t.y0 % edge == 0 && t.x0 < m_shape.width_px && t.y0 < m_shape.height_px &&
-                      t.x1 == std::min(t.x0 + edge, m_shape.width_px) &&
-                      t.y1 == std::min(t.y0 + edge, m_shape.height_px);
-    const auto place = [&] {
-        return "(" + std::to_string(t.x0) + ", " + std::to_string(t.y0) + ")";
-    };
-    if (!fits)
-        throw util::Error("stream the picture: the tile at " + place() +
-                          " is none of a single pass in tiles of " + std::to_string(edge) +
-                          " pixels");
-    const auto index = static_cast<std::size_t>(t.y0 / edge) *
-                           static_cast<std::size_t>(tiles_along(m_shape.width_px, edge)) +
-                       static_cast<std::size_t>(t.x0 / edge);
-    if (m_done[index])
-        throw util::Error("stream the picture: the tile at " + place() + " came twice");
-    m_done[index] = true;
-    --m_left;
-}
-
-void TileStream::add(const tiles::TileResult& result) {
-    if (!m_format)
-        throw util::Error("stream the picture: a tile came after the end");
-    check_tile(result.tile);
-    const auto pixels = static_cast<std::size_t>(result.tile.x1 - result.tile.x0) *
-                        static_cast<std::size_t>(result.tile.y1 - result.tile.y0);
-    if (result.samples.size() != pixels || (m_shape.with_layers && result.layers.size() != pixels))
-        throw util::Error("stream the picture: a tile of " + std::to_string(pixels) +
-                          " pixels has " + std::to_string(result.samples.size()) + " samples and " +
-                          std::to_string(result.layers.size()) + " of its layers");
-    m_format->write(result);
-}
-
-void TileStream::finish(std::uint64_t holes) {
-    if (!m_format)
-        throw util::Error("stream the picture: ended twice");
-    if (m_left > 0)
-        throw util::Error("stream the picture: " + std::to_string(m_left) + " tiles are missing");
-    m_format->finish(holes);
-    m_format.reset();
-}
-
 namespace {
 
 constexpr const char* kHoles = "terravox:holes";
@@ -137,6 +78,8 @@ PictureInfo with_room_for_holes(PictureInfo info) {
     return info;
 }
 
+/// Through OpenImageIO; tiles in any order, as its random line order allows, so that none is
+/// buffered in memory.
 class ExrStream final : public TileStream::Format {
 public:
     ExrStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info)
@@ -174,15 +117,7 @@ private:
     std::vector<std::byte> m_band;
 };
 
-}  // namespace
-
-std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file,
-                                                    const StreamShape& shape, PictureInfo info) {
-    return std::make_unique<ExrStream>(file, shape, std::move(info));
-}
-
-namespace {
-
+/// Through GDAL; only its block cache (common/geo/gdal.hpp) buffers tiles in memory.
 class TiffStream final : public TileStream::Format {
 public:
     TiffStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info)
@@ -193,9 +128,6 @@ public:
           m_target(file) {
         constexpr int kTiffTiles = 16;
         const int edge = file_tile_px(shape.tile_px, kTiffTiles);
-        if (edge == 0)
-            throw util::Error(m_attempt + ": tiles of " + std::to_string(shape.tile_px) +
-                              " pixels, which check_can_stream refuses");
         const GdalWatch watch(m_attempt);
         m_out = create_tiff(m_target.temporary_path(),
                             {shape.width_px, shape.height_px, kBands,
@@ -264,9 +196,65 @@ private:
 
 }  // namespace
 
-std::unique_ptr<TileStream::Format> make_tiff_stream(const std::filesystem::path& file,
-                                                     const StreamShape& shape, PictureInfo info) {
-    return std::make_unique<TiffStream>(file, shape, std::move(info));
+TileStream::TileStream(const std::filesystem::path& file, const StreamShape& shape,
+                       PictureInfo info)
+    : m_shape(shape) {
+    check_can_stream(file, shape);
+    const auto columns = static_cast<std::uint64_t>(tiles_along(shape.width_px, shape.tile_px));
+    const auto rows = static_cast<std::uint64_t>(tiles_along(shape.height_px, shape.tile_px));
+    m_left = columns * rows;
+    m_done.resize(m_left);
+    info = with_clean_texts(std::move(info));
+    if (util::lower_extension(file) == ".exr")
+        m_format = std::make_unique<ExrStream>(file, shape, std::move(info));
+    else
+        m_format = std::make_unique<TiffStream>(file, shape, std::move(info));
+}
+
+TileStream::~TileStream() = default;
+
+void TileStream::check_tile(const tiles::RenderTile& t) {
+    const int edge = m_shape.tile_px;
+    const bool fits = t.step == 1 && !t.refines && t.x0 >= 0 && t.y0 >= 0 && t.x0 % edge == 0 &&
+                      t.y0 % edge == 0 && t.x0 < m_shape.width_px && t.y0 < m_shape.height_px &&
+                      t.x1 == std::min(t.x0 + edge, m_shape.width_px) &&
+                      t.y1 == std::min(t.y0 + edge, m_shape.height_px);
+    const auto place = [&] {
+        return "(" + std::to_string(t.x0) + ", " + std::to_string(t.y0) + ")";
+    };
+    if (!fits)
+        throw util::Error("stream the picture: the tile at " + place() +
+                          " is none of a single pass in tiles of " + std::to_string(edge) +
+                          " pixels");
+    const auto index = static_cast<std::size_t>(t.y0 / edge) *
+                           static_cast<std::size_t>(tiles_along(m_shape.width_px, edge)) +
+                       static_cast<std::size_t>(t.x0 / edge);
+    if (m_done[index])
+        throw util::Error("stream the picture: the tile at " + place() + " came twice");
+    m_done[index] = true;
+    --m_left;
+}
+
+void TileStream::add(const tiles::TileResult& result) {
+    if (!m_format)
+        throw util::Error("stream the picture: a tile came after the end");
+    check_tile(result.tile);
+    const auto pixels = static_cast<std::size_t>(result.tile.x1 - result.tile.x0) *
+                        static_cast<std::size_t>(result.tile.y1 - result.tile.y0);
+    if (result.samples.size() != pixels || (m_shape.with_layers && result.layers.size() != pixels))
+        throw util::Error("stream the picture: a tile of " + std::to_string(pixels) +
+                          " pixels has " + std::to_string(result.samples.size()) + " samples and " +
+                          std::to_string(result.layers.size()) + " of its layers");
+    m_format->write(result);
+}
+
+void TileStream::finish(std::uint64_t holes) {
+    if (!m_format)
+        throw util::Error("stream the picture: ended twice");
+    if (m_left > 0)
+        throw util::Error("stream the picture: " + std::to_string(m_left) + " tiles are missing");
+    m_format->finish(holes);
+    m_format.reset();
 }
 
 }  // namespace terravox::output

@@ -39,8 +39,6 @@ public:
     /// format needs; Error when the file cannot be written
     TileStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
     ~TileStream() override;
-    TileStream(const TileStream&) = delete;
-    TileStream& operator=(const TileStream&) = delete;
 
     /// @param result of a plan with a single pass (quality.coarse_step 1), each tile once
     void add(const tiles::TileResult& result) override;
@@ -64,15 +62,6 @@ private:
     std::uint64_t m_left;
     std::unique_ptr<Format> m_format;
 };
-
-/// Through OpenImageIO; tiles in any order, as its random line order allows, so that none is
-/// buffered in memory.
-[[nodiscard]] std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file,
-                                                                  const StreamShape& shape,
-                                                                  PictureInfo info);
-/// Through GDAL; only its block cache (common/geo/gdal.hpp) buffers tiles in memory.
-[[nodiscard]] std::unique_ptr<TileStream::Format> make_tiff_stream(
-    const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
 
 /// Edge of the tiles in the file: that of the plan's tiles or a divisor of it, so that each of
 /// those fills whole tiles of the file.
