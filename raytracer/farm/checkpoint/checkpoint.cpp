@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/uio.h>
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
@@ -12,8 +11,8 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
-#include "common/util/numbers.hpp"
 #include "common/util/log.hpp"
+#include "common/util/numbers.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"
 
 namespace terravox::farm {
@@ -78,25 +77,14 @@ void flush_to_disk(const OpenFile& file) {
 /// Writes everything or, without space, nothing: a partial write is cut off again.
 void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byte> head,
                std::span<const std::byte> payload) {
-    const std::size_t all = head.size() + payload.size();
-    for (std::size_t done = 0; done < all;) {
-        const auto rest = [done](std::span<const std::byte> part, std::size_t before) {
-            const std::size_t skip = std::min(part.size(), done > before ? done - before : 0);
-            return iovec{const_cast<std::byte*>(part.data()) + skip, part.size() - skip};
-        };
-        const std::array<iovec, 2> parts = {rest(head, 0), rest(payload, head.size())};
-        const ssize_t count = ::writev(file.fd(), parts.data(), static_cast<int>(parts.size()));
-        if (count < 0 && errno == EINTR)
-            continue;
-        if (count <= 0) {
-            const std::string why = count < 0 ? std::strerror(errno) : "nothing was written";
+    for (const std::span<const std::byte> part : {head, payload})
+        if (const int failed = util::write_all(file.fd(), part); failed != 0) {
             // If that fails as well, the next run cuts it off.
             if (::ftruncate(file.fd(), static_cast<off_t>(end)) != 0)
                 util::log_debug("{} {}: a torn record stays", kAttempt, file.path().string());
-            fail(file.path(), why + "; the tiles in it are good, and --resume goes on with them");
+            fail(file.path(), std::string(std::strerror(failed)) +
+                                  "; the tiles in it are good, and --resume goes on with them");
         }
-        done += static_cast<std::size_t>(count);
-    }
 }
 
 /// Writes the head of a new file and flushes it to the disk: without it no tile after it could be

@@ -12,7 +12,6 @@
 #include <optional>
 
 #include "common/util/error.hpp"
-#include "common/util/files.hpp"
 
 namespace terravox::farm {
 namespace {
@@ -88,35 +87,28 @@ std::optional<std::uint64_t> find_head(const OpenFile& file, std::uint64_t from,
 OpenFile::OpenFile(std::filesystem::path path, int flags, const std::string& attempt)
     : m_path(std::move(path)) {
     if ((flags & O_ACCMODE) != O_RDONLY) {
-        m_fd = util::open_to_write(m_path, flags, 0666, attempt + " " + m_path.string());
+        m_file = util::Descriptor(
+            util::open_to_write(m_path, flags, 0666, attempt + " " + m_path.string()));
         return;
     }
-    m_fd = ::open(m_path.c_str(), flags | O_CLOEXEC);
-    const int why = errno;
+    m_file = util::Descriptor(::open(m_path.c_str(), flags | O_CLOEXEC));
+    if (fd() < 0)
+        throw util::Error(attempt + " " + m_path.string() + ": " + std::strerror(errno));
     struct stat facts{};
-    if (m_fd < 0)
-        throw util::Error(attempt + " " + m_path.string() + ": " + std::strerror(why));
-    if (::fstat(m_fd, &facts) == 0 && S_ISREG(facts.st_mode))
-        return;
-    ::close(std::exchange(m_fd, -1));
-    throw util::Error(attempt + " " + m_path.string() + ": not a plain file");
-}
-
-OpenFile::~OpenFile() {
-    if (m_fd >= 0)
-        ::close(m_fd);
+    if (::fstat(fd(), &facts) != 0 || !S_ISREG(facts.st_mode))
+        throw util::Error(attempt + " " + m_path.string() + ": not a plain file");
 }
 
 std::uint64_t OpenFile::size() const {
     struct stat facts{};
-    if (::fstat(m_fd, &facts) != 0)
+    if (::fstat(fd(), &facts) != 0)
         fail(*this, std::strerror(errno));
     return static_cast<std::uint64_t>(facts.st_size);
 }
 
 void OpenFile::read(std::uint64_t offset, std::span<std::byte> to) const {
     while (!to.empty()) {
-        const ssize_t count = ::pread(m_fd, to.data(), to.size(), static_cast<off_t>(offset));
+        const ssize_t count = ::pread(fd(), to.data(), to.size(), static_cast<off_t>(offset));
         if (count < 0 && errno == EINTR)
             continue;
         if (count < 0)

@@ -7,8 +7,9 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "common/util/files.hpp"
 
 namespace terravox::farm {
 
@@ -28,18 +29,14 @@ struct Record {
     std::uint32_t bytes = 0;   ///< of the payload
 };
 
-/// An open file descriptor, closed by the destructor.
+/// An open file and its name.
 class OpenFile {
 public:
     /// @param flags of open(2); O_CLOEXEC is added
     /// @throws Error "<attempt> <path>: why"
     OpenFile(std::filesystem::path path, int flags, const std::string& attempt);
-    ~OpenFile();
-    OpenFile(OpenFile&& from) noexcept
-        : m_path(std::move(from.m_path)), m_fd(std::exchange(from.m_fd, -1)) {}
-    OpenFile& operator=(OpenFile&&) = delete;
 
-    [[nodiscard]] int fd() const noexcept { return m_fd; }
+    [[nodiscard]] int fd() const noexcept { return m_file.get(); }
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
     [[nodiscard]] std::uint64_t size() const;
     /// Reads exactly `to.size()` bytes.
@@ -48,7 +45,7 @@ public:
 
 private:
     std::filesystem::path m_path;
-    int m_fd = -1;
+    util::Descriptor m_file;
 };
 
 inline constexpr std::size_t kRecordHead_bytes = 32;
