@@ -12,6 +12,7 @@
 #include "raytracer/farm/coordinator/farm.hpp"
 #include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
+#include "tests/raytracer/farm/link_pair.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 namespace terravox::test {

@@ -65,7 +65,4 @@ public:
     [[nodiscard]] virtual Traffic traffic() const noexcept = 0;
 };
 
-/// Both ends of a link within this process. For tests.
-[[nodiscard]] std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair();
-
 }  // namespace terravox::net

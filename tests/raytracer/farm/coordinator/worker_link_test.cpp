@@ -8,6 +8,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/common/voxel/array_world.hpp"
+#include "tests/raytracer/farm/link_pair.hpp"
 
 using namespace terravox;
 

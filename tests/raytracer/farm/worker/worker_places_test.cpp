@@ -11,6 +11,7 @@
 #include "raytracer/farm/wire/frames.hpp"
 #include "raytracer/farm/worker/worker_daemon.hpp"
 #include "tests/catch.hpp"
+#include "tests/raytracer/farm/link_pair.hpp"
 
 using namespace terravox;
 

@@ -1,3 +1,5 @@
+#pragma once
+
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -7,10 +9,9 @@
 #include "raytracer/farm/net/link.hpp"
 
 namespace terravox::net {
-namespace {
 
 /// Frames in one direction. They are serialized as on a wire: nothing but their bytes arrives.
-class Pipe {
+class FramePipe {
 public:
     bool put(const farm::Frame& frame) {
         std::string bytes = frame.SerializeAsString();
@@ -65,7 +66,7 @@ private:
 
 class PairedLink final : public Link {
 public:
-    PairedLink(std::shared_ptr<Pipe> in, std::shared_ptr<Pipe> out, std::string peer)
+    PairedLink(std::shared_ptr<FramePipe> in, std::shared_ptr<FramePipe> out, std::string peer)
         : m_in(std::move(in)), m_out(std::move(out)), m_peer(std::move(peer)) {}
     ~PairedLink() override { abort(); }
     bool send(farm::Frame frame) override { return m_out->put(frame); }
@@ -93,18 +94,17 @@ public:
     }
 
 private:
-    std::shared_ptr<Pipe> m_in;
-    std::shared_ptr<Pipe> m_out;
+    std::shared_ptr<FramePipe> m_in;
+    std::shared_ptr<FramePipe> m_out;
     std::string m_peer;
     std::atomic<bool> m_ended{false};
     std::atomic<bool> m_closed{false};
 };
 
-}  // namespace
-
-std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair() {
-    auto there = std::make_shared<Pipe>();
-    auto back = std::make_shared<Pipe>();
+/// Both ends of a link within this process.
+[[nodiscard]] inline std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair() {
+    auto there = std::make_shared<FramePipe>();
+    auto back = std::make_shared<FramePipe>();
     return {std::make_unique<PairedLink>(back, there, "pair:1"),
             std::make_unique<PairedLink>(there, back, "pair:2")};
 }
