@@ -104,6 +104,17 @@ FanStart find_start(const walk::TracedRay& fan) noexcept {
     return {fan.ray.origin, {voxel[0], voxel[1], voxel[2]}, fan.state.level, fan.sample};
 }
 
+walk::TracedRay through(const walk::TracedRay& ray) noexcept {
+    walk::TracedRay out = ray;
+    out.state = core::RayState(out.ray);
+    out.state.start_in(ray.hit.voxel, ray.hit.level);
+    out.state.t = ray.hit.t;
+    out.state.face = ray.hit.face;
+    out.stop = {ray.hit.attr.material, false};
+    out.end = walk::WalkEnd::kWaits;
+    return out;
+}
+
 walk::TracedRay& add_fan(const FanStart& start, walk::RayKind kind, walk::FanMask mask,
                          std::uint32_t stream, std::vector<walk::TracedRay>& next) {
     walk::TracedRay& out = next.emplace_back();

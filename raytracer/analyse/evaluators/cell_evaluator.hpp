@@ -147,6 +147,8 @@ struct FanStart {
 [[nodiscard]] FanStart start_above(const walk::TracedRay& ray) noexcept;
 /// Where a fan has started.
 [[nodiscard]] FanStart find_start(const walk::TracedRay& fan) noexcept;
+/// The ray that goes on through the material that a ray has met.
+[[nodiscard]] walk::TracedRay through(const walk::TracedRay& ray) noexcept;
 
 /// Number of the fan that holds a direction.
 [[nodiscard]] constexpr std::uint32_t to_fan(std::size_t direction) noexcept {

@@ -1,9 +1,8 @@
-#include "raytracer/analyse/evaluators/facade_evaluator.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -12,6 +11,8 @@
 #include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 #include "raytracer/analyse/evaluators/plane_light.hpp"
 #include "raytracer/core/base/material_groups.hpp"
+#include "raytracer/core/base/ray.hpp"
+#include "raytracer/core/base/scene_words.hpp"
 
 namespace terravox::analyse {
 namespace {
@@ -84,8 +85,7 @@ Fit measure_fit(const Cells& cells) {
     return {static_cast<double>(least) / static_cast<double>(cells.size()), sum_deg / angles};
 }
 
-}  // namespace
-
+/// Towards the outside of a wall; x east, z south.
 core::Vec3 to_direction(core::WallSide side) noexcept {
     switch (side) {
         case core::WallSide::kNorth: return {0, 0, -1};
@@ -96,72 +96,100 @@ core::Vec3 to_direction(core::WallSide side) noexcept {
     return {-1, 0, 0};
 }
 
-int WallOutline::find_east(std::uint32_t place) noexcept {
-    return static_cast<int>(place % kEdge) - kRadius;
-}
+/// Which cells around one are as high as it: a window of 7 x 7 cells, seen as a disc.
+class WallOutline {
+public:
+    static constexpr int kEdge = 7;
+    static constexpr int kRadius = kEdge / 2;
+    static constexpr std::uint32_t kCells = kEdge * kEdge;
+    static constexpr std::uint32_t kOfCell = kCells / 2;  ///< the place of the cell itself
 
-int WallOutline::find_south(std::uint32_t place) noexcept {
-    return static_cast<int>(place / kEdge) - kRadius;
-}
+    WallOutline() noexcept { add(kOfCell); }
+    /// From bits().
+    explicit WallOutline(std::uint64_t bits) noexcept : m_bits(bits) {}
 
-bool WallOutline::is_near(std::uint32_t place) noexcept {
-    // The disc of radius 3.3 has 37 cells, and is the same in eight directions.
-    constexpr int kRadiusSquared = 10;
-    const int east = find_east(place);
-    const int south = find_south(place);
-    return east * east + south * south <= kRadiusSquared;
-}
+    /// Steps of a place, row by row from the north-west, from the cell.
+    [[nodiscard]] static int find_east(std::uint32_t place) noexcept {
+        return static_cast<int>(place % kEdge) - kRadius;
+    }
+    [[nodiscard]] static int find_south(std::uint32_t place) noexcept {
+        return static_cast<int>(place / kEdge) - kRadius;
+    }
+    /// Whether a place belongs to the disc. The others need not be known.
+    [[nodiscard]] static bool is_near(std::uint32_t place) noexcept {
+        // The disc of radius 3.3 has 37 cells, and is the same in eight directions.
+        constexpr int kRadiusSquared = 10;
+        const int east = find_east(place);
+        const int south = find_south(place);
+        return east * east + south * south <= kRadiusSquared;
+    }
 
-std::uint64_t WallOutline::connected() const noexcept {
-    std::uint64_t found = std::uint64_t{1} << kOfCell;
-    for (std::uint64_t before = 0; before != found;) {
-        before = found;
+    void add(std::uint32_t place) noexcept { m_bits |= std::uint64_t{1} << place; }
+    [[nodiscard]] bool has(std::uint32_t place) const noexcept {
+        return ((m_bits >> place) & 1) != 0;
+    }
+    [[nodiscard]] std::uint64_t bits() const noexcept { return m_bits; }
+
+    /// The normal of the wall, of unit length and level: that of the straight lines that part the
+    /// cells of the disc best into those of the cell's building, which are connected with it by
+    /// sides or corners, and the others. Of many lines that are as good it is the mean. Cells of a
+    /// half plane give its normal, whatever its angle to the grid, within some degrees. Where the
+    /// whole disc has no such line, as at the corner of a building, the half of it along the wall
+    /// that has one decides.
+    /// @param side of the cell at which the wall is; the normal is less than 76 degrees off it
+    [[nodiscard]] core::Vec3 normal(core::WallSide side) const noexcept {
+        const core::Vec3 outwards = to_direction(side);
+        const core::Vec3 left{outwards.z, 0, -outwards.x};
+        const std::uint64_t solid = connected();
+        Cells disc;
+        Cells left_half;
+        Cells right_half;
         for (std::uint32_t place = 0; place < kCells; ++place) {
-            if (!is_near(place) || !has(place))
+            if (!is_near(place))
                 continue;
-            for (std::uint32_t other = 0; other < kCells; ++other) {
-                const bool is_beside = std::abs(find_east(place) - find_east(other)) <= 1 &&
-                                       std::abs(find_south(place) - find_south(other)) <= 1;
-                if (is_beside && ((found >> other) & 1) != 0)
-                    found |= std::uint64_t{1} << place;
+            const core::Vec3 step{static_cast<double>(find_east(place)), 0,
+                                  static_cast<double>(find_south(place))};
+            const Cell cell{static_cast<int>(core::dot(step, left)),
+                            static_cast<int>(core::dot(step, outwards)),
+                            ((solid >> place) & 1) != 0};
+            disc.push_back(cell);
+            if (cell.along >= 0)
+                left_half.push_back(cell);
+            if (cell.along <= 0)
+                right_half.push_back(cell);
+        }
+        Fit best = measure_fit(disc);
+        if (best.wrong > 0) {
+            const Fit halves[] = {measure_fit(left_half), measure_fit(right_half)};
+            const Fit& half = halves[0].is_better_than(halves[1]) ? halves[0] : halves[1];
+            if (half.wrong < best.wrong)
+                best = half;
+        }
+        const det::SinCos angle = det::sin_cos(best.angle_deg * det::kPi / 180);
+        return outwards * angle.cos + left * angle.sin;
+    }
+
+private:
+    [[nodiscard]] std::uint64_t connected() const noexcept {
+        std::uint64_t found = std::uint64_t{1} << kOfCell;
+        for (std::uint64_t before = 0; before != found;) {
+            before = found;
+            for (std::uint32_t place = 0; place < kCells; ++place) {
+                if (!is_near(place) || !has(place))
+                    continue;
+                for (std::uint32_t other = 0; other < kCells; ++other) {
+                    const bool is_beside = std::abs(find_east(place) - find_east(other)) <= 1 &&
+                                           std::abs(find_south(place) - find_south(other)) <= 1;
+                    if (is_beside && ((found >> other) & 1) != 0)
+                        found |= std::uint64_t{1} << place;
+                }
             }
         }
+        return found;
     }
-    return found;
-}
 
-core::Vec3 WallOutline::normal(core::WallSide side) const noexcept {
-    const core::Vec3 outwards = to_direction(side);
-    const core::Vec3 left{outwards.z, 0, -outwards.x};
-    const std::uint64_t solid = connected();
-    Cells disc;
-    Cells left_half;
-    Cells right_half;
-    for (std::uint32_t place = 0; place < kCells; ++place) {
-        if (!is_near(place))
-            continue;
-        const core::Vec3 step{static_cast<double>(find_east(place)), 0,
-                              static_cast<double>(find_south(place))};
-        const Cell cell{static_cast<int>(core::dot(step, left)),
-                        static_cast<int>(core::dot(step, outwards)), ((solid >> place) & 1) != 0};
-        disc.push_back(cell);
-        if (cell.along >= 0)
-            left_half.push_back(cell);
-        if (cell.along <= 0)
-            right_half.push_back(cell);
-    }
-    Fit best = measure_fit(disc);
-    if (best.wrong > 0) {
-        const Fit halves[] = {measure_fit(left_half), measure_fit(right_half)};
-        const Fit& half = halves[0].is_better_than(halves[1]) ? halves[0] : halves[1];
-        if (half.wrong < best.wrong)
-            best = half;
-    }
-    const det::SinCos angle = det::sin_cos(best.angle_deg * det::kPi / 180);
-    return outwards * angle.cos + left * angle.sin;
-}
-
-namespace {
+    std::uint64_t m_bits = 0;
+};
 
 // What a ray is for, in its stream. Those of places of the outline follow.
 constexpr std::uint32_t kRoof = 0;  ///< of the cell
@@ -205,18 +233,6 @@ bool is_loose(const walk::TracedRay& ray) noexcept {
     const voxel::Material material = ray.hit.attr.material;
     return voxel::is_plant(material) || material == voxel::Material::kTrunk ||
            material == voxel::Material::kWire;
-}
-
-/// The ray that goes on through the material that a level ray has met.
-walk::TracedRay through(const walk::TracedRay& ray) noexcept {
-    walk::TracedRay out = ray;
-    out.state = core::RayState(out.ray);
-    out.state.start_in(ray.hit.voxel, ray.hit.level);
-    out.state.t = ray.hit.t;
-    out.state.face = ray.hit.face;
-    out.stop = {ray.hit.attr.material, false};
-    out.end = walk::WalkEnd::kWaits;
-    return out;
 }
 
 /// Of the wall between a cell of a building and a lower neighbour; core::kNoData: none.

@@ -238,15 +238,8 @@ bool PlaneLight::goes_on_through_crowns(const walk::TracedRay& ray,
     if (ray.end != walk::WalkEnd::kHit || ray.depth == kMaxWalks ||
         !lets_through(ray.hit.attr.material))
         return false;
-    walk::TracedRay out = ray;
-    out.state = core::RayState(out.ray);
-    out.state.start_in(ray.hit.voxel, ray.hit.level);
-    out.state.t = ray.hit.t;
-    out.state.face = ray.hit.face;
-    out.stop = {ray.hit.attr.material, false};
-    out.end = walk::WalkEnd::kWaits;
-    out.depth = static_cast<std::uint8_t>(ray.depth + 1);
-    next.push_back(out);
+    next.push_back(through(ray));
+    next.back().depth = static_cast<std::uint8_t>(ray.depth + 1);
     return true;
 }
 

@@ -28,17 +28,21 @@ bool comes_first(core::Vec3 a, core::Vec3 b) noexcept {
     return a.z != b.z ? a.z < b.z : a.y < b.y;
 }
 
-}  // namespace
-
+/// A point on the grid of on_grid(), on which lines of sight begin and end: computed in two ways it
+/// is the same.
 core::Vec3 on_sight_grid(core::Vec3 p) noexcept {
     return {on_grid(p.x), on_grid(p.y), on_grid(p.z)};
 }
 
+/// Square of the distance on the map.
 double horizontal_distance2(core::Vec3 a, core::Vec3 b) noexcept {
     const core::Vec3 d = b - a;
     return d.x * d.x + d.z * d.z;
 }
 
+/// How strongly lines of sight sag in a world, whose heights are measured from a curved surface:
+/// a line of length d lies up to d^2/4 times this below its chord, in voxels.
+/// @param refraction coefficient: the Earth's radius to that of a ray of light; up to 1
 // A height at the distance s from the end of a line of length d lies (1 - k) s (d - s) / 2R above
 // the straight line between its ends, seen from the curved surface that heights are measured from;
 // so in the world's coordinates the line lies as much below. Ref: Baeyer, "Küstenvermessung", 1849
@@ -47,30 +51,45 @@ double sag_of_sight(double voxel_m, double refraction) noexcept {
     return (1 - refraction) * voxel_m / (2 * kEarth_m);
 }
 
-SightLine::SightLine(core::Vec3 one, core::Vec3 other, double sag) noexcept
-    : m_from(one), m_to(other) {
-    if (comes_first(m_to, m_from))
-        std::swap(m_from, m_to);
-    const double distance2 = horizontal_distance2(m_from, m_to);
-    m_sag_voxels = sag * distance2;
-    // A chord of a parabola lies farthest off it in its middle: by a quarter of sag times its
-    // length squared.
-    const double wanted = std::ceil(std::sqrt(m_sag_voxels / (4 * kMaxError_voxels)));
-    m_chords = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, kMaxChords));
-}
+/// The way of light between two points, in the coordinates of a world. Over a curved Earth it is a
+/// parabola, followed here by chords that lie at most kMaxError_voxels off it. It is the same from
+/// either end, bit for bit, so sight is symmetric. Level-0 voxels.
+class SightLine {
+public:
+    static constexpr double kMaxError_voxels = 1.0 / 256;
 
-core::Vec3 SightLine::joint(std::uint32_t i) const noexcept {
-    if (i == 0)
-        return m_from;
-    if (i >= m_chords)
-        return m_to;
-    const double share = static_cast<double>(i) / m_chords;
-    core::Vec3 out = m_from + (m_to - m_from) * share;
-    out.y -= m_sag_voxels * share * (1 - share);
-    return out;
-}
+    /// @param sag of sag_of_sight(); 0: a straight line
+    SightLine(core::Vec3 one, core::Vec3 other, double sag) noexcept : m_from(one), m_to(other) {
+        if (comes_first(m_to, m_from))
+            std::swap(m_from, m_to);
+        const double distance2 = horizontal_distance2(m_from, m_to);
+        m_sag_voxels = sag * distance2;
+        // A chord of a parabola lies farthest off it in its middle: by a quarter of sag times its
+        // length squared.
+        const double wanted = std::ceil(std::sqrt(m_sag_voxels / (4 * kMaxError_voxels)));
+        m_chords = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, kMaxChords));
+    }
 
-namespace {
+    /// Number of chords, at least 1.
+    [[nodiscard]] std::uint32_t chords() const noexcept { return m_chords; }
+    /// Where chord i begins and i - 1 ends; i from 0 to chords().
+    [[nodiscard]] core::Vec3 joint(std::uint32_t i) const noexcept {
+        if (i == 0)
+            return m_from;
+        if (i >= m_chords)
+            return m_to;
+        const double share = static_cast<double>(i) / m_chords;
+        core::Vec3 out = m_from + (m_to - m_from) * share;
+        out.y -= m_sag_voxels * share * (1 - share);
+        return out;
+    }
+
+private:
+    core::Vec3 m_from;
+    core::Vec3 m_to;
+    double m_sag_voxels;  ///< four times that in the middle
+    std::uint32_t m_chords = 1;
+};
 
 /// Places the observers of one analysis.
 class Placing {

@@ -1,13 +1,17 @@
-#include "raytracer/analyse/evaluators/sky_evaluator.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <numeric>
+#include <span>
+#include <vector>
 
 #include "common/util/det_math.hpp"
+#include "common/voxel/colour.hpp"
 #include "raytracer/analyse/evaluators/cell_evaluator.hpp"
 #include "raytracer/core/base/random.hpp"
+#include "raytracer/core/base/ray.hpp"
 
 namespace terravox::analyse {
 namespace {
@@ -58,50 +62,74 @@ double to_fraction(double v) noexcept {
     return v - std::floor(v);
 }
 
-}  // namespace
+/// A direction towards the sky, and its share of each of the three measures.
+struct SkyDirection {
+    core::Vec3 to;  ///< of unit length, y > 0
+    /// r: by the cosine of the zenith angle, g: by solid angle, b: by zenith angle. Over all
+    /// directions of a set each adds up to 1.
+    voxel::Colour share;
+};
 
-SkyDirections::SkyDirections(int count) : m_count(static_cast<std::size_t>(count)) {
-    m_directions.reserve(kSets * m_count);
-    const std::int64_t generator = lattice_generator(count);
-    constexpr auto kAllSets = static_cast<std::int64_t>(kSets);
-    const std::int64_t refined = refined_generator(count, generator, kAllSets);
-    const auto points = static_cast<double>(count * kAllSets);
-    for (std::int64_t set = 0; set < kAllSets; ++set) {
-        // Half a step of the finer lattice off the zenith and the horizon.
-        const double shift_u = (static_cast<double>(set) + 0.5) / points;
-        const double shift_v = to_fraction(static_cast<double>(set * refined) / points);
-        double sum[3] = {};
-        std::vector<std::array<double, 3>> weights;
-        weights.reserve(m_count);
-        for (std::int64_t i = 0; i < count; ++i) {
-            const double u = to_fraction(static_cast<double>(i) / count + shift_u);
-            const double v =
-                to_fraction(static_cast<double>(i * generator % count) / count + shift_v);
-            const det::SinCos zenith = det::sin_cos(u * det::kPi / 2);
-            const det::SinCos azimuth = det::sin_cos(2 * det::kPi * v);
-            m_directions.push_back(
-                {{zenith.sin * azimuth.cos, zenith.cos, zenith.sin * azimuth.sin}, {}});
-            weights.push_back({zenith.sin * zenith.cos, zenith.sin, 1});
-            for (std::size_t m = 0; m < 3; ++m)
-                sum[m] += weights.back()[m];
+/// Sets of directions over the upper half of a sphere, evenly spread over azimuth and zenith angle.
+///
+/// One set serves three measures: of the sky's zenith angles, uniform ones give openness directly
+/// (the mean free angle), and the other two by weights, with less noise at steep walls than
+/// directions by solid angle. A set is a lattice of rank 1, shifted. All sets together are one
+/// finer lattice, so that neighbouring cells err differently and means over cells converge; there
+/// are few, so that many cells of a wave have a set in common, and their rays are traced together.
+/// Ref: Yokoyama, Shirasawa, Pike, "Visualizing topography by openness", 2002; Sloan & Joe,
+/// "Lattice Methods for Multiple Integration", 1994. Immutable.
+class SkyDirections {
+public:
+    /// @param count directions of a set, at least 2
+    explicit SkyDirections(int count) : m_count(static_cast<std::size_t>(count)) {
+        m_directions.reserve(kSets * m_count);
+        const std::int64_t generator = lattice_generator(count);
+        constexpr auto kAllSets = static_cast<std::int64_t>(kSets);
+        const std::int64_t refined = refined_generator(count, generator, kAllSets);
+        const auto points = static_cast<double>(count * kAllSets);
+        for (std::int64_t set = 0; set < kAllSets; ++set) {
+            // Half a step of the finer lattice off the zenith and the horizon.
+            const double shift_u = (static_cast<double>(set) + 0.5) / points;
+            const double shift_v = to_fraction(static_cast<double>(set * refined) / points);
+            double sum[3] = {};
+            std::vector<std::array<double, 3>> weights;
+            weights.reserve(m_count);
+            for (std::int64_t i = 0; i < count; ++i) {
+                const double u = to_fraction(static_cast<double>(i) / count + shift_u);
+                const double v =
+                    to_fraction(static_cast<double>(i * generator % count) / count + shift_v);
+                const det::SinCos zenith = det::sin_cos(u * det::kPi / 2);
+                const det::SinCos azimuth = det::sin_cos(2 * det::kPi * v);
+                m_directions.push_back(
+                    {{zenith.sin * azimuth.cos, zenith.cos, zenith.sin * azimuth.sin}, {}});
+                weights.push_back({zenith.sin * zenith.cos, zenith.sin, 1});
+                for (std::size_t m = 0; m < 3; ++m)
+                    sum[m] += weights.back()[m];
+            }
+            for (std::size_t i = 0; i < m_count; ++i)
+                m_directions[static_cast<std::size_t>(set) * m_count + i].share = {
+                    static_cast<float>(weights[i][0] / sum[0]),
+                    static_cast<float>(weights[i][1] / sum[1]),
+                    static_cast<float>(weights[i][2] / sum[2])};
         }
-        for (std::size_t i = 0; i < m_count; ++i)
-            m_directions[static_cast<std::size_t>(set) * m_count + i].share = {
-                static_cast<float>(weights[i][0] / sum[0]),
-                static_cast<float>(weights[i][1] / sum[1]),
-                static_cast<float>(weights[i][2] / sum[2])};
     }
-}
+    /// The set of a cell, below kSets.
+    /// @param cell any number that identifies a cell; the same number gives the same set
+    [[nodiscard]] static std::size_t choose_set(std::uint64_t cell) noexcept {
+        return core::hash64(cell) % kSets;
+    }
+    [[nodiscard]] std::span<const SkyDirection> of(std::size_t set) const noexcept {
+        return std::span(m_directions).subspan(set * m_count, m_count);
+    }
+    [[nodiscard]] std::size_t count() const noexcept { return m_count; }
 
-std::size_t SkyDirections::choose_set(std::uint64_t cell) noexcept {
-    return core::hash64(cell) % kSets;
-}
+    static constexpr std::size_t kSets = 8;
 
-std::span<const SkyDirection> SkyDirections::of(std::size_t set) const noexcept {
-    return std::span(m_directions).subspan(set * m_count, m_count);
-}
-
-namespace {
+private:
+    std::size_t m_count;
+    std::vector<SkyDirection> m_directions;
+};
 
 constexpr float kZenithAngle_deg = 90;
 

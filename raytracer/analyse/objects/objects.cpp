@@ -57,48 +57,67 @@ void check_object_target(const std::filesystem::path& out) {
     check_feature_target(out, "objects");
 }
 
-ObjectFile::ObjectFile(const std::filesystem::path& out, Outlines outlines,
-                       const ObjectFileInfo& info)
-    : m_transform(info.placement.transform),
-      m_file(out, "objects", info.placement,
-             {kLayer, outlines == Outlines::kGiven ? wkbMultiPolygon : wkbPolygon, info.description,
-              kFields}) {}
-
-void ObjectFile::add(const OGRGeometry& outline, std::int64_t id, const ObjectFacts& facts) {
-    Feature feature = m_file.new_feature();
-    feature.set_count("id", static_cast<std::uint64_t>(id));
-    set_facts(feature, facts);
-    m_file.add(feature, outline);
-}
-
-void ObjectFile::add_all(GDALDatasetH labels, const std::vector<ObjectFacts>& facts,
-                         const std::stop_token& stop) {
-    const output::GdalWatch watch(m_file.attempt());
-    watch.check(GDALSetGeoTransform(labels, m_transform.data()) == CE_None);
-    GDALRasterBandH band = GDALGetRasterBand(labels, 1);
-    const auto layer = static_cast<OGRLayerH>(m_file.layer());
-    std::stop_token told = stop;
-    const CPLErr outlined = GDALPolygonize(band, band, layer, 0, nullptr, goes_on, &told);
-    if (stop.stop_requested())
-        throw util::Error("interrupted");
-    watch.check(outlined == CE_None);
-    const auto count = OGR_L_GetFeatureCount(layer, TRUE);
-    if (count != static_cast<GIntBig>(facts.size()))
-        throw util::Error(m_file.attempt() + ": " + std::to_string(count) + " outlines of " +
-                          std::to_string(facts.size()) + " objects");
-    for (GIntBig number = 1; number <= count; ++number) {
-        Feature feature(OGR_L_GetFeature(layer, number));
-        watch.check(feature.get() != nullptr);
-        set_facts(feature, facts.at(static_cast<std::size_t>(feature.count("id")) - 1));
-        watch.check(OGR_L_SetFeature(layer, feature.get()) == OGRERR_NONE);
-    }
-}
-
-void ObjectFile::finish(const std::string& style) {
-    m_file.finish({"energy", "kWh/m2", style});
-}
-
 namespace {
+
+enum class Outlines : std::uint8_t {
+    kCells,  ///< one polygon for each object, along its cells
+    kGiven,  ///< one multipolygon for each
+};
+
+/// A GeoPackage with a layer of objects (docs/formats/objects.md). Not thread-safe.
+class ObjectFile {
+public:
+    static constexpr const char* kLayer = "objects";
+
+    /// @throws Error when it cannot be written
+    ObjectFile(const std::filesystem::path& out, Outlines outlines, const ObjectFileInfo& info)
+        : m_transform(info.placement.transform),
+          m_file(out, "objects", info.placement,
+                 {kLayer, outlines == Outlines::kGiven ? wkbMultiPolygon : wkbPolygon,
+                  info.description, kFields}) {}
+
+    /// Adds an object with its outline, of Outlines::kGiven.
+    /// @throws Error
+    void add(const OGRGeometry& outline, std::int64_t id, const ObjectFacts& facts) {
+        Feature feature = m_file.new_feature();
+        feature.set_count("id", static_cast<std::uint64_t>(id));
+        set_facts(feature, facts);
+        m_file.add(feature, outline);
+    }
+    /// Adds all objects of Outlines::kCells.
+    /// @param labels Int32, without CRS and place: numbers of objects from 1, 0 for other cells
+    /// @param facts by number
+    /// @throws Error; "interrupted" when stopped
+    void add_all(GDALDatasetH labels, const std::vector<ObjectFacts>& facts,
+                 const std::stop_token& stop) {
+        const output::GdalWatch watch(m_file.attempt());
+        watch.check(GDALSetGeoTransform(labels, m_transform.data()) == CE_None);
+        GDALRasterBandH band = GDALGetRasterBand(labels, 1);
+        const auto layer = static_cast<OGRLayerH>(m_file.layer());
+        std::stop_token told = stop;
+        const CPLErr outlined = GDALPolygonize(band, band, layer, 0, nullptr, goes_on, &told);
+        if (stop.stop_requested())
+            throw util::Error("interrupted");
+        watch.check(outlined == CE_None);
+        const auto count = OGR_L_GetFeatureCount(layer, TRUE);
+        if (count != static_cast<GIntBig>(facts.size()))
+            throw util::Error(m_file.attempt() + ": " + std::to_string(count) + " outlines of " +
+                              std::to_string(facts.size()) + " objects");
+        for (GIntBig number = 1; number <= count; ++number) {
+            Feature feature(OGR_L_GetFeature(layer, number));
+            watch.check(feature.get() != nullptr);
+            set_facts(feature, facts.at(static_cast<std::size_t>(feature.count("id")) - 1));
+            watch.check(OGR_L_SetFeature(layer, feature.get()) == OGRERR_NONE);
+        }
+    }
+    /// @param style QML
+    /// @throws Error
+    void finish(const std::string& style) { m_file.finish({"energy", "kWh/m2", style}); }
+
+private:
+    std::array<double, 6> m_transform;
+    FeatureFile m_file;
+};
 
 /// Of the objects that have a value.
 std::vector<double> list_energies(const std::vector<ObjectFacts>& objects) {

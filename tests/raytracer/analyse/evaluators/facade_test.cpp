@@ -2,7 +2,6 @@
 #include <functional>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/analyse/evaluators/facade_evaluator.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/period_light.hpp"
 
@@ -86,7 +85,9 @@ TEST_CASE("an open wall gets the energy of the closed form, storey by storey",
         for (const int storey : {0, 3}) {
             const scene::Scene scene = facade_scene(side, storey);
             INFO("side " << static_cast<int>(side) << ", storey " << storey);
-            const core::Vec3 normal = analyse::to_direction(side);
+            const core::Vec3 normal{
+                static_cast<double>((side == WallSide::kEast) - (side == WallSide::kWest)), 0,
+                static_cast<double>((side == WallSide::kSouth) - (side == WallSide::kNorth))};
             const Light expected = in_the_open(scene, normal, 11);
             const Measured raster(*world, scene, {});
             const bool is_long = side == WallSide::kNorth || side == WallSide::kSouth;

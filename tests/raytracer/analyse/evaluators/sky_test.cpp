@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/analyse/evaluators/sky_evaluator.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/analyse/evaluators/measured.hpp"
 
