@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
 
 #include "common/geo/crs.hpp"
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/analyse/horizon/far_heights.hpp"
-#include "raytracer/analyse/solar/far_horizon.hpp"
+#include "voxelserver/make/worlds/heightmap/height_file.hpp"
 
 namespace terravox::analyse {
 
@@ -17,10 +17,6 @@ double Skyline::lift(const Place& before, const Place& at, const Place& after) {
     const double share =
         (at.distance_m - before.distance_m) / (after.distance_m - before.distance_m);
     return at.height_m - (before.height_m + (after.height_m - before.height_m) * share);
-}
-
-double Skyline::highest_m() const noexcept {
-    return m_places.empty() ? -HUGE_VAL : m_places.back().height_m;
 }
 
 void Skyline::add(double distance_m, double height_m) {
@@ -64,6 +60,120 @@ solar::FarHorizon::Tops Skyline::tops() const {
 
 namespace {
 
+using heightmap::HeightFile;
+
+/// A rectangle of the map, units of its CRS.
+struct MapArea {
+    double west = 0;
+    double south = 0;
+    double east = 0;
+    double north = 0;
+};
+
+constexpr int kMaxSide = 4096;
+
+/// Cells of a grid that cover a part of one of its axes: [begin, end).
+struct CellRange {
+    int begin = 0;
+    int end = 0;
+};
+
+/// @param first, step of the grid along the axis; step < 0: it runs against the axis
+CellRange cells_over(double low, double high, double first, double step, int count) noexcept {
+    const double a = (low - first) / step;
+    const double b = (high - first) / step;
+    const double limit = count;
+    return {static_cast<int>(std::clamp(std::floor(std::min(a, b)), 0.0, limit)),
+            static_cast<int>(std::clamp(std::ceil(std::max(a, b)), 0.0, limit))};
+}
+
+struct Window {
+    HeightFile::Grid grid;
+    CellRange x;
+    CellRange y;
+    [[nodiscard]] int width() const noexcept { return x.end - x.begin; }
+    [[nodiscard]] int height() const noexcept { return y.end - y.begin; }
+};
+
+/// The finest cells of an area that fit memory.
+/// @throws Error where even the coarsest ones do not: of strips that are a cell wide
+Window find_window(const HeightFile& file, const MapArea& area) {
+    const double size = std::max(area.east - area.west, area.north - area.south);
+    for (double side = size / kMaxSide; side <= size; side *= 2) {
+        const HeightFile::Grid grid = file.grid_for(side);
+        const Window out{grid, cells_over(area.west, area.east, grid.x0, grid.dx, grid.width),
+                         cells_over(area.south, area.north, grid.y0, grid.dy, grid.height)};
+        if (out.width() <= kMaxSide && out.height() <= kMaxSide)
+            return out;
+    }
+    throw util::Error("look at the horizon: " + file.path().string() + " is a strip of more than " +
+                      std::to_string(kMaxSide) +
+                      " cells; allowed: a raster of heights around the data");
+}
+
+/// Heights around a place, from a raster in any CRS, in memory: up to 4096 x 4096 of its cells, or
+/// of an overview. Immutable.
+class FarHeights {
+public:
+    /// Reads the heights of an area.
+    /// @param crs of the map
+    /// @param metres_per_unit of the map
+    /// @throws Error naming the file: as heightmap::HeightFile, and where it has no cell in the
+    /// area
+    FarHeights(const std::filesystem::path& path, const geo::Crs& crs, const MapArea& area,
+               double metres_per_unit) {
+        HeightFile file({path, std::nullopt, crs, std::nullopt});
+        const Window window = find_window(file, area);
+        const auto refuse = [&] {
+            throw util::Error(
+                "look at the horizon: " + path.string() +
+                " has no heights there; allowed: a raster of heights around the data");
+        };
+        if (window.width() < 1 || window.height() < 1)
+            refuse();
+        m_grid = window.grid;
+        m_cells =
+            file.read(m_grid, window.x.begin, window.y.begin, window.width(), window.height());
+        m_cell_m = std::max(std::abs(m_grid.dx), std::abs(m_grid.dy)) * metres_per_unit;
+        m_highest_m = -HUGE_VAL;
+        for (const double height_m : m_cells.metres)
+            if (!std::isnan(height_m))
+                m_highest_m = std::max(m_highest_m, height_m);
+        if (!std::isfinite(m_highest_m))
+            refuse();
+    }
+
+    /// Bilinear between the middles of cells.
+    /// @return metres above the sea; nullopt: there are none
+    [[nodiscard]] std::optional<double> at(double easting, double northing) const noexcept {
+        const double x = (easting - m_grid.x0) / m_grid.dx - 0.5 - m_cells.x;
+        const double y = (northing - m_grid.y0) / m_grid.dy - 0.5 - m_cells.y;
+        if (!(x >= 0 && y >= 0 && x <= m_cells.width - 1.0 && y <= m_cells.height - 1.0))
+            return std::nullopt;
+        const int left = std::min(static_cast<int>(x), std::max(0, m_cells.width - 2));
+        const int top = std::min(static_cast<int>(y), std::max(0, m_cells.height - 2));
+        const int right = std::min(left + 1, m_cells.width - 1);
+        const int bottom = std::min(top + 1, m_cells.height - 1);
+        const auto cell = [&](int column, int row) {
+            return m_cells.at(m_cells.x + column, m_cells.y + row);
+        };
+        const double share = x - left;
+        const double upper = cell(left, top) + (cell(right, top) - cell(left, top)) * share;
+        const double lower =
+            cell(left, bottom) + (cell(right, bottom) - cell(left, bottom)) * share;
+        const double height_m = upper + (lower - upper) * (y - top);
+        return std::isnan(height_m) ? std::nullopt : std::optional(height_m);
+    }
+    /// Edge of a cell, metres.
+    [[nodiscard]] double cell_m() const noexcept { return m_cell_m; }
+    [[nodiscard]] double highest_m() const noexcept { return m_highest_m; }
+
+private:
+    heightmap::HeightFile::Grid m_grid;
+    heightmap::Cells m_cells;
+    double m_cell_m = 0;
+    double m_highest_m = 0;
+};
 using solar::FarHorizon;
 
 /// How far below the level plane of a place the Earth's surface appears at a distance.
@@ -140,7 +250,7 @@ public:
     }
 
 private:
-    [[nodiscard]] FarHeights::Area area() const noexcept {
+    [[nodiscard]] MapArea area() const noexcept {
         const double units = m_world.crs_units_per_voxel;
         const double range = m_range_m / m_world.voxel_m;
         return {(m_lattice.west - range) * units, -(m_lattice.south + range) * units,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstddef>
+#include <cmath>
 #include <filesystem>
 #include <vector>
 
@@ -19,7 +19,9 @@ public:
     /// @param height_m above the sea, lowered by the Earth's curvature
     void add(double distance_m, double height_m);
     /// Height of the highest place so far; below all heights where there is none.
-    [[nodiscard]] double highest_m() const noexcept;
+    [[nodiscard]] double highest_m() const noexcept {
+        return m_places.empty() ? -HUGE_VAL : m_places.back().height_m;
+    }
     /// The tops in whole metres, the farthest one last. Left out are those that lift the line by
     /// less than half a metre, and those that lift it least where there are more than
     /// FarHorizon::kMaxTops.
