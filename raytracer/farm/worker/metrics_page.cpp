@@ -5,7 +5,6 @@
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/serve/host/metrics_text.hpp"
 
 namespace terravox::farm {
 namespace {
@@ -14,43 +13,12 @@ double number(std::uint64_t count) {
     return static_cast<double>(count);
 }
 
-http::MetricsText write_metrics(const WorkerMetrics& m) {
-    http::MetricsText text;
-    const auto counter = [&](const char* name, const char* help, double value) {
-        text.one(name, "counter", help, value);
-    };
-    const auto gauge = [&](const char* name, const char* help, double value) {
-        text.one(name, "gauge", help, value);
-    };
-    text.family("terravox_build_info", "gauge", "The version that runs.");
-    text.value(1, http::metrics_label("version", kVersion));
-    gauge("terravox_worker_uptime_seconds", "Time since the start.", m.uptime_s);
-    counter("terravox_worker_tiles_total", "Tiles finished.", number(m.tiles));
-    counter("terravox_worker_pixels_total", "Pixels of these tiles.", number(m.pixels));
-    counter("terravox_worker_rays_total", "Rays of these tiles, of all kinds.", number(m.rays));
-    counter("terravox_worker_failed_total", "Tiles that could not be traced.", number(m.failed));
-    counter("terravox_worker_results_bytes_total", "Bytes of results sent.",
-            number(m.result_bytes));
-    counter("terravox_worker_box_requests_total", "Boxes requested from coordinators.",
-            number(m.box_requests));
-    counter("terravox_worker_busy_seconds_total",
-            "Time in which there were tiles, summed over sessions.", m.busy_s);
-    counter("terravox_worker_sessions_total", "Coordinators worked for so far.",
-            number(m.all_sessions));
-    text.family("terravox_worker_refused_total", "counter",
-                "Coordinators and unauthorised peers refused.");
-    for (const auto& [reason, count] : m.refused)
-        text.value(number(count), http::metrics_label("reason", reason));
-    gauge("terravox_worker_sessions", "Coordinators worked for now.", m.sessions);
-    gauge("terravox_worker_threads", "Threads of a session.", m.threads);
-    gauge("terravox_worker_tiles_waiting", "Tiles that are not begun.", number(m.waiting));
-    gauge("terravox_worker_tiles_begun", "Tiles that are begun.", number(m.begun));
-    gauge("terravox_worker_memory_bytes", "Resident memory.", number(m.memory_bytes));
-    gauge("terravox_worker_box_bytes", "Of boxes in memory.", number(m.box_bytes));
-    gauge("terravox_worker_box_limit_bytes", "Most bytes of boxes that are kept.",
-          number(m.box_limit_bytes));
-    gauge("terravox_worker_draining", "1: takes no more work.", m.draining ? 1 : 0);
-    return text;
+std::size_t sum(const std::vector<WorkerSession::Status>& sessions,
+                std::size_t WorkerSession::Status::* member) {
+    std::size_t out = 0;
+    for (const WorkerSession::Status& session : sessions)
+        out += session.*member;
+    return out;
 }
 
 http::Response to_reply(int status, std::string text) {
@@ -73,8 +41,46 @@ http::HostOptions to_options(const MetricsAddress& address) {
 
 }  // namespace
 
-std::string metrics_text(const WorkerMetrics& metrics) {
-    return write_metrics(metrics).take();
+http::MetricsText write_metrics(const WorkerDaemon::Totals& m) {
+    http::MetricsText text;
+    const auto counter = [&](const char* name, const char* help, double value) {
+        text.one(name, "counter", help, value);
+    };
+    const auto gauge = [&](const char* name, const char* help, double value) {
+        text.one(name, "gauge", help, value);
+    };
+    text.family("terravox_build_info", "gauge", "The version that runs.");
+    text.value(1, http::metrics_label("version", kVersion));
+    gauge("terravox_worker_uptime_seconds", "Time since the start.", m.uptime_s);
+    counter("terravox_worker_tiles_total", "Tiles finished.", number(m.tiles));
+    counter("terravox_worker_pixels_total", "Pixels of these tiles.", number(m.pixels));
+    counter("terravox_worker_rays_total", "Rays of these tiles, of all kinds.", number(m.rays));
+    counter("terravox_worker_failed_total", "Tiles that could not be traced.", number(m.failed));
+    counter("terravox_worker_results_bytes_total", "Bytes of results sent.",
+            number(m.result_bytes));
+    counter("terravox_worker_box_requests_total", "Boxes requested from coordinators.",
+            number(m.box_requests));
+    counter("terravox_worker_busy_seconds_total",
+            "Time in which there were tiles, summed over sessions.", m.busy_s);
+    counter("terravox_worker_sessions_total", "Coordinators worked for so far.",
+            number(m.sessions));
+    text.family("terravox_worker_refused_total", "counter",
+                "Coordinators and unauthorised peers refused.");
+    text.value(number(m.busy), http::metrics_label("reason", "busy"));
+    text.value(number(m.unfit), http::metrics_label("reason", "unfit"));
+    gauge("terravox_worker_sessions", "Coordinators worked for now.", number(m.now.size()));
+    gauge("terravox_worker_threads", "Threads of a session.", m.threads);
+    gauge("terravox_worker_tiles_waiting", "Tiles that are not begun.",
+          number(sum(m.now, &WorkerSession::Status::waiting)));
+    gauge("terravox_worker_tiles_begun", "Tiles that are begun.",
+          number(sum(m.now, &WorkerSession::Status::begun)));
+    gauge("terravox_worker_memory_bytes", "Resident memory.", number(m.resident_bytes));
+    gauge("terravox_worker_box_bytes", "Of boxes in memory.",
+          number(sum(m.now, &WorkerSession::Status::box_bytes)));
+    gauge("terravox_worker_box_limit_bytes", "Most bytes of boxes that are kept.",
+          number(m.memory_bytes));
+    gauge("terravox_worker_draining", "1: takes no more work.", m.ending ? 1 : 0);
+    return text;
 }
 
 MetricsPage::MetricsPage(const MetricsAddress& address, Snapshot snapshot)
@@ -105,10 +111,10 @@ http::Response MetricsPage::answer(const http::Request& request) const {
     if (request.method != "GET" && request.method != "HEAD")
         return to_reply(405, "allowed: GET, HEAD\n").add("Allow", "GET, HEAD");
     try {
-        const WorkerMetrics metrics = m_snapshot();
+        const WorkerDaemon::Totals totals = m_snapshot();
         if (request.path == "/metrics")
-            return write_metrics(metrics).take_reply();
-        return metrics.draining ? to_reply(503, "draining\n") : to_reply(200, "ok\n");
+            return write_metrics(totals).take_reply();
+        return totals.ending ? to_reply(503, "draining\n") : to_reply(200, "ok\n");
     } catch (const std::exception& e) {
         util::log_error("answer a request for metrics: {}", e.what());
         return to_reply(500, "the metrics cannot be collected\n");

@@ -2,37 +2,19 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "raytracer/farm/worker/worker_daemon.hpp"
 #include "voxelserver/serve/host/host.hpp"
 #include "voxelserver/serve/host/host_names.hpp"
+#include "voxelserver/serve/host/metrics_text.hpp"
 
 namespace terravox::farm {
 
-/// Metrics of a worker daemon. Counts cover its whole life.
-struct WorkerMetrics {
-    double uptime_s = 0;
-    std::uint64_t tiles = 0, pixels = 0, rays = 0;  ///< finished
-    std::uint64_t failed = 0;                       ///< tiles that could not be traced
-    std::uint64_t result_bytes = 0;                 ///< of results, as sent
-    std::uint64_t box_requests = 0;                 ///< boxes requested from coordinators
-    double busy_s = 0;  ///< time during which there were tiles, summed over sessions
-    std::uint64_t all_sessions = 0;
-    /// Refused coordinators and unauthorised peers, by a reason of one or two words.
-    std::map<std::string, std::uint64_t> refused;
-    int sessions = 0, threads = 0;   ///< now
-    std::uint64_t memory_bytes = 0;  ///< of the process, in RAM
-    std::uint64_t box_bytes = 0;
-    std::uint64_t box_limit_bytes = 0;
-    std::uint64_t waiting = 0, begun = 0;  ///< tiles
-    bool draining = false;                 ///< it accepts no more work
-};
-
-/// Formats the metrics as Prometheus text, version 0.0.4.
-[[nodiscard]] std::string metrics_text(const WorkerMetrics& metrics);
+/// A daemon's totals for monitoring systems.
+[[nodiscard]] http::MetricsText write_metrics(const WorkerDaemon::Totals& totals);
 
 /// Address of the page.
 struct MetricsAddress {
@@ -52,7 +34,7 @@ struct MetricsAddress {
 class MetricsPage final : public http::RequestHandler {
 public:
     /// Called on threads of the page; an exception is answered with status 500.
-    using Snapshot = std::function<WorkerMetrics()>;
+    using Snapshot = std::function<WorkerDaemon::Totals()>;
     /// Begins to answer requests, until the destruction, which takes up to two seconds.
     /// @throws UsageError for a host that is not numeric, or an invalid name; Error when it cannot
     /// listen there

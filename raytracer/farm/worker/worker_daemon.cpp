@@ -63,10 +63,6 @@ bool WorkerDaemon::is_wanted(const sockets::Address& address) const {
                        [&](const sockets::Address& a) { return a.text() == address.text(); });
 }
 
-WorkerDaemon::~WorkerDaemon() {
-    finish();
-}
-
 void WorkerDaemon::finish() noexcept {
     {
         const std::lock_guard lock(m_mutex);
@@ -356,6 +352,7 @@ WorkerDaemon::Totals WorkerDaemon::totals() const {
     out.busy_s = static_cast<double>(m_shared.busy_us) / 1e6;
     out.uptime_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    out.resident_bytes = util::resident_bytes();
     std::vector<std::shared_ptr<WorkerSession>> sessions;
     {
         const std::lock_guard lock(m_mutex);
@@ -380,7 +377,7 @@ farm::Status WorkerDaemon::status() const {
     out.set_software(std::string("terravox ") + kVersion);
     out.set_uptime_s(totals.uptime_s);
     out.set_tiles_done(totals.tiles);
-    out.set_memory_bytes(util::resident_bytes());
+    out.set_memory_bytes(totals.resident_bytes);
     for (const WorkerSession::Status& s : totals.now) {
         farm::Status::Member& m = *out.add_members();
         m.set_name(s.coordinator);

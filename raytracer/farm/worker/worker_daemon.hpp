@@ -40,7 +40,7 @@ class WorkerDaemon {
 public:
     /// @throws Error when it cannot listen, or no thread can be started for an address to join
     explicit WorkerDaemon(WorkerDaemonOptions options);
-    ~WorkerDaemon();
+    ~WorkerDaemon() { finish(); }
 
     /// Works until `stop` is requested, or an end by `once` or `idle`; then returns tiles that are
     /// not begun and finishes the rest.
@@ -66,8 +66,9 @@ public:
         double busy_s = 0;           ///< CPU seconds of tracing
         double uptime_s = 0;
         std::vector<WorkerSession::Status> now;
-        int threads = 0;
-        std::size_t memory_bytes = 0;  ///< limit for boxes
+        int threads = 0;                   ///< of a session
+        std::size_t memory_bytes = 0;      ///< limit for boxes
+        std::uint64_t resident_bytes = 0;  ///< of the process, in RAM
         bool ending = false;
     };
     [[nodiscard]] Totals totals() const;

@@ -51,10 +51,6 @@ WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordi
       m_shared(shared),
       m_heard_ns(now_ns()) {}
 
-WorkerSession::~WorkerSession() {
-    m_link->abort();
-}
-
 WorkerSession::End WorkerSession::run(std::string& why) {
     std::exception_ptr beat_failure;
     std::thread heart = thread::start_thread("heartbeats", [this, &beat_failure] {
@@ -330,11 +326,7 @@ std::string WorkerSession::add_task(const farm::Task& task) {
         m_awaited.early.push_back(task);
         return {};
     }
-    std::shared_ptr<PictureContext> context;
-    {
-        const std::lock_guard lock(m_mutex);
-        context = m_context;
-    }
+    const std::shared_ptr<PictureContext> context = current();
     if (!context || context->picture() != task.picture())
         return {};  // of a picture that has ended
     if (context->load().waiting + static_cast<std::size_t>(task.tiles_size()) >
@@ -379,11 +371,7 @@ void WorkerSession::drain(milliseconds timeout) {
     const auto until = std::chrono::steady_clock::now() + timeout;
     if (m_availability.draining.exchange(true))
         return;
-    std::shared_ptr<PictureContext> context;
-    {
-        const std::lock_guard lock(m_mutex);
-        context = m_context;
-    }
+    const std::shared_ptr<PictureContext> context = current();
     farm::Frame frame;
     farm::Drain& drain = *frame.mutable_drain();
     if (context)
@@ -456,12 +444,8 @@ const char* WorkerSession::find_state(bool has_picture) const noexcept {
 
 WorkerSession::Status WorkerSession::status() const {
     Status out;
-    std::shared_ptr<PictureContext> context;
-    {
-        const std::lock_guard lock(m_mutex);
-        context = m_context;
-        out.state = find_state(context != nullptr);
-    }
+    const std::shared_ptr<PictureContext> context = current();
+    out.state = find_state(context != nullptr);
     out.coordinator = m_coordinator;
     out.peer = m_link->peer();
     out.tiles = m_rendered.tiles;

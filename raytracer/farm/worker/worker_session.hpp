@@ -49,7 +49,7 @@ class WorkerSession {
 public:
     WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options,
                   WorkerShared& shared);
-    ~WorkerSession();
+    ~WorkerSession() { m_link->abort(); }
 
     enum class End : std::uint8_t {
         kLost,     ///< the link ended, or the coordinator sent something invalid

@@ -53,8 +53,8 @@ private:
     std::map<std::string, double> m_samples;
 };
 
-farm::WorkerMetrics some_metrics() {
-    farm::WorkerMetrics m;
+farm::WorkerDaemon::Totals some_metrics() {
+    farm::WorkerDaemon::Totals m;
     m.uptime_s = 12.5;
     m.tiles = 7;
     m.pixels = 28'672;
@@ -63,15 +63,13 @@ farm::WorkerMetrics some_metrics() {
     m.result_bytes = 1'000'000'007;
     m.box_requests = 3;
     m.busy_s = 0.25;
-    m.all_sessions = 4;
-    m.refused = {{"wrong token", 5}, {"a \"quoted\"\\\nreason", 6}};
-    m.sessions = 1;
+    m.sessions = 4;
+    m.busy = 5;
+    m.unfit = 6;
+    m.now = {{.box_bytes = 1000, .waiting = 5, .begun = 9}, {.box_bytes = 24, .waiting = 3}};
     m.threads = 16;
-    m.waiting = 8;
-    m.begun = 9;
-    m.memory_bytes = 123'456'789;
-    m.box_bytes = 1024;
-    m.box_limit_bytes = 2048;
+    m.resident_bytes = 123'456'789;
+    m.memory_bytes = 2048;
     return m;
 }
 
@@ -80,8 +78,8 @@ struct Page {
     farm::MetricsPage page{{"127.0.0.1", 0, {"render1.lan"}}, [this] {
                                if (fails)
                                    throw std::runtime_error("no metrics today");
-                               farm::WorkerMetrics m = some_metrics();
-                               m.draining = draining;
+                               farm::WorkerDaemon::Totals m = some_metrics();
+                               m.ending = draining;
                                return m;
                            }};
     [[nodiscard]] test::HttpReply ask(const std::string& path, const std::string& headers = "",
@@ -94,7 +92,7 @@ struct Page {
 
 TEST_CASE("a worker's metrics are what a reader of the text format takes",
           "[raytracer][worker][metrics]") {
-    const MetricsReader read(farm::metrics_text(some_metrics()));
+    const MetricsReader read(farm::write_metrics(some_metrics()).take());
     CHECK(read.at("terravox_worker_uptime_seconds") == 12.5);
     CHECK(read.at("terravox_worker_tiles_total") == 7);
     CHECK(read.at("terravox_worker_pixels_total") == 28'672);
@@ -104,9 +102,11 @@ TEST_CASE("a worker's metrics are what a reader of the text format takes",
     CHECK(read.at("terravox_worker_box_requests_total") == 3);
     CHECK(read.at("terravox_worker_busy_seconds_total") == 0.25);
     CHECK(read.at("terravox_worker_sessions_total") == 4);
-    CHECK(read.at("terravox_worker_refused_total{reason=\"wrong token\"}") == 5);
-    CHECK(read.at("terravox_worker_refused_total{reason=\"a \\\"quoted\\\"\\\\ reason\"}") == 6);
-    CHECK(read.at("terravox_worker_sessions") == 1);
+    CHECK(read.at("terravox_worker_refused_total{reason=\"busy\"}") == 5);
+    CHECK(read.at("terravox_worker_refused_total{reason=\"unfit\"}") == 6);
+    CHECK(http::metrics_label("reason", "a \"quoted\"\\\nreason") ==
+          "reason=\"a \\\"quoted\\\"\\\\ reason\"");
+    CHECK(read.at("terravox_worker_sessions") == 2);
     CHECK(read.at("terravox_worker_threads") == 16);
     CHECK(read.at("terravox_worker_tiles_waiting") == 8);
     CHECK(read.at("terravox_worker_tiles_begun") == 9);
@@ -115,7 +115,7 @@ TEST_CASE("a worker's metrics are what a reader of the text format takes",
     CHECK(read.at("terravox_worker_box_limit_bytes") == 2048);
     CHECK(read.at("terravox_worker_draining") == 0);
     CHECK(read.size() == 20);
-    CHECK(MetricsReader(farm::metrics_text({})).size() == 18);
+    CHECK(MetricsReader(farm::write_metrics({}).take()).size() == 20);
 }
 
 TEST_CASE("the page answers GET and HEAD", "[raytracer][worker][metrics]") {
