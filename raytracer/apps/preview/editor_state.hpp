@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/util/error.hpp"
 #include "raytracer/apps/preview/layers.hpp"
 #include "raytracer/apps/preview/viewpoint.hpp"
 #include "raytracer/core/scene/scene.hpp"
@@ -102,6 +103,15 @@ struct EditorState {
 
     /// Shows a line in the window for some seconds, and logs it.
     void notify(std::string line, bool bad = false);
+    /// Does something that may fail; the error is a bad notice then.
+    template <class Work>
+    void attempt(const Work& work) {
+        try {
+            work();
+        } catch (const util::Error& e) {
+            notify(e.what(), true);
+        }
+    }
     /// Shows a line that was logged elsewhere.
     void show_logged(std::string line);
     std::string notice;

@@ -148,11 +148,9 @@ void App::update_picture() {
         m_map.begin_again();
     const scene::Scene wanted = scene_to_show(m_editor_state.layer, m_editor_state.scene,
                                               m_editor_state.resolution, m_pane);
-    try {
+    m_editor_state.attempt([&] {
         m_picture.update(wanted, m_editor_state.layer, missing_box_arrived, m_pacer.began(), now);
-    } catch (const util::Error& e) {
-        m_editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void App::work(Clock::time_point until) {

@@ -35,16 +35,14 @@ void file_row(const char* label, std::string& file) {
 }  // namespace
 
 void FilesPanel::save_scene(preview::EditorState& editor_state) const {
-    try {
+    editor_state.attempt([&] {
         util::write_file_atomically(m_scene_file, scene::to_toml(editor_state.scene));
         editor_state.notify("saved " + m_scene_file);
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void FilesPanel::open_scene(preview::EditorState& editor_state, const std::string& file) {
-    try {
+    editor_state.attempt([&] {
         // As on the command line, so that a named view is applied.
         const scene::Scene opened = scene::compose_scene({scene::file_layer(file)});
         editor_state.take(opened);
@@ -57,14 +55,12 @@ void FilesPanel::open_scene(preview::EditorState& editor_state, const std::strin
             "opened " + file +
             (other_world ? "; the world stays as it was opened, whatever the file says of it"
                          : ""));
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void FilesPanel::save_picture(preview::EditorState& editor_state,
                               const preview::Progressive& picture) const {
-    try {
+    editor_state.attempt([&] {
         const std::string layer = preview::collect_facts(editor_state.layer).name;
         if (!preview::has_picture(editor_state.layer))
             throw util::Error(
@@ -89,9 +85,7 @@ void FilesPanel::save_picture(preview::EditorState& editor_state,
                             (editor_state.layer != preview::Layer::kBeauty
                                  ? ": the picture; of the layer " + layer + " only .exr"
                                  : ""));
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void FilesPanel::start_final(preview::EditorState& editor_state,

@@ -17,12 +17,10 @@ constexpr float kMaxOfWindow = 0.2f;  // of its width
 }  // namespace
 
 MapPanel::MapPanel(preview::EditorState& editor_state, int edge_px) {
-    try {
+    editor_state.attempt([&] {
         m_map = std::make_unique<preview::MiniMap>(editor_state.world->blocks, editor_state.scene,
                                                    edge_px);
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void MapPanel::draw_view(const preview::EditorState& editor_state, const shade::View* view,

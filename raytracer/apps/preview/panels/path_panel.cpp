@@ -71,26 +71,22 @@ void PathPanel::show(preview::EditorState& editor_state, double time_s) {
     m_time_s = std::max(time_s, 0.0);
     if (m_path.keys().empty())
         return;
-    try {
+    editor_state.attempt([&] {
         const animate::Animation animation = m_path.animation(editor_state.scene);
         editor_state.show(
             animation.at(std::clamp(static_cast<int>(std::lround(m_time_s * animation.fps())), 0,
                                     animation.frames() - 1),
                          editor_state.placed()));
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 void PathPanel::save(preview::EditorState& editor_state) {
-    try {
+    editor_state.attempt([&] {
         (void)m_path.animation(editor_state.scene);
         util::write_file_atomically(m_file, m_path.to_toml(editor_state.scene));
         editor_state.notify("saved " + m_file + "; terravox animate " + m_file +
                             " WORLD makes pictures of it");
-    } catch (const util::Error& e) {
-        editor_state.notify(e.what(), true);
-    }
+    });
 }
 
 // Keys are diamonds on a line, which can be dragged; a click between them moves the time there.

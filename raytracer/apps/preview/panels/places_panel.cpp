@@ -80,20 +80,14 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
                        const std::shared_ptr<const shade::View>& view) {
     if (!m_views) {
         m_views.emplace();
-        try {
+        editor_state.attempt([&] {
             for (scene::NamedView& v : scene::read_view_folder(util::config_dir() / "views"))
                 if (lies_in(v, editor_state.info()))
                     m_views->push_back(std::move(v));
-        } catch (const util::Error& e) {
-            editor_state.notify(e.what(), true);
-        }
+        });
     }
     const auto go_to = [&](const scene::Scene& scene) {
-        try {
-            editor_state.take(scene);
-        } catch (const util::Error& e) {
-            editor_state.notify(e.what(), true);
-        }
+        editor_state.attempt([&] { editor_state.take(scene); });
     };
     if (m_views->empty())
         ImGui::TextDisabled("config/views has no view of this place");
@@ -117,12 +111,10 @@ void PlacesPanel::draw(preview::EditorState& editor_state, preview::PickTool& to
         m_place = typed->text;
     ImGui::SameLine();
     if ((ImGui::Button("Go") || (typed && typed->entered)) && !m_place.empty() && view) {
-        try {
+        editor_state.attempt([&] {
             const auto [x, z] = parse_place(m_place, editor_state.info());
             tool.go(editor_state, x, z, view);
-        } catch (const util::Error& e) {
-            editor_state.notify(e.what(), true);
-        }
+        });
     }
     ImGui::Checkbox("map", &editor_state.shows_map);
     ImGui::SameLine();

@@ -79,12 +79,10 @@ void ProcessorsPanel::draw_workers(preview::EditorState& editor_state,
     widgets::report_place("address");
     ImGui::SameLine();
     if (widgets::button("Add worker", !m_address.empty())) {
-        try {
+        editor_state.attempt([&] {
             render_pool.dial(sockets::Address::parse(m_address, net::kWorkerPort));
             m_address.clear();
-        } catch (const util::Error& e) {
-            editor_state.notify(e.what(), true);
-        }
+        });
     }
     for (const std::string& address : m_dialled) {
         ImGui::PushID(address.c_str());
