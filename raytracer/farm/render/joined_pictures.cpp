@@ -36,12 +36,6 @@ bool streams(const output::StreamShape& shape, const PictureOptions& options) {
     return output::must_stream(shape, (std::uint64_t{options.memory_mib} << 20) / 2);
 }
 
-void count(const tiles::TileResult& tile, RenderStatistics& s) {
-    ++s.counts.tiles;
-    s.counts.trace.add(tile.counts);
-    s.counts.holes.insert(tile.holes.begin(), tile.holes.end());
-}
-
 }  // namespace
 
 void check_joined_pictures(const farm::PictureKey& key, const std::vector<std::string>& files,
@@ -93,7 +87,7 @@ RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
         tiles.each([&](tiles::TileResult&& tile) {
             for (const auto& stream : streams)
                 stream->add(tile);
-            count(tile, s);
+            s.counts.add(tile);
         });
         for (const auto& stream : streams)
             stream->finish(s.counts.holes.size());
@@ -102,7 +96,7 @@ RenderStatistics write_joined_pictures(const farm::JoinedTiles& tiles,
     output::Film film(shape.width_px, shape.height_px, shape.with_layers);
     tiles.each([&](tiles::TileResult&& tile) {
         film.add(tile);
-        count(tile, s);
+        s.counts.add(tile);
     });
     if (scene.output.denoise)
         output::denoise(film, options.threads);

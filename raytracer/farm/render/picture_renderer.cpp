@@ -73,6 +73,12 @@ private:
     std::vector<std::unique_ptr<output::TileStream>> m_streams;
 };
 
+/// Of a part of a picture only the checkpoint is wanted.
+struct Nowhere final : output::TileSink {
+    void add(const tiles::TileResult&) override {}
+    [[nodiscard]] bool replaces() const noexcept override { return true; }
+};
+
 }  // namespace
 
 PictureRenderer::PictureRenderer(const worlds::WorldOptions& world,
@@ -135,7 +141,12 @@ RenderStatistics PictureRenderer::render(const scene::Scene& asked,
     const scene::Scene scene = drop_unneeded_layers(asked, files, !keep.part);
     prepare(scene, files, keep);
     if (m_part)
-        render_part(statistics, start);
+        trace(
+            [](const RenderJob& job) {
+                Nowhere nowhere;
+                return render_stream(job, nowhere);
+            },
+            statistics, start);
     else if (streams(scene))
         render_to_files(statistics, files, start);
     else
@@ -154,14 +165,7 @@ RenderStatistics PictureRenderer::render_tiles(
     RenderStatistics statistics;
     statistics.threads = m_threads;
     prepare(scene, {file}, keep);
-    {
-        const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-        render_with_pool(
-            [&](processors::TileProcessor& processor) {
-                statistics.counts = render_stream(job(processor, start), begin());
-            },
-            statistics);
-    }
+    trace([&](const RenderJob& job) { return render_stream(job, begin()); }, statistics, start);
     if (statistics.counts.missing == 0) {
         finish(statistics, start);
         write(statistics);
@@ -220,20 +224,6 @@ void PictureRenderer::open_checkpoint(const scene::Scene& scene,
         util::log_info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
-void PictureRenderer::render_part(RenderStatistics& statistics,
-                                  std::chrono::steady_clock::time_point start) {
-    struct Nowhere final : output::TileSink {
-        void add(const tiles::TileResult&) override {}
-        [[nodiscard]] bool replaces() const noexcept override { return true; }
-    } nowhere;
-    const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-    render_with_pool(
-        [&](processors::TileProcessor& processor) {
-            statistics.counts = render_stream(job(processor, start), nowhere);
-        },
-        statistics);
-}
-
 void PictureRenderer::finish(RenderStatistics& statistics,
                              std::chrono::steady_clock::time_point start) const {
     statistics.blocks = m_loaded->blocks.stats();
@@ -250,33 +240,29 @@ void PictureRenderer::finish(RenderStatistics& statistics,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-RenderJob PictureRenderer::job(processors::TileProcessor& processor,
-                               std::chrono::steady_clock::time_point start) {
-    RenderJob out{*m_view, processor, m_quiet, m_stop};
-    out.start = start;
-    out.checkpoint = m_checkpoint.get();
-    out.part = m_part;
-    out.check_world = [this] { m_loaded->blocks.check_world(); };
-    out.damage = [this] { return m_loaded->world->damage(); };
-    out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
-        m_render_pool->set_progress(done, of);
-        if (m_reported)
-            m_reported(done, of);
-    };
-    if (m_render_pool->is_farm()) {
-        out.details = [this] { return m_render_pool->table(); };
-    }
-    return out;
-}
-
-void PictureRenderer::render_with_pool(const std::function<void(processors::TileProcessor&)>& work,
-                                       RenderStatistics& statistics) {
-    while (true) {
+void PictureRenderer::trace(const std::function<RenderCounts(const RenderJob&)>& work,
+                            RenderStatistics& statistics,
+                            std::chrono::steady_clock::time_point start) {
+    const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
+    for (bool is_done = false; !is_done;) {
         try {
             const auto processor = m_render_pool->begin(*m_view);
-            work(*processor);
+            RenderJob job{*m_view, *processor, m_quiet, m_stop};
+            job.start = start;
+            job.checkpoint = m_checkpoint.get();
+            job.part = m_part;
+            job.check_world = [this] { m_loaded->blocks.check_world(); };
+            job.damage = [this] { return m_loaded->world->damage(); };
+            job.on_progress = [this](std::uint64_t done, std::uint64_t of) {
+                m_render_pool->set_progress(done, of);
+                if (m_reported)
+                    m_reported(done, of);
+            };
+            if (m_render_pool->is_farm())
+                job.details = [this] { return m_render_pool->table(); };
+            statistics.counts = work(job);
             processor->close();
-            break;
+            is_done = true;
         } catch (const processors::PictureInvalidated& e) {
             util::log_error("{}; the picture starts again", e.what());
         }
@@ -291,14 +277,7 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics,
                                      std::chrono::steady_clock::time_point start) {
     const scene::Scene& scene = m_view->scene;
     output::Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
-    {
-        const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-        render_with_pool(
-            [&](processors::TileProcessor& processor) {
-                statistics.counts = render_film(job(processor, start), film);
-            },
-            statistics);
-    }
+    trace([&](const RenderJob& job) { return render_film(job, film); }, statistics, start);
     finish(statistics, start);
     if (scene.output.denoise) {
         const util::StageTimes::Scope timed(m_loaded->times, "denoise");
@@ -315,25 +294,25 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics,
 void PictureRenderer::render_to_files(RenderStatistics& statistics,
                                       const std::vector<std::string>& files,
                                       std::chrono::steady_clock::time_point start) {
-    const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
     // Known in advance: it is written to the file first.
     const auto samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
     statistics.counts.samples = samples;
     const output::PictureInfo info =
         picture_info(*m_view, m_loaded->world->info(), statistics, false);
-    render_with_pool(
-        [&](processors::TileProcessor& processor) {
+    trace(
+        [&](const RenderJob& job) {
             Streams sinks;
             for (const std::string& file : files)
                 sinks.to(
                     std::make_unique<output::TileStream>(file, make_shape(m_view->scene), info));
-            statistics.counts = render_stream(job(processor, start), sinks);
-            if (statistics.counts.missing > 0)
-                throw util::Error("render: " + std::to_string(statistics.counts.missing) +
+            RenderCounts counts = render_stream(job, sinks);
+            if (counts.missing > 0)
+                throw util::Error("render: " + std::to_string(counts.missing) +
                                   " tiles are missing; no picture was written");
-            sinks.finish(statistics.counts.holes.size());
+            sinks.finish(counts.holes.size());
+            return counts;
         },
-        statistics);
+        statistics, start);
 }
 
 }  // namespace terravox::render

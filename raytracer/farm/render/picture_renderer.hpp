@@ -80,10 +80,10 @@ private:
     PictureRenderer(std::shared_ptr<LoadedWorld> world, const RenderPoolOptions& render_pool,
                     const scene::Scene& base, bool quiet,
                     std::unique_ptr<thread::StopSignals> signals);
-    [[nodiscard]] RenderJob job(processors::TileProcessor& processor,
-                                std::chrono::steady_clock::time_point start);
-    void render_with_pool(const std::function<void(processors::TileProcessor&)>& work,
-                          RenderStatistics& statistics);
+    /// Renders the picture, once more where it has to start again.
+    /// @param work returns what a job costs
+    void trace(const std::function<RenderCounts(const RenderJob&)>& work,
+               RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
     void render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files,
                         std::chrono::steady_clock::time_point start);
     void render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files,
@@ -95,7 +95,6 @@ private:
     void finish_checkpoint(const RenderStatistics& statistics);
     void open_checkpoint(const scene::Scene& scene, const std::vector<std::string>& files,
                          const KeepOptions& keep);
-    void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
 
     std::unique_ptr<thread::StopSignals> m_signals;  ///< null: signal handlers are not changed
     const std::shared_ptr<LoadedWorld> m_loaded;

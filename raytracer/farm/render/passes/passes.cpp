@@ -198,6 +198,12 @@ void RenderCounts::add(const RenderCounts& other) {
     missing += other.missing;
 }
 
+void RenderCounts::add(const tiles::TileResult& tile) {
+    ++tiles;
+    trace.add(tile.counts);
+    holes.insert(tile.holes.begin(), tile.holes.end());
+}
+
 RenderCounts render_stream(const RenderJob& job, output::TileSink& sink) {
     const auto& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;

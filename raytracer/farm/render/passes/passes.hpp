@@ -36,6 +36,8 @@ struct RenderCounts {
 
     /// Those of another picture of the same report.
     void add(const RenderCounts& other);
+    /// Those of a tile that was rendered before.
+    void add(const tiles::TileResult& tile);
 };
 
 /// Everything about rendering that does not change while it runs.
