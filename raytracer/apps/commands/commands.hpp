@@ -11,10 +11,20 @@ class App;
 
 namespace terravox::commands {
 
-/// Adds `render` to the program's commands.
-/// @return runs the command once the arguments are parsed
-/// @throws (when run) Error, UsageError
+// Each adds a command to the program's.
+// @return runs the command once the arguments are parsed
+// @throws (when run) Error, UsageError
+/// `farm token` and `farm certs` (how coordinators and workers know each other), `farm status`
+/// (what a daemon or a coordinator is doing), `farm pause` and `farm resume`.
+[[nodiscard]] std::function<util::ExitCode()> add_farm_command(CLI::App& app);
+/// A world from above, as a GeoTIFF or as tiles for the web.
+[[nodiscard]] std::function<util::ExitCode()> add_map_command(CLI::App& app);
+[[nodiscard]] std::function<util::ExitCode()> add_merge_command(CLI::App& app);
 [[nodiscard]] std::function<util::ExitCode()> add_render_command(CLI::App& app);
+/// The daemon that lends this machine to renders on other machines.
+[[nodiscard]] std::function<util::ExitCode()> add_worker_command(CLI::App& app);
+/// `world info`.
+[[nodiscard]] std::function<util::ExitCode()> add_world_command(CLI::App& app);
 
 struct RenderPoolArguments;
 struct WorldArguments;
@@ -26,25 +36,6 @@ struct WorldArguments;
 using OpenRenderer = std::function<animate::RenderPicture(const WorldArguments& world,
                                                           const RenderPoolArguments& render_pool,
                                                           const scene::Scene& base, bool quiet)>;
-
-/// Adds `animate` to the program's commands.
-/// @return runs the command once the arguments are parsed
-/// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<util::ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open);
-
-/// Adds `farm token` and `farm certs` (how coordinators and workers know each other), `farm status`
-/// (what a daemon or a coordinator is doing), `farm pause` and `farm resume`.
-/// @return runs the command once the arguments are parsed
-/// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<util::ExitCode()> add_farm_command(CLI::App& app);
-
-/// Adds `worker`: the daemon that lends this machine to renders on other machines.
-/// @return runs the command once the arguments are parsed
-/// @throws (when run) Error, UsageError
-[[nodiscard]] std::function<util::ExitCode()> add_worker_command(CLI::App& app);
-
-/// Adds `world info`.
-/// @return runs the command once the arguments are parsed
-[[nodiscard]] std::function<util::ExitCode()> add_world_command(CLI::App& app);
 
 }  // namespace terravox::commands

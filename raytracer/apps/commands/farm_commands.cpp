@@ -13,6 +13,7 @@
 #include "common/util/secret.hpp"
 #include "common/util/text.hpp"
 #include "common/util/version.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "raytracer/apps/commands/commands.hpp"
 #include "raytracer/apps/commands/run_arguments.hpp"
 #include "raytracer/farm/net/certificates.hpp"
@@ -157,14 +158,11 @@ std::function<util::ExitCode()> add_farm_command(CLI::App& app) {
     certs->add_option("--role", args->role,
                       "role of all that are made: worker, or coordinator (renders, asks for "
                       "status, pauses); default: coordinator for that name, else worker");
-    certs
-        ->add_option(
+    allow_several(
+        certs->add_option(
             "--revoke", args->revoked,
             "revoke NAME.pem of the folder instead of making certificates: adds it to ca.crl "
-            "there; may be given several times. Revoke first, then make another of that name")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false)
+            "there; may be given several times. Revoke first, then make another of that name"))
         ->excludes(names);
     certs
         ->add_option("-o,--output", args->folder,
@@ -246,39 +244,6 @@ farm::WorkerDaemonOptions make_options(const farm::WorkerConfig& config) {
     return out;
 }
 
-farm::WorkerMetrics read_metrics(const farm::WorkerDaemon& daemon) {
-    const farm::WorkerDaemon::Totals t = daemon.totals();
-    farm::WorkerMetrics out;
-    out.uptime_s = t.uptime_s;
-    out.tiles = t.tiles;
-    out.pixels = t.pixels;
-    out.rays = t.rays;
-    out.failed = t.failed;
-    out.result_bytes = t.result_bytes;
-    out.box_requests = t.box_requests;
-    out.busy_s = t.busy_s;
-    out.all_sessions = t.sessions;
-    out.threads = t.threads;
-    out.refused = {{"busy", t.busy}, {"unfit", t.unfit}};
-    out.sessions = static_cast<int>(t.now.size());
-    out.memory_bytes = util::resident_bytes();
-    out.box_limit_bytes = t.memory_bytes;
-    out.draining = t.ending;
-    for (const farm::WorkerSession::Status& s : t.now) {
-        out.box_bytes += s.box_bytes;
-        out.waiting += s.waiting;
-        out.begun += s.begun;
-    }
-    return out;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-    std::string out;
-    for (const std::string& name : names)
-        out += (out.empty() ? "" : ", ") + name;
-    return out;
-}
-
 /// Reads the configuration again; an invalid one changes nothing. Used by one thread at a time.
 class Reloader {
 public:
@@ -294,9 +259,9 @@ public:
             set_up_log(m_running);
             m_daemon.reload(make_options(m_running));
             util::log_info("configuration read again; changed: {}",
-                           change.now.empty() ? "nothing" : joined(change.now));
+                           change.now.empty() ? "nothing" : util::comma_list(change.now));
             if (!change.restart.empty())
-                util::log_warn("after a restart only: {}", joined(change.restart));
+                util::log_warn("after a restart only: {}", util::comma_list(change.restart));
         } catch (const std::exception& e) {
             util::log_error("{}; the configuration stays as it was", e.what());
         }
@@ -327,7 +292,7 @@ util::ExitCode run_worker(const farm::WorkerArguments& arguments) {
     std::unique_ptr<farm::MetricsPage> page;
     if (config.metrics) {
         page = std::make_unique<farm::MetricsPage>(metrics_address(config),
-                                                   [&daemon] { return read_metrics(daemon); });
+                                                   [&daemon] { return daemon.totals(); });
         util::log_info("page of metrics at port {}", page->port());
     }
     {

@@ -81,14 +81,10 @@ std::function<util::ExitCode()> add_render_command(CLI::App& app) {
     auto args = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
-    command
-        ->add_option("-o,--output", args->outputs,
-                     std::string("picture to write: ") + output::kPictureEndings +
-                         "; may be given several times")
-        ->required()
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
+    allow_several(command->add_option("-o,--output", args->outputs,
+                                      std::string("picture to write: ") + output::kPictureEndings +
+                                          "; may be given several times"))
+        ->required();
     add_world_arguments(*command, args->world);
     add_render_pool_arguments(*command, args->render_pool);
     command->add_option("--save-scene", args->save_scene,

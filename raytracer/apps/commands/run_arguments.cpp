@@ -1,17 +1,37 @@
 #include "raytracer/apps/commands/run_arguments.hpp"
 
-#include <charconv>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/command_line.hpp"
 #include "common/util/log.hpp"
+#include "common/util/numbers.hpp"
 #include "common/util/secret.hpp"
 #include "common/voxel/log_damage.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 
 namespace terravox::commands {
+namespace {
+
+/// Parses a duration such as 90, 90s, 5m or 2h.
+/// @throws UsageError naming the flag
+std::chrono::milliseconds parse_time(const std::string& flag, const std::string& text) {
+    std::string_view unit = text;
+    const auto value = util::take_number<double>(unit);
+    const double scale = unit.empty() || unit == "s"    ? 1
+                         : unit == "ms"                 ? 0.001
+                         : unit == "m" || unit == "min" ? 60
+                         : unit == "h"                  ? 3600
+                                                        : 0;
+    constexpr double kMax_s = 366 * 86400.0;
+    if (!value || scale == 0 || !(*value >= 0 && *value * scale <= kMax_s))
+        throw util::UsageError("read " + flag + " " + text +
+                               ": allowed: a span of time up to a year, such as 60s, 5m or 2h");
+    return std::chrono::milliseconds(static_cast<std::int64_t>(*value * scale * 1000));
+}
+
+}  // namespace
 
 void add_grid_arguments(CLI::App& command, GridArguments& args) {
     command.add_option("--area", args.area,
@@ -79,13 +99,11 @@ void add_credential_arguments(CLI::App& command, CredentialArguments& args) {
 }
 
 void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args) {
-    command
-        .add_option("--worker", args.workers,
-                    "HOST[:PORT] of a worker daemon to render on, too; may be given several times "
-                    "(port 7878)")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false)
+    allow_several(
+        command.add_option(
+            "--worker", args.workers,
+            "HOST[:PORT] of a worker daemon to render on, too; may be given several times "
+            "(port 7878)"))
         ->group("Farm");
     command
         .add_option("--listen", args.listen,
@@ -125,23 +143,6 @@ render::RenderPoolOptions RenderPoolArguments::options(const scene::Scene& scene
             "workers join with: TERRAVOX_FARM_TOKEN=TOKEN terravox worker --join HOST:" +
                 (out.farm.listen ? std::to_string(out.farm.listen->port) : std::string("PORT")));
     return out;
-}
-
-std::chrono::milliseconds parse_time(const std::string& flag, const std::string& text) {
-    double value = 0;
-    const char* end = text.data() + text.size();
-    const auto [at, failed] = std::from_chars(text.data(), end, value);
-    const std::string unit(at, end);
-    const double scale = unit.empty() || unit == "s"    ? 1
-                         : unit == "ms"                 ? 0.001
-                         : unit == "m" || unit == "min" ? 60
-                         : unit == "h"                  ? 3600
-                                                        : 0;
-    constexpr double kMax_s = 366 * 86400.0;
-    if (failed != std::errc{} || scale == 0 || !(value >= 0 && value * scale <= kMax_s))
-        throw util::UsageError("read " + flag + " " + text +
-                               ": allowed: a span of time up to a year, such as 60s, 5m or 2h");
-    return std::chrono::milliseconds(static_cast<std::int64_t>(value * scale * 1000));
 }
 
 void add_verbosity_flags(CLI::App& command, Verbosity& args) {

@@ -61,11 +61,6 @@ struct RenderPoolArguments {
 /// Adds the flags to a command. `args` must outlive the parsing.
 void add_render_pool_arguments(CLI::App& command, RenderPoolArguments& args);
 
-/// Parses a duration such as 90, 90s, 5m or 2h.
-/// @throws UsageError naming the flag
-[[nodiscard]] std::chrono::milliseconds parse_time(const std::string& flag,
-                                                   const std::string& text);
-
 /// How much a command says while it runs and at its end. Only one of them is set.
 struct Verbosity {
     bool quiet = false;    ///< errors only

@@ -1,5 +1,3 @@
-#include "raytracer/apps/commands/analyse/analyse_command.hpp"
-
 #include <CLI/CLI.hpp>
 
 #include <list>
@@ -41,16 +39,10 @@ CLI::App* add_kind(CLI::App& group, AnalyseArguments& args, const voxel::Analysi
 }
 
 void add_sight_options(CLI::App& command, AnalyseArguments& args) {
-    command
-        .add_option("--observer", args.observers.texts,
-                    std::string("who looks; may be given several times: ") + kObserverForms)
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--observers", args.observers.files, kObserverFileForm)
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
+    allow_several(command.add_option(
+        "--observer", args.observers.texts,
+        std::string("who looks; may be given several times: ") + kObserverForms));
+    allow_several(command.add_option("--observers", args.observers.files, kObserverFileForm));
     command
         .add_option("--observer-step-m", args.observers.step_m,
                     "distance of the observers on a line, metres")

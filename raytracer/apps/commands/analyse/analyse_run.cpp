@@ -48,8 +48,8 @@ std::vector<analyse::ShadowCube::Mask> make_masks(const std::vector<ClockTime>& 
     return masks;
 }
 
-}  // namespace
-
+/// Rejects options that masks of several instants cannot have.
+/// @throws UsageError
 void check_times_arguments(const AnalyseArguments& args) {
     if (args.sun.times.empty())
         return;
@@ -61,6 +61,12 @@ void check_times_arguments(const AnalyseArguments& args) {
             "analyse sun: --times together with --report or --map; allowed: these with --at");
 }
 
+/// Measures and writes shadow masks of several instants (`--times`), each rendered as a raster of
+/// its own.
+/// @param scene of the analysis, with its camera
+/// @param loaded with a place on Earth
+/// @return of all rasters together
+/// @throws UsageError for an instant that is there twice; Error, also "interrupted"
 render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const scene::Scene& scene,
                                             const analyse::CellGrid& grid,
                                             const render::LoadedWorld& loaded,
@@ -93,8 +99,6 @@ render::RenderStatistics write_shadow_times(const AnalyseArguments& args, const 
     cube.write(args.output, info, thread::thread_count(scene.processing.threads.value_or(0)));
     return statistics;
 }
-
-namespace {
 
 /// The scene of an analysis, without its camera: that depends on the world.
 scene::Scene make_scene(const AnalyseArguments& args, core::AnalysisKind kind) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,10 @@
 #include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/render/loaded_world.hpp"
 #include "raytracer/farm/render/picture_renderer.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace terravox::commands {
 
@@ -67,27 +72,16 @@ struct AnalyseArguments {
     Verbosity verbosity;
 };
 
-/// Rejects options that masks of several instants cannot have.
-/// @throws UsageError
-void check_times_arguments(const AnalyseArguments& args);
-
-/// Measures and writes shadow masks of several instants (`--times`), each rendered as a raster of
-/// its own.
-/// @param scene of the analysis, with its camera
-/// @param loaded with a place on Earth
-/// @return of all rasters together
-/// @throws UsageError for an instant that is there twice; Error, also "interrupted"
-[[nodiscard]] render::RenderStatistics write_shadow_times(const AnalyseArguments& args,
-                                                          const scene::Scene& scene,
-                                                          const analyse::CellGrid& grid,
-                                                          const render::LoadedWorld& loaded,
-                                                          render::PictureRenderer& renderer);
-
 /// Measures a world and writes what the arguments ask for: a raster, or a part of its tiles, and
 /// the files made of it.
 /// @return kHoles where values are missing because boxes were not available
 /// @throws UsageError for arguments that cannot be, before any work is done; Error, also
 /// "interrupted" when stopped by a signal
 [[nodiscard]] util::ExitCode run_analyse(const AnalyseArguments& args, core::AnalysisKind kind);
+
+/// Adds `analyse` to the program's commands.
+/// @return runs the command once the arguments are parsed
+/// @throws (when run) Error, UsageError
+[[nodiscard]] std::function<util::ExitCode()> add_analyse_command(CLI::App& app);
 
 }  // namespace terravox::commands

@@ -35,6 +35,9 @@ void check_object_arguments(const ObjectArguments& args, const scene::Scene& sce
     (void)geo::geopackage_driver();
 }
 
+namespace {
+
+/// The description names the days and the source.
 analyse::ObjectFileInfo object_file_info(const scene::Scene& scene, const analyse::CellGrid& grid,
                                          const voxel::WorldInfo& world) {
     const scene::Scene::Analysis& analysis = scene.analysis;
@@ -43,6 +46,8 @@ analyse::ObjectFileInfo object_file_info(const scene::Scene& scene, const analys
     return {analyse::make_placement(grid, world),
             "Energy of sun and sky, kWh, of " + days + ". " + world.attribution};
 }
+
+}  // namespace
 
 PlannedObjects::PlannedObjects(const ObjectArguments& args, const scene::Scene& scene,
                                const analyse::CellGrid& grid, const voxel::WorldInfo& world)

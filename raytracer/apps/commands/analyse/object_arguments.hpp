@@ -32,11 +32,6 @@ void add_object_options(CLI::App& command, ObjectArguments& args);
 void check_object_arguments(const ObjectArguments& args, const scene::Scene& scene,
                             bool has_facades);
 
-/// The description names the days and the source.
-[[nodiscard]] analyse::ObjectFileInfo object_file_info(const scene::Scene& scene,
-                                                       const analyse::CellGrid& grid,
-                                                       const voxel::WorldInfo& world);
-
 /// Objects that will be written when the raster is finished; none without a file, but polygons.
 class PlannedObjects {
 public:

@@ -55,6 +55,9 @@ void check_report_targets(const ReportArguments& args) {
         analyse::check_report_target(args.map, ".svg");
 }
 
+namespace {
+
+/// @throws Error "interrupted" when stopped; Error when they cannot be written
 void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,
                    const std::stop_token& stop) {
     const analyse::ReportFacts facts = collect_facts(what);
@@ -63,6 +66,8 @@ void write_reports(const ReportArguments& args, analyse::CellFile& cells, const 
     if (!args.page.empty())
         analyse::write_report(cells, args.page, facts, stop);
 }
+
+}  // namespace
 
 analyse::ReliefOptions make_relief(const scene::Scene& scene) {
     const scene::Scene::Analysis& asked = scene.analysis;

@@ -41,10 +41,6 @@ struct Reported {
     std::size_t missing_boxes = 0;
 };
 
-/// @throws Error "interrupted" when stopped; Error when they cannot be written
-void write_reports(const ReportArguments& args, analyse::CellFile& cells, const Reported& what,
-                   const std::stop_token& stop);
-
 /// How the slopes of a terrain raster are derived.
 /// @throws UsageError for an even window, and for what is no direction of light
 [[nodiscard]] analyse::ReliefOptions make_relief(const scene::Scene& scene);

@@ -16,6 +16,21 @@ namespace {
 constexpr const char* kOption = "--times";
 constexpr std::size_t kDate = 10;  // characters of YYYY-MM-DD
 
+/// The hour of HH:MM.
+/// @param option for the message @throws UsageError
+double parse_hour(const std::string& option, const std::string& text) {
+    unsigned hour = 0;
+    unsigned minute = 0;
+    int end = 0;
+    const bool is_time = text.find_first_not_of("0123456789:") == std::string::npos &&
+                         std::sscanf(text.c_str(), "%2u:%2u%n", &hour, &minute, &end) == 2 &&
+                         static_cast<std::size_t>(end) == text.size() && hour < 24 && minute < 60;
+    if (!is_time)
+        throw util::UsageError("analyse sun: " + option + " " + text +
+                               "; allowed: HH:MM, 00:00 to 23:59, on the clock of --zone");
+    return hour + minute / 60.0;
+}
+
 ClockTime to_time(const std::string& text) {
     ClockTime out;
     std::string clock = text;
@@ -31,19 +46,6 @@ ClockTime to_time(const std::string& text) {
 }
 
 }  // namespace
-
-double parse_hour(const std::string& option, const std::string& text) {
-    unsigned hour = 0;
-    unsigned minute = 0;
-    int end = 0;
-    const bool is_time = text.find_first_not_of("0123456789:") == std::string::npos &&
-                         std::sscanf(text.c_str(), "%2u:%2u%n", &hour, &minute, &end) == 2 &&
-                         static_cast<std::size_t>(end) == text.size() && hour < 24 && minute < 60;
-    if (!is_time)
-        throw util::UsageError("analyse sun: " + option + " " + text +
-                               "; allowed: HH:MM, 00:00 to 23:59, on the clock of --zone");
-    return hour + minute / 60.0;
-}
 
 std::vector<ClockTime> parse_clock_times(const std::string& text) {
     std::vector<ClockTime> out;

@@ -11,6 +11,10 @@
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
 #include "raytracer/core/scene/scene.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace terravox::commands {
 
 /// Up to so many bands, which is each quarter of an hour of a day, or each hour of four days.
@@ -23,10 +27,6 @@ struct ClockTime {
     std::string band;  ///< name of its band, such as sunlit_0900 or sunlit_2026-06-21T0900
 };
 
-/// The hour of HH:MM.
-/// @param option for the message @throws UsageError
-[[nodiscard]] double parse_hour(const std::string& option, const std::string& text);
-
 /// Reads HH:MM or YYYY-MM-DDTHH:MM, several separated by commas.
 /// @throws UsageError for none or more than kMaxTimes, for one that is given twice, and for what is
 /// no time
@@ -38,14 +38,6 @@ struct ClockTime {
 
 /// The scene with the sun of an instant.
 [[nodiscard]] scene::Scene scene_at(const scene::Scene& scene, const ClockTime& time);
-
-}  // namespace terravox::commands
-
-namespace CLI {
-class App;
-}
-
-namespace terravox::commands {
 
 /// Arguments of `analyse sun` that are no fields of a scene.
 struct SunArguments {

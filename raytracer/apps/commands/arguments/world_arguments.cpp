@@ -35,6 +35,10 @@ std::vector<double> list_numbers(const std::string& command, const std::string& 
     return out;
 }
 
+CLI::Option* allow_several(CLI::Option* option) {
+    return option->expected(1)->take_all()->allow_extra_args(false);
+}
+
 scene::Scene WorldArguments::scene() const {
     return scene::compose_scene({scene::file_layer(scene_file), scene::fields_layer(fields)});
 }
@@ -76,20 +80,14 @@ void add_world_arguments(CLI::App& command, WorldArguments& args) {
 
 void add_opening_arguments(CLI::App& command, WorldArguments& args,
                            const std::vector<std::string>& sections) {
-    command
-        .add_option("--ortho", args.orthophotos,
-                    "orthophoto, or a folder of them; may be given several times")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
-    command
-        .add_option("--add", args.additions,
-                    std::string("planned object that is put into the world; may be given several "
-                                "times: ") +
-                        overlay::kAdditionForms)
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
+    allow_several(
+        command.add_option("--ortho", args.orthophotos,
+                           "orthophoto, or a folder of them; may be given several times"));
+    allow_several(command.add_option(
+        "--add", args.additions,
+        std::string("planned object that is put into the world; may be given several "
+                    "times: ") +
+            overlay::kAdditionForms));
     command.add_option("--cache", args.cache,
                        "folder that keeps prepared LiDAR squares for the next run; none: nothing "
                        "on disk (default: ~/.cache/terravox)");

@@ -9,6 +9,11 @@
 #include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/make/worlds/kind/world_options.hpp"
 
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
 namespace terravox::commands {
 
 /// Reads the numbers of a flag, separated by commas.
@@ -18,14 +23,6 @@ namespace terravox::commands {
 [[nodiscard]] std::vector<double> list_numbers(const std::string& command, const std::string& flag,
                                                const std::string& text, std::size_t count,
                                                const std::string& allowed);
-
-}  // namespace terravox::commands
-
-namespace CLI {
-class App;
-}
-
-namespace terravox::commands {
 
 /// The arguments that every front end of the tracer has: the world, and every field of the scene.
 struct WorldArguments {
@@ -47,6 +44,9 @@ struct WorldArguments {
     /// @throws Error for the cache folder
     [[nodiscard]] worlds::WorldOptions options(const scene::Scene& scene) const;
 };
+
+/// Lets an option be given several times, with one value each time.
+CLI::Option* allow_several(CLI::Option* option);
 
 /// Help for the worlds that a command takes.
 [[nodiscard]] std::string world_inputs_help();

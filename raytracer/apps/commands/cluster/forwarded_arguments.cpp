@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "common/util/program.hpp"
-#include "raytracer/apps/commands/analyse/analyse_command.hpp"
+#include "raytracer/apps/commands/analyse/analyse_run.hpp"
 #include "raytracer/apps/commands/commands.hpp"
 #include "raytracer/core/animate/animation.hpp"
 #include "raytracer/core/scene/scene_io.hpp"

@@ -9,6 +9,10 @@
 #include "raytracer/core/scene/scene.hpp"
 #include "voxelserver/out/export/core/job.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace terravox::commands {
 
 /// The name of a conversion (exports::Job::name). Two conversions with the same settings that
@@ -17,14 +21,6 @@ namespace terravox::commands {
 [[nodiscard]] std::string job_name(const WorldArguments& arguments, scene::Scene scene,
                                    const exports::Part& part, const voxel::World& world,
                                    const std::string& form);
-
-}  // namespace terravox::commands
-
-namespace CLI {
-class App;
-}
-
-namespace terravox::commands {
 
 /// Adds the options of `convert` to its program.
 /// @return runs the command once the arguments are parsed

@@ -5,6 +5,10 @@
 #include "raytracer/farm/cluster/engines.hpp"
 #include "voxelserver/out/country/plan.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace terravox::commands {
 
 /// A plan in lines for people, without its missing squares.
@@ -12,14 +16,6 @@ namespace terravox::commands {
 /// What it foresees as a JSON object, with its missing squares.
 /// @param folder of the plan
 [[nodiscard]] std::string to_json(const country::Plan& plan, const std::string& folder);
-
-}  // namespace terravox::commands
-
-namespace CLI {
-class App;
-}
-
-namespace terravox::commands {
 
 /// Options of `country plan` for the tasks of schedulers.
 struct ScriptArguments {

@@ -1,8 +1,8 @@
-#include "raytracer/apps/commands/map/map_command.hpp"
-
 #include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,13 +11,15 @@
 #include "common/thread/stop.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/command_line.hpp"
-#include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
 #include "raytracer/analyse/raster/cell_grid.hpp"
 #include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/apps/commands/commands.hpp"
 #include "raytracer/apps/commands/run_arguments.hpp"
+#include "raytracer/apps/pmtiles/map_tiles.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
+#include "raytracer/core/output/tile_stream.hpp"
 #include "raytracer/core/scene/scene.hpp"
 #include "raytracer/farm/render/picture_renderer.hpp"
 #include "voxelserver/out/export/core/job.hpp"
@@ -29,12 +31,20 @@ std::filesystem::path with_ending(std::filesystem::path file, const char* ending
     return file.replace_extension(ending);
 }
 
-}  // namespace
+/// How the file of a map is written.
+struct MapFileOptions {
+    std::filesystem::path file;  ///< .tif, .tiff or .pmtiles
+    pmtiles::TileFormat tiles = pmtiles::TileFormat::kWebp;
+    int threads = 1;
+    bool quiet = false;                ///< shows no progress
+    pmtiles::WebArea area;             ///< of .pmtiles
+    std::function<bool()> is_stopped;  ///< asked now and then, in any thread
 
-bool MapFileOptions::in_tiles() const {
-    return util::lower_extension(file) == ".pmtiles";
-}
+    [[nodiscard]] bool in_tiles() const { return util::lower_extension(file) == ".pmtiles"; }
+};
 
+/// @throws UsageError for another ending; Error where the file cannot be written, or its tiles
+/// cannot be made here
 void check_map_target(const MapFileOptions& options) {
     const std::string ending = util::lower_extension(options.file);
     if (ending != ".tif" && ending != ".tiff" && ending != ".pmtiles")
@@ -45,43 +55,58 @@ void check_map_target(const MapFileOptions& options) {
         pmtiles::check_tile_format(options.tiles);
 }
 
-MapFile::MapFile(MapFileOptions options, const output::StreamShape& shape,
-                 const output::PictureInfo& info)
-    : m_options(std::move(options)) {
-    m_picture.emplace(with_ending(m_options.file, ".picture.tif"));
-    m_stream = std::make_unique<output::TileStream>(m_picture->temporary_path(), shape, info);
-}
-
-void MapFile::write_overviews(const std::filesystem::path& to) {
-    const output::GdalWatch watch("write the map " + m_options.file.string());
-    output::GdalDataset picture(
-        GDALOpen(m_picture->temporary_path().string().c_str(), GA_ReadOnly));
-    watch.check(picture != nullptr);
-    output::CogOptions options;
-    options.threads = std::to_string(m_options.threads);
-    options.is_stopped = m_options.is_stopped;
-    output::write_cog(picture.get(), to, options, watch);
-    picture.reset();
-    m_picture.reset();
-}
-
-std::uint64_t MapFile::write(const pmtiles::MapTexts& texts) {
-    m_stream->finish(texts.holes);
-    if (!m_options.in_tiles()) {
-        util::AtomicFile target(m_options.file);
-        write_overviews(target.temporary_path());
-        target.commit();
-        return 0;
+/// Writes the file of a map: collects finished tiles of the picture in a temporary file next to it,
+/// which is removed in the end. Not thread-safe.
+class MapFile {
+public:
+    /// @param shape whose tiles have a multiple of 16 pixels
+    /// @throws Error when the temporary file cannot be written
+    MapFile(MapFileOptions options, const output::StreamShape& shape,
+            const output::PictureInfo& info)
+        : m_options(std::move(options)) {
+        m_picture.emplace(with_ending(m_options.file, ".picture.tif"));
+        m_stream = std::make_unique<output::TileStream>(m_picture->temporary_path(), shape, info);
     }
-    // Coarse tiles are made of the overviews.
-    const util::AtomicFile map(with_ending(m_options.file, ".map.tif"));
-    write_overviews(map.temporary_path());
-    return pmtiles::write_map_tiles(map.temporary_path(), m_options.area, m_options.file,
-                                    m_options.tiles, texts, m_options.threads, m_options.quiet,
-                                    m_options.is_stopped);
-}
+    [[nodiscard]] output::TileSink& sink() noexcept { return *m_stream; }
+    /// Writes the target from the finished picture.
+    /// @param texts of a PMTiles archive, and holes
+    /// @return how many tiles a PMTiles archive has; 0 for a GeoTIFF
+    /// @throws Error, also "interrupted"
+    std::uint64_t write(const pmtiles::MapTexts& texts) {
+        m_stream->finish(texts.holes);
+        if (!m_options.in_tiles()) {
+            util::AtomicFile target(m_options.file);
+            write_overviews(target.temporary_path());
+            target.commit();
+            return 0;
+        }
+        // Coarse tiles are made of the overviews.
+        const util::AtomicFile map(with_ending(m_options.file, ".map.tif"));
+        write_overviews(map.temporary_path());
+        return pmtiles::write_map_tiles(map.temporary_path(), m_options.area, m_options.file,
+                                        m_options.tiles, texts, m_options.threads, m_options.quiet,
+                                        m_options.is_stopped);
+    }
 
-namespace {
+private:
+    /// Writes the picture with overviews, and removes it.
+    void write_overviews(const std::filesystem::path& to) {
+        const output::GdalWatch watch("write the map " + m_options.file.string());
+        output::GdalDataset picture(
+            GDALOpen(m_picture->temporary_path().string().c_str(), GA_ReadOnly));
+        watch.check(picture != nullptr);
+        output::CogOptions options;
+        options.threads = std::to_string(m_options.threads);
+        options.is_stopped = m_options.is_stopped;
+        output::write_cog(picture.get(), to, options, watch);
+        picture.reset();
+        m_picture.reset();
+    }
+
+    MapFileOptions m_options;
+    std::optional<util::AtomicFile> m_picture;  ///< never committed: its destructor removes it
+    std::unique_ptr<output::TileStream> m_stream;
+};
 
 struct MapArguments {
     WorldArguments world;

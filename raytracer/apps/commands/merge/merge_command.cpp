@@ -1,13 +1,12 @@
-#include "raytracer/apps/commands/merge/merge_command.hpp"
-
 #include <fcntl.h>
 #include <array>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
-#include <utility>
+#include <vector>
 
 #include "common/thread/parallel.hpp"
 #include "common/thread/stop.hpp"
@@ -15,16 +14,28 @@
 #include "common/util/text.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
+#include "raytracer/apps/commands/analyse/object_arguments.hpp"
 #include "raytracer/apps/commands/analyse/raster_outputs.hpp"
+#include "raytracer/apps/commands/arguments/world_arguments.hpp"
+#include "raytracer/apps/commands/commands.hpp"
 #include "raytracer/apps/commands/run_arguments.hpp"
 #include "raytracer/core/output/image_writer.hpp"
+#include "raytracer/core/scene/scene.hpp"
 #include "raytracer/core/scene/scene_io.hpp"
+#include "raytracer/farm/checkpoint/tile_journal.hpp"
 #include "raytracer/farm/render/joined_pictures.hpp"
 
 namespace terravox::commands {
 namespace {
 
 using core::AnalysisKind;
+
+/// What `merge` makes of an analysis in addition to its raster, as `analyse` does.
+struct JoinedRasterArguments {
+    ReportArguments reports;
+    ObjectArguments objects;
+    bool as_json = false;
+};
 
 /// The options of merge that some analyses have, and which those are.
 struct OwnOption {
@@ -51,14 +62,6 @@ std::vector<std::string> list_additions(const farm::PictureKey& key) {
     return out;
 }
 
-void count(const tiles::TileResult& tile, render::RenderStatistics& s) {
-    ++s.counts.tiles;
-    s.counts.trace.add(tile.counts);
-    s.counts.holes.insert(tile.holes.begin(), tile.holes.end());
-}
-
-}  // namespace
-
 void add_joined_raster_options(CLI::App& command, JoinedRasterArguments& args) {
     add_report_options(command, args.reports);
     add_object_options(command, args.objects);
@@ -68,6 +71,7 @@ void add_joined_raster_options(CLI::App& command, JoinedRasterArguments& args) {
         command.get_option(option.name)->group("Rasters of analyses");
 }
 
+/// Refuses options that only rasters have.
 void check_is_no_raster(const JoinedRasterArguments& args) {
     for (const OwnOption& option : own_options(args))
         if (option.is_given)
@@ -75,6 +79,8 @@ void check_is_no_raster(const JoinedRasterArguments& args) {
                                    " with parts of a picture; allowed: with parts of an analysis");
 }
 
+/// Checks, before anything is written, that the raster can be.
+/// @param scene of the checkpoint, with an analysis
 void check_joined_raster(const scene::Scene& scene, const std::vector<std::string>& outputs,
                          const JoinedRasterArguments& args) {
     const AnalysisKind kind = scene.analysis.kind;
@@ -94,6 +100,9 @@ void check_joined_raster(const scene::Scene& scene, const std::vector<std::strin
         check_object_arguments(args.objects, scene, false);
 }
 
+/// Writes the files that `analyse` would have written without --part: the same bytes.
+/// @param tiles must be complete
+/// @return kHoles where boxes could not be read
 util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::Scene& scene,
                                    const std::string& output, const JoinedRasterArguments& args,
                                    int threads, bool quiet) {
@@ -112,7 +121,7 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
         if (signals.token().stop_requested())
             throw util::Error(cells.attempt() + ": interrupted");
         cells.add(tile);
-        count(tile, statistics);
+        statistics.counts.add(tile);
     });
     const Reported what{world,
                         scene,
@@ -134,8 +143,6 @@ util::ExitCode write_joined_raster(const farm::JoinedTiles& tiles, const scene::
                 std::printf("wrote %s\n", file.c_str());
     return report_gaps(statistics, "raster");
 }
-
-namespace {
 
 struct MergeArguments {
     std::vector<std::filesystem::path> journals;
@@ -262,13 +269,10 @@ std::function<util::ExitCode()> add_merge_command(CLI::App& app) {
                      "files that render or analyse has written with --resume or --part: "
                      "PICTURE.tiles")
         ->required();
-    command
-        ->add_option("-o,--output", args->outputs,
-                     std::string("picture to write: ") + output::kPictureEndings +
-                         "; may be given several times; of an analysis: one .tif")
-        ->expected(1)
-        ->take_all()
-        ->allow_extra_args(false);
+    allow_several(
+        command->add_option("-o,--output", args->outputs,
+                            std::string("picture to write: ") + output::kPictureEndings +
+                                "; may be given several times; of an analysis: one .tif"));
     command->add_option("--tiles", args->tiles,
                         "write all tiles that are there to this file, a checkpoint of its own");
     command->add_flag("--info", args->info,
