@@ -4,7 +4,6 @@
 #include <ogr_geometry.h>
 #include <ogr_spatialref.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "common/geo/crs.hpp"

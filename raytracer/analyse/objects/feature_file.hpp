@@ -12,6 +12,8 @@
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/core/output/picture.hpp"
 
+class OGRGeometry;
+
 namespace terravox::analyse {
 
 /// What the features of a styled layer are.
@@ -24,12 +26,6 @@ enum class StyledShape : std::uint8_t {
 /// the most of them.
 /// @param kwh_m2 of the features that have a value
 [[nodiscard]] std::string qgis_style(const std::vector<double>& kwh_m2, StyledShape shape);
-
-}  // namespace terravox::analyse
-
-class OGRGeometry;
-
-namespace terravox::analyse {
 
 /// A field of the features of a layer.
 struct FeatureField {

@@ -96,10 +96,6 @@ constexpr int kBlock_px = 256;
 
 }  // namespace
 
-bool ShadowCube::is_netcdf(const std::filesystem::path& out) {
-    return util::lower_extension(out) == ".nc";
-}
-
 void ShadowCube::check_target(const std::filesystem::path& out) {
     if (!is_netcdf(out)) {
         check_raster_target(out);

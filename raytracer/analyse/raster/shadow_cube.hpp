@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/util/text.hpp"
 #include "raytracer/analyse/raster/cell_file.hpp"
 #include "raytracer/core/output/gdal_writing.hpp"
 #include "raytracer/core/output/picture.hpp"
@@ -44,7 +45,9 @@ public:
     ShadowCube(const std::filesystem::path& out, std::vector<Mask> masks, int columns, int rows);
 
     /// Whether a file is to be netCDF: by its ending.
-    [[nodiscard]] static bool is_netcdf(const std::filesystem::path& out);
+    [[nodiscard]] static bool is_netcdf(const std::filesystem::path& out) {
+        return util::lower_extension(out) == ".nc";
+    }
     /// Rejects what cannot be written.
     /// @throws UsageError, Error
     static void check_target(const std::filesystem::path& out);

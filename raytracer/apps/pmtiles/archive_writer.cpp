@@ -54,8 +54,7 @@ DirectoryTree in_leaves(std::span<const DirectoryEntry> entries, std::size_t lea
     return out;
 }
 
-}  // namespace
-
+/// @param entries by ascending `id`
 DirectoryTree directory_tree(std::span<const DirectoryEntry> entries) {
     constexpr std::size_t kSmallestLeaf = 4096;
     DirectoryTree out{packed(entries), {}};
@@ -64,8 +63,6 @@ DirectoryTree directory_tree(std::span<const DirectoryEntry> entries) {
         out = in_leaves(entries, leaf);
     return out;
 }
-
-namespace {
 
 constexpr std::uint8_t kGzip = 2;
 constexpr std::uint8_t kNoCompression = 1;

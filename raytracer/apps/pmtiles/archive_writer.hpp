@@ -30,9 +30,6 @@ struct DirectoryTree {
     static constexpr std::size_t kMaxRoot_bytes = 16'384 - 127;
 };
 
-/// @param entries by ascending `id`
-[[nodiscard]] DirectoryTree directory_tree(std::span<const DirectoryEntry> entries);
-
 /// What the tiles of an archive are, with the format's numbers.
 enum class TileFormat : std::uint8_t { kPng = 2, kWebp = 4 };
 

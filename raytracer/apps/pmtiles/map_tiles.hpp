@@ -23,8 +23,6 @@ public:
     /// @throws Error for a map that cannot be read, or has other bands
     TileCutter(const std::filesystem::path& map, int tile_px, std::string attempt);
     ~TileCutter();
-    TileCutter(const TileCutter&) = delete;
-    TileCutter& operator=(const TileCutter&) = delete;
 
     /// @return the pixels of a tile, row by row from the north-west; none where it shows nothing of
     /// the map

@@ -102,6 +102,11 @@ scene::Scene scene_to_show(Layer layer, const scene::Scene& scene, double resolu
     return out;
 }
 
+namespace {
+
+/// The edge of the first pass's pixels for the next picture, a power of two, chosen so that a first
+/// pass takes between 8 and 30 ms.
+/// @param first_s time that the last first pass took
 int next_first_step(int first_step, double first_s) noexcept {
     if (first_s > kMaxFirst_s)
         return std::min(first_step * 2, kCoarsest);
@@ -109,6 +114,8 @@ int next_first_step(int first_step, double first_s) noexcept {
         return std::max(first_step / 2, kFinest);
     return first_step;
 }
+
+}  // namespace
 
 LivePicture::LivePicture(const render::RenderPoolOptions& render_pool, blocks::BlockManager& blocks,
                          const farm::BoxSource& source, FrameTimes& times)

@@ -28,8 +28,6 @@ public:
 
     explicit HoleWatch(blocks::BlockManager& blocks) : m_blocks(blocks) {}
     ~HoleWatch() override { m_blocks.forget(*this); }
-    HoleWatch(const HoleWatch&) = delete;
-    HoleWatch& operator=(const HoleWatch&) = delete;
 
     /// To be called often: a box that has been loaded stays in memory until then. A retry forgets
     /// all holes.
@@ -123,11 +121,6 @@ private:
 /// @param resolution ratio of the picture's pixels to the pane's, along an edge
 [[nodiscard]] scene::Scene scene_to_show(Layer layer, const scene::Scene& scene, double resolution,
                                          const Pane& pane);
-
-/// The edge of the first pass's pixels for the next picture, a power of two, chosen so that a first
-/// pass takes between 8 and 30 ms.
-/// @param first_s time that the last first pass took
-[[nodiscard]] int next_first_step(int first_step, double first_s) noexcept;
 
 /// The picture in the window. It is rendered progressively by a render pool, and starts again when
 /// the scene changes, or when a missing box has arrived. Used by one thread.

@@ -114,10 +114,6 @@ bool ProbeProcessor::trace_until(std::chrono::steady_clock::time_point until) {
     return false;
 }
 
-bool ProbeProcessor::wait(std::chrono::milliseconds timeout) {
-    return m_result || m_closed || trace_until(std::chrono::steady_clock::now() + timeout);
-}
-
 std::optional<tiles::TileResult> ProbeProcessor::take() {
     while (!m_result && !m_closed && trace_until(std::chrono::steady_clock::time_point::max())) {
     }

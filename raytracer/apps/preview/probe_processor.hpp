@@ -20,7 +20,9 @@ public:
 
     [[nodiscard]] int capacity() const noexcept override { return 1'000'000; }
     void submit(tiles::RenderTile tile) override { m_waiting.push_back(tile); }
-    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override {
+        return m_result || m_closed || trace_until(std::chrono::steady_clock::now() + timeout);
+    }
     std::optional<tiles::TileResult> take() override;
     void close() noexcept override { m_closed = true; }
     void cancel() noexcept override {

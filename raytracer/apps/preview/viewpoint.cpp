@@ -66,10 +66,6 @@ void Viewpoint::set_direction(double heading, double down, bool target_stays) no
         target = position + way;
 }
 
-void Viewpoint::orbit(double right_deg, double up_deg) noexcept {
-    set_direction(heading_deg() - right_deg, down_deg() + up_deg, true);
-}
-
 void Viewpoint::look(double right_deg, double down) noexcept {
     set_direction(heading_deg() + right_deg, down_deg() + down, false);
 }

@@ -24,7 +24,9 @@ struct Viewpoint {
         const noexcept;  ///< angle of the line of sight below the horizon, [-90, 90]
 
     /// Orbits the target to the right and up, never over the top.
-    void orbit(double right_deg, double up_deg) noexcept;
+    void orbit(double right_deg, double up_deg) noexcept {
+        set_direction(heading_deg() - right_deg, down_deg() + up_deg, true);
+    }
     /// Turns the line of sight to the right and down.
     void look(double right_deg, double down_deg) noexcept;
     /// Moves along the ground, relative to the heading, and upwards, voxels.

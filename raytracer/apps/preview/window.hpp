@@ -42,8 +42,6 @@ public:
     /// @throws Error when there is no display or no OpenGL 3.3
     Window(int width_px, int height_px, const char* title, double scale);
     ~Window();
-    Window(const Window&) = delete;
-    Window& operator=(const Window&) = delete;
 
     [[nodiscard]] bool open() const noexcept;
     void close() noexcept;

@@ -169,7 +169,7 @@ private:
         const auto pid = util::take_number<int>(text);
         if (!pid || *pid <= 0 || !text.starts_with('-'))
             return true;
-        return ::kill(pid, 0) == 0 || errno == EPERM;
+        return ::kill(*pid, 0) == 0 || errno == EPERM;
     }
     std::multimap<std::string, std::filesystem::path> m_files;  ///< by the name of the frame
 };

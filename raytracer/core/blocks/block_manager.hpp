@@ -39,8 +39,6 @@ public:
     BlockManager(voxel::World& world, std::size_t memory_bytes, int loaders = 2);
     /// Stops the world's requests and ends the loaders.
     ~BlockManager();
-    BlockManager(const BlockManager&) = delete;
-    BlockManager& operator=(const BlockManager&) = delete;
 
     /// @return nullptr when the box is not in memory
     [[nodiscard]] BlockPin find(const voxel::BoxKey& key);

@@ -55,10 +55,6 @@ std::size_t max_prefetching(const LoadQueue::Limits& limits) noexcept {
 LoadQueue::LoadQueue(const Limits& limits) noexcept
     : m_limits(limits), m_max_prefetching(max_prefetching(limits)) {}
 
-void LoadQueue::replace_prefetched(const std::vector<voxel::BoxKey>& keys) {
-    m_prefetched.assign(keys.begin(), keys.end());
-}
-
 bool LoadQueue::take(const MemoryUse& memory, const Predicate& is_known, Request& request) {
     request.keys.clear();
     if (memory.unseen_bytes > m_limits.memory_bytes / 4)

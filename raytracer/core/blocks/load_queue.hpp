@@ -72,7 +72,9 @@ public:
     /// Removes the boxes with a waiter for which drop(key) is true.
     void drop_requested(const Predicate& drop) { std::erase_if(m_requested, drop); }
     /// Replaces the boxes to prefetch. Any of them may be loaded already.
-    void replace_prefetched(const std::vector<voxel::BoxKey>& keys);
+    void replace_prefetched(const std::vector<voxel::BoxKey>& keys) {
+        m_prefetched.assign(keys.begin(), keys.end());
+    }
 
     /// Takes the boxes of the next request off the queue. Called for an idle loader, which is busy
     /// from then on until finish(), and each of the boxes is under way until on_box_loaded().

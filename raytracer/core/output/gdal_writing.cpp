@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstddef>
-#include <cstdio>
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 
 namespace terravox::output {
 namespace {
@@ -84,7 +83,7 @@ void Progress::show(bool last) {
             bar[static_cast<std::size_t>(i)] = '#';
         erase_details();
         std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu%s  %s \x1b[K%s", bar.c_str(),
-                     share * 100, tiles, total, rate.data(), left.c_str(),
+                     share * 100, tiles, total, rate.c_str(), left.c_str(),
                      last && m_details.empty() ? "\n" : "");
         for (const std::string& line : m_details)
             std::fprintf(stderr, "\n%s\x1b[K", line.c_str());
@@ -93,7 +92,7 @@ void Progress::show(bool last) {
             std::fprintf(stderr, "\x1b[J%s", last ? "\n" : "");  // there may have been more lines
     } else {
         std::fprintf(stderr, "%3.0f %%  tile %llu of %llu%s  %s\n", share * 100, tiles, total,
-                     rate.data(), left.c_str());
+                     rate.c_str(), left.c_str());
         for (const std::string& line : m_details)
             std::fprintf(stderr, "%s\n", line.c_str());
     }

@@ -34,8 +34,6 @@ public:
     BoxSupplier(blocks::BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
                 int threads);
     ~BoxSupplier();
-    BoxSupplier(const BoxSupplier&) = delete;
-    BoxSupplier& operator=(const BoxSupplier&) = delete;
 
     /// @param requester a unique number of the requester
     /// @return false if it requests more than is allowed at once, or boxes of another world

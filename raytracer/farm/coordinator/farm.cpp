@@ -77,10 +77,6 @@ Farm::Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source)
     }
 }
 
-Farm::~Farm() {
-    finish();
-}
-
 void Farm::finish() noexcept {
     end();
     std::vector<std::shared_ptr<WorkerLink>> links;

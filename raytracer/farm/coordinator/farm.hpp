@@ -48,9 +48,7 @@ public:
     /// @param source where workers may get boxes from
     /// @throws Error when it cannot listen
     Farm(FarmOptions options, blocks::BlockManager& blocks, BoxSource source);
-    ~Farm();  ///< says goodbye to the workers
-    Farm(const Farm&) = delete;
-    Farm& operator=(const Farm&) = delete;
+    ~Farm() { finish(); }  ///< says goodbye to the workers
 
     /// Assigns every worker, connected now or later, to this pool until end().
     /// @param scene, view of the picture

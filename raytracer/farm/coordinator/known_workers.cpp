@@ -37,10 +37,6 @@ std::optional<std::uint64_t> DialledAddresses::add(const std::string& address) {
     return m_next_turn++;
 }
 
-void DialledAddresses::remove(const std::string& address) {
-    m_turns.erase(address);
-}
-
 void DialledAddresses::remove(const std::string& address, std::uint64_t turn) {
     if (has(address, turn))
         m_turns.erase(address);

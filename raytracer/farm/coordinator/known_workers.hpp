@@ -42,7 +42,7 @@ public:
     /// @param address as Address::text
     /// @return its turn; nullopt: it is being dialled already
     [[nodiscard]] std::optional<std::uint64_t> add(const std::string& address);
-    void remove(const std::string& address);
+    void remove(const std::string& address) { m_turns.erase(address); }
     /// Removes the address unless it is in another turn.
     void remove(const std::string& address, std::uint64_t turn);
     [[nodiscard]] bool has(const std::string& address) const { return m_turns.contains(address); }

@@ -113,6 +113,7 @@ void SocketProcessor::fail(std::exception_ptr failure) {
 void SocketProcessor::lost(const std::string& why) {
     fail(std::make_exception_ptr(processors::LostProcessor(m_name + ": " + why)));
 }
+
 void SocketProcessor::misbehaved(const std::string& what) {
     {
         const std::lock_guard lock(m_mutex);

@@ -81,10 +81,6 @@ void AuthAcceptor::start() {
     m_thread = thread::start_thread("connections that come in", [this] { run(); });
 }
 
-AuthAcceptor::~AuthAcceptor() {
-    stop();
-}
-
 void AuthAcceptor::stop() noexcept {
     m_stopping = true;
     wake();

@@ -39,10 +39,8 @@ public:
     /// @throws Error when it cannot listen there
     AuthAcceptor(const sockets::Address& address, const Credentials& credentials,
                  const ListenerLimits& limits, Admit admit);
-    ~AuthAcceptor();  ///< as stop()
-    void start();     ///< begins to admit peers; call once
-    AuthAcceptor(const AuthAcceptor&) = delete;
-    AuthAcceptor& operator=(const AuthAcceptor&) = delete;
+    ~AuthAcceptor() { stop(); }  ///< as stop()
+    void start();                ///< begins to admit peers; call once
 
     [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
     void stop() noexcept;  ///< stops listening

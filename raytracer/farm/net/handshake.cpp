@@ -65,8 +65,7 @@ Proof listener_proof(const std::string& token, Verdict verdict, const Nonce& dia
     return make_proof(token, {to_bytes(kOfListener), said, dialler, listener});
 }
 
-}  // namespace
-
+/// @throws Error when the system has no random bytes
 Nonce new_nonce() {
     Nonce out{};
     if (::RAND_bytes(reinterpret_cast<unsigned char*>(out.data()), static_cast<int>(out.size())) !=
@@ -75,12 +74,10 @@ Nonce new_nonce() {
     return out;
 }
 
+}  // namespace
+
 ListenerHandshake::ListenerHandshake(std::string token)
     : m_token(std::move(token)), m_ours(new_nonce()) {}
-
-std::size_t ListenerHandshake::wanted() const noexcept {
-    return (m_greeted ? kProof_bytes : kHello_bytes) - m_in.size();
-}
 
 ListenerHandshake::Step ListenerHandshake::take(std::span<const std::byte> bytes) {
     m_in.insert(m_in.end(), bytes.begin(), bytes.end());

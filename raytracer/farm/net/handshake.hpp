@@ -43,9 +43,6 @@ using Bytes = std::vector<std::byte>;
 using Nonce = std::array<std::byte, kNonce_bytes>;
 using Proof = std::array<std::byte, kProof_bytes>;
 
-/// @throws Error when the system has no random bytes
-[[nodiscard]] Nonce new_nonce();
-
 /// The listener's side, without a socket. Not thread-safe.
 class ListenerHandshake {
 public:
@@ -64,7 +61,9 @@ public:
     explicit ListenerHandshake(std::string token);
     /// Number of bytes that may be read now: the bytes after the handshake belong to the next
     /// protocol.
-    [[nodiscard]] std::size_t wanted() const noexcept;
+    [[nodiscard]] std::size_t wanted() const noexcept {
+        return (m_greeted ? kProof_bytes : kHello_bytes) - m_in.size();
+    }
     /// @param bytes at most wanted()
     [[nodiscard]] Step take(std::span<const std::byte> bytes);
     [[nodiscard]] Bytes answer(Verdict verdict) const;

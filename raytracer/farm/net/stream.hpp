@@ -37,8 +37,6 @@ public:
     static constexpr std::size_t kMaxAhead = 256;
 
     explicit Stream(std::string peer);
-    Stream(const Stream&) = delete;
-    Stream& operator=(const Stream&) = delete;
     virtual ~Stream() = default;
 
     bool send(const farm::Frame& frame);

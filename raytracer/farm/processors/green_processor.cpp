@@ -18,10 +18,6 @@ void GreenProcessor::submit(tiles::RenderTile tile) {
     m_change.notify_all();
 }
 
-bool GreenProcessor::wait(std::chrono::milliseconds timeout) {
-    return work_until(thread::StopCondition::Clock::now() + timeout);
-}
-
 std::optional<tiles::TileResult> GreenProcessor::take() {
     (void)work_until(thread::StopCondition::Clock::time_point::max());
     const std::lock_guard lock(m_mutex);

@@ -31,7 +31,9 @@ public:
     ~GreenProcessor() override;
     [[nodiscard]] int capacity() const noexcept override { return kJobs + 1; }
     void submit(tiles::RenderTile tile) override;
-    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override;
+    [[nodiscard]] bool wait(std::chrono::milliseconds timeout) override {
+        return work_until(thread::StopCondition::Clock::now() + timeout);
+    }
     std::optional<tiles::TileResult> take() override;
     [[nodiscard]] std::vector<tiles::RenderTile> take_back() override;
     void withdraw(const tiles::RenderTile& tile) noexcept override;

@@ -249,10 +249,6 @@ LeaseBook::Taken LeaseBook::take(Member member, tiles::TileResult&& result) {
     return out;
 }
 
-bool LeaseBook::is_comparable(const Holes& of_member, const Holes& trusted) {
-    return std::includes(of_member.begin(), of_member.end(), trusted.begin(), trusted.end());
-}
-
 void LeaseBook::check(Member member, const tiles::RenderTile& band, std::uint64_t hash,
                       Holes holes) {
     const UnitId id = m_next_unit++;

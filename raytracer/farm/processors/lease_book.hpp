@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -76,7 +77,9 @@ public:
     /// a hole stays a hole: a trusted member meets every hole that the member met before it, so
     /// equal holes make equal pixels. The member may have received a box earlier, or from a server
     /// of its own, that is a hole by now.
-    [[nodiscard]] static bool is_comparable(const Holes& of_member, const Holes& trusted);
+    [[nodiscard]] static bool is_comparable(const Holes& of_member, const Holes& trusted) {
+        return std::includes(of_member.begin(), of_member.end(), trusted.begin(), trusted.end());
+    }
 
     /// Returns all leases of the member, so that they are leased to others.
     /// @return number of bands

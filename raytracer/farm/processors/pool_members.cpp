@@ -42,10 +42,6 @@ void SpeedMeter::add_answer(std::size_t pixels) noexcept {
         m_recent_pixels += static_cast<double>(pixels);
 }
 
-double SpeedMeter::pixels_per_s() const noexcept {
-    return m_recent_s > 0 ? m_recent_pixels / m_recent_s : 0;
-}
-
 double SpeedMeter::busy_s(Time now) const noexcept {
     return m_busy_s + (m_is_busy ? Seconds(now - m_counted_until).count() : 0);
 }
@@ -56,18 +52,6 @@ PoolMember::PoolMember(MemberSpec spec, bool checks_only, Time now)
       m_speed(!m_spec.trusted),
       m_joined(now),
       m_paused(m_spec.paused) {}
-
-std::size_t PoolMember::threads() const noexcept {
-    return static_cast<std::size_t>(std::max(m_spec.threads, 1));
-}
-
-std::size_t PoolMember::max_leases() const noexcept {
-    return static_cast<std::size_t>(std::max(m_spec.processor->capacity(), 1));
-}
-
-double PoolMember::latency_s() const {
-    return m_spec.latency_s ? m_spec.latency_s() : 0;
-}
 
 bool PoolMember::set_late() noexcept {
     if (std::exchange(m_late, true))
@@ -90,10 +74,6 @@ void PoolMember::on_answer(std::size_t pixels) noexcept {
 void PoolMember::add_band(std::size_t pixels) noexcept {
     ++m_bands;
     m_pixels += pixels;
-}
-
-bool PoolMember::take_check_request() noexcept {
-    return std::exchange(m_check_requested, false);
 }
 
 const char* PoolMember::state() const noexcept {
@@ -153,10 +133,6 @@ bool MemberRegistry::has_workers() const noexcept {
                        [](const auto& m) { return !m.second.checks_only(); });
 }
 
-bool MemberRegistry::takes_work(const PoolMember& member) const noexcept {
-    return (!member.checks_only() || m_stands_in) && member.is_available();
-}
-
 bool MemberRegistry::traces_here() const noexcept {
     return m_stands_in || std::any_of(m_members.begin(), m_members.end(), [this](const auto& m) {
                return m.second.spec().trusted && takes_work(m.second);
@@ -208,10 +184,6 @@ AbsenceWatchdog::Alarm AbsenceWatchdog::poll(Time now) noexcept {
         return Alarm::kNone;
     m_warned = now;
     return Alarm::kWarn;
-}
-
-AbsenceWatchdog::Duration AbsenceWatchdog::absent_for(Time now) const noexcept {
-    return m_absent_since ? m_absent_before + (now - *m_absent_since) : m_absent_before;
 }
 
 }  // namespace terravox::processors

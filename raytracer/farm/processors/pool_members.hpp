@@ -35,7 +35,9 @@ public:
     void add_answer(std::size_t pixels) noexcept;
 
     /// @return 0 while the speed is unknown
-    [[nodiscard]] double pixels_per_s() const noexcept;
+    [[nodiscard]] double pixels_per_s() const noexcept {
+        return m_recent_s > 0 ? m_recent_pixels / m_recent_s : 0;
+    }
     [[nodiscard]] bool is_busy() const noexcept { return m_is_busy; }
     /// @return all the time with work, in seconds
     [[nodiscard]] double busy_s(Time now) const noexcept;
@@ -93,10 +95,14 @@ public:
     [[nodiscard]] const MemberSpec& spec() const noexcept { return m_spec; }
     [[nodiscard]] bool checks_only() const noexcept { return m_checks_only; }
     /// @return at least 1
-    [[nodiscard]] std::size_t threads() const noexcept;
+    [[nodiscard]] std::size_t threads() const noexcept {
+        return static_cast<std::size_t>(std::max(m_spec.threads, 1));
+    }
     /// @return number of leases that its processor can use at once, at least 1
-    [[nodiscard]] std::size_t max_leases() const noexcept;
-    [[nodiscard]] double latency_s() const;
+    [[nodiscard]] std::size_t max_leases() const noexcept {
+        return static_cast<std::size_t>(std::max(m_spec.processor->capacity(), 1));
+    }
+    [[nodiscard]] double latency_s() const { return m_spec.latency_s ? m_spec.latency_s() : 0; }
     [[nodiscard]] double pixels_per_s() const noexcept { return m_speed.pixels_per_s(); }
     [[nodiscard]] std::uint64_t bands() const noexcept { return m_bands; }
 
@@ -124,7 +130,9 @@ public:
     /// Requests a check of its next band, too, because the last check was inconclusive.
     void request_check() noexcept { m_check_requested = true; }
     /// @return whether request_check() has been called since the last call
-    [[nodiscard]] bool take_check_request() noexcept;
+    [[nodiscard]] bool take_check_request() noexcept {
+        return std::exchange(m_check_requested, false);
+    }
 
     [[nodiscard]] MemberStatus status(MemberId id, std::size_t leases, Time now) const;
 
@@ -167,7 +175,9 @@ public:
     /// @return whether there is any member apart from the checker
     [[nodiscard]] bool has_workers() const noexcept;
     /// @return whether the member takes bands, apart from checks
-    [[nodiscard]] bool takes_work(const PoolMember& member) const noexcept;
+    [[nodiscard]] bool takes_work(const PoolMember& member) const noexcept {
+        return (!member.checks_only() || m_stands_in) && member.is_available();
+    }
     /// @return whether a member of this process traces bands that others cannot
     [[nodiscard]] bool traces_here() const noexcept;
     /// @return the total speed of the members that take work
@@ -216,7 +226,9 @@ public:
     /// there is no member
     [[nodiscard]] Alarm poll(Time now) noexcept;
     /// @return the time without members since the last result, or since the beginning
-    [[nodiscard]] Duration absent_for(Time now) const noexcept;
+    [[nodiscard]] Duration absent_for(Time now) const noexcept {
+        return m_absent_since ? m_absent_before + (now - *m_absent_since) : m_absent_before;
+    }
 
 private:
     std::optional<Duration> m_timeout;

@@ -8,10 +8,6 @@
 
 namespace terravox::processors {
 
-bool ResultQueue::begins_pass(const tiles::RenderTile& tile) const noexcept {
-    return m_pass != to_pass(tile);
-}
-
 void ResultQueue::expect(const tiles::RenderTile& tile) {
     if (begins_pass(tile))
         m_taken.clear();
@@ -51,10 +47,6 @@ void ResultQueue::invalidate(std::uint32_t index) {
         return;
     ++m_again_left;
     m_invalidated.push_back(index);
-}
-
-std::vector<std::uint32_t> ResultQueue::take_invalidated() {
-    return std::exchange(m_invalidated, {});
 }
 
 namespace {

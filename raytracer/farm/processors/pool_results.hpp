@@ -22,7 +22,9 @@ public:
     /// Announces a tile that the caller will take. The first tile of another pass begins that pass.
     void expect(const tiles::RenderTile& tile);
     /// @return whether expect(tile) would begin another pass
-    [[nodiscard]] bool begins_pass(const tiles::RenderTile& tile) const noexcept;
+    [[nodiscard]] bool begins_pass(const tiles::RenderTile& tile) const noexcept {
+        return m_pass != to_pass(tile);
+    }
 
     void push(tiles::TileResult&& result);
     /// Whether there is a tile to take. The last tile is kept back until no tile can be invalidated
@@ -35,7 +37,9 @@ public:
     /// To be called when a finished tile is computed again.
     void invalidate(std::uint32_t index);
     /// @return indices of tiles that had been taken when they were invalidated, since the last call
-    [[nodiscard]] std::vector<std::uint32_t> take_invalidated();
+    [[nodiscard]] std::vector<std::uint32_t> take_invalidated() {
+        return std::exchange(m_invalidated, {});
+    }
 
     /// @return whether so many tiles wait for the caller that members must wait, to bound the
     /// memory

@@ -72,10 +72,6 @@ ProcessorPool::MemberId ProcessorPool::begin_member(Member member, bool checks_o
     return id;
 }
 
-void ProcessorPool::remove(MemberId id, const std::string& why) {
-    on_member_lost(id, why, false);
-}
-
 void ProcessorPool::drain(MemberId id, const std::vector<tiles::RenderTile>& given_back) {
     {
         const std::lock_guard lock(m_mutex);
@@ -120,10 +116,6 @@ void ProcessorPool::submit(tiles::RenderTile tile) {
 void ProcessorPool::fail(std::exception_ptr failure) noexcept {
     if (!m_failure)
         m_failure = std::move(failure);
-}
-
-bool ProcessorPool::can_take() const noexcept {
-    return m_results.can_take(m_book.open_checks() > 0);
 }
 
 bool ProcessorPool::has_answer() const noexcept {

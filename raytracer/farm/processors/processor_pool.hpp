@@ -104,7 +104,7 @@ public:
     MemberId add(Member member);
     /// Removes a member: its leases are reassigned, and its processor is cancelled. Unknown ids are
     /// ignored.
-    void remove(MemberId id, const std::string& why);
+    void remove(MemberId id, const std::string& why) { on_member_lost(id, why, false); }
     /// Leases nothing more to the member; it may finish its leases.
     /// @param given_back tiles of its leases that it will not begin
     void drain(MemberId id, const std::vector<tiles::RenderTile>& given_back);
@@ -160,7 +160,9 @@ private:
     void watch_for_members(Clock::time_point now);
     void join_ended_pumps();
     void fail(std::exception_ptr failure) noexcept;
-    [[nodiscard]] bool can_take() const noexcept;
+    [[nodiscard]] bool can_take() const noexcept {
+        return m_results.can_take(m_book.open_checks() > 0);
+    }
     [[nodiscard]] bool has_answer() const noexcept;
 
     const PoolSettings m_settings;

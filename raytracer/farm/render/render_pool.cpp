@@ -56,8 +56,6 @@ public:
         if (m_render_pool.m_farm)
             m_render_pool.m_farm->end();
     }
-    PictureSession(const PictureSession&) = delete;
-    PictureSession& operator=(const PictureSession&) = delete;
 
     void join_farm() {
         if (m_pool && m_render_pool.m_farm)

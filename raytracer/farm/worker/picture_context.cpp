@@ -87,10 +87,6 @@ PictureContext::PictureContext(std::uint64_t picture, PictureSpec spec,
     m_thread = thread::start_thread("a picture", [this] { run(); });
 }
 
-PictureContext::~PictureContext() {
-    end();
-}
-
 void PictureContext::end() noexcept {
     cancel();
     std::call_once(m_joined, [&] { m_thread.join(); });

@@ -62,9 +62,7 @@ public:
     /// @throws Error when no thread can be started; later refusals are reported by Answers::failed
     PictureContext(std::uint64_t picture, PictureSpec spec, std::shared_ptr<WorkerWorld> world,
                    int threads, std::size_t memory_bytes, Answers answers);
-    ~PictureContext();
-    PictureContext(const PictureContext&) = delete;
-    PictureContext& operator=(const PictureContext&) = delete;
+    ~PictureContext() { end(); }
 
     [[nodiscard]] std::uint64_t picture() const noexcept { return m_picture; }
     void add(std::uint64_t id, const tiles::RenderTile& tile);
