@@ -6,8 +6,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
-#include "common/util/version.hpp"
-#include "common/voxel/place_json.hpp"
+#include "common/voxel/facts_json.hpp"
 
 namespace terravox::voxel {
 namespace {
@@ -21,15 +20,10 @@ SideCar make_side_car(const WorldInfo& world, int level,
                       const std::array<std::int32_t, 3>& offset) {
     const double scale = static_cast<double>(std::int64_t{1} << level);
     SideCar car;
-    car.title = world.title;
-    car.crs = world.crs;
-    car.crs_wkt = world.crs_wkt;
-    car.licence = world.licence;
-    car.attribution = world.attribution;
-    car.voxel_m = world.voxel_m * scale;
-    car.crs_units_per_voxel = world.crs_units_per_voxel * scale;
+    car.world = world;
+    car.world.voxel_m *= scale;
+    car.world.crs_units_per_voxel *= scale;
     car.offset = offset;
-    car.centre = world.centre;
     return car;
 }
 
@@ -37,22 +31,12 @@ void write_side_car(const std::filesystem::path& file, const SideCar& car) {
     json blocks = json::object();
     for (const auto& [name, material] : car.blocks)
         blocks[name] = std::string(material_name(material));
-    json out = {{"version", kSideCarVersion},
-                {"software", std::string("terravox ") + kVersion},
-                {"title", car.title},
-                {"crs", car.crs},
-                {"crs_wkt", car.crs_wkt},
-                {"voxel_m", car.voxel_m},
-                {"crs_units_per_voxel", car.crs_units_per_voxel},
-                {"offset", car.offset},
-                {"axes",
-                 "x east, y up, z south; easting = (x + offset[0]) * crs_units_per_voxel, northing "
-                 "= -(z + offset[2]) * crs_units_per_voxel, height_m = (y + offset[1]) * voxel_m"},
-                {"blocks", blocks},
-                {"licence", car.licence},
-                {"attribution", car.attribution}};
-    if (car.centre)
-        out["centre"] = place_to_json(*car.centre);
+    json out = facts_to_json(car.world, kSideCarVersion);
+    out["offset"] = car.offset;
+    out["axes"] =
+        "x east, y up, z south; easting = (x + offset[0]) * crs_units_per_voxel, northing "
+        "= -(z + offset[2]) * crs_units_per_voxel, height_m = (y + offset[1]) * voxel_m";
+    out["blocks"] = blocks;
     util::write_file_atomically(file,
                                 out.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
@@ -69,13 +53,7 @@ SideCar side_car_from_json(const std::string& text, const std::string& origin) {
         if (const int version = in.at("version").get<int>(); version != kSideCarVersion)
             fail("version " + std::to_string(version) +
                  "; allowed: " + std::to_string(kSideCarVersion));
-        car.title = in.at("title").get<std::string>();
-        car.crs = in.at("crs").get<std::string>();
-        car.crs_wkt = in.at("crs_wkt").get<std::string>();
-        car.licence = in.at("licence").get<std::string>();
-        car.attribution = in.at("attribution").get<std::string>();
-        car.voxel_m = in.at("voxel_m").get<double>();
-        car.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
+        read_facts(in, car.world);
         const auto offset = in.at("offset").get<std::array<std::int64_t, 3>>();
         constexpr std::int64_t kFarthest = 1 << 30;
         for (std::size_t a = 0; a < 3; ++a) {
@@ -90,14 +68,13 @@ SideCar side_car_from_json(const std::string& text, const std::string& origin) {
                      "', which is no material");
             car.blocks.emplace(name, *known);
         }
-        if (in.contains("centre"))
-            car.centre = place_from_json(in["centre"]);
     } catch (const json::exception& e) {
         fail(e.what());
     }
-    if (!(car.voxel_m > 0 && car.voxel_m <= 1e6))
-        fail("voxel_m = " + std::to_string(car.voxel_m) + "; allowed: above 0, up to 1000000");
-    if (!(car.crs_units_per_voxel > 0 && std::isfinite(car.crs_units_per_voxel)))
+    if (!(car.world.voxel_m > 0 && car.world.voxel_m <= 1e6))
+        fail("voxel_m = " + std::to_string(car.world.voxel_m) +
+             "; allowed: above 0, up to 1000000");
+    if (!(car.world.crs_units_per_voxel > 0 && std::isfinite(car.world.crs_units_per_voxel)))
         fail("crs_units_per_voxel is not a positive number");
     return car;
 }

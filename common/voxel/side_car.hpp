@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 
 #include "common/voxel/material.hpp"
@@ -16,18 +15,12 @@ namespace terravox::voxel {
 /// georeference, and the meaning of its blocks. A JSON file next to the other
 /// (docs/formats/side-car.md).
 struct SideCar {
-    std::string title;
-    std::string crs;
-    std::string crs_wkt;
-    std::string licence;
-    std::string attribution;
-    double voxel_m = 1;              ///< edge of a voxel of the file, metres
-    double crs_units_per_voxel = 1;  ///< the same in units of the CRS
+    /// Its title, place on Earth, size of voxels and terms of use; the rest is the file's matter.
+    WorldInfo world;
     /// Voxel of the file plus offset = voxel of the world (of the file's voxel size): easting = (x
     /// + offset[0]) * crs_units_per_voxel, northing = -(z + offset[2]) * crs_units_per_voxel,
     /// height_m = (y + offset[1]) * voxel_m. x east, y up, z south.
     std::array<std::int32_t, 3> offset{};
-    std::optional<geo::MapPlace> centre;
     /// Material of each block of the file, by name; empty: the file defines them itself.
     std::map<std::string, Material> blocks;
 };

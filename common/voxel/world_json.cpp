@@ -8,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/util/json_text.hpp"
 #include "common/util/version.hpp"
-#include "common/voxel/place_json.hpp"
+#include "common/voxel/facts_json.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::voxel {
@@ -24,20 +24,40 @@ double angle(const nlohmann::json& in, const char* name, double limit_deg) {
 
 }  // namespace
 
-nlohmann::json place_to_json(const geo::MapPlace& place) {
-    return {{"lat_deg", place.lat_deg},
-            {"lon_deg", place.lon_deg},
-            {"convergence_deg", place.convergence_deg}};
-}
+using nlohmann::json;
 
-geo::MapPlace place_from_json(const nlohmann::json& json) {
-    geo::MapPlace out{{angle(json, "lat_deg", 90), angle(json, "lon_deg", 360)}, 0};
-    if (json.contains("convergence_deg"))
-        out.convergence_deg = angle(json, "convergence_deg", 360);
+json facts_to_json(const WorldInfo& info, int version) {
+    json out = {{"version", version},
+                {"software", std::string("terravox ") + kVersion},
+                {"title", info.title},
+                {"voxel_m", info.voxel_m},
+                {"crs", info.crs},
+                {"crs_wkt", info.crs_wkt},
+                {"crs_units_per_voxel", info.crs_units_per_voxel},
+                {"licence", info.licence},
+                {"attribution", info.attribution}};
+    if (info.centre)
+        out["centre"] = {{"lat_deg", info.centre->lat_deg},
+                         {"lon_deg", info.centre->lon_deg},
+                         {"convergence_deg", info.centre->convergence_deg}};
     return out;
 }
 
-using nlohmann::json;
+void read_facts(const json& in, WorldInfo& into) {
+    into.title = in.at("title").get<std::string>();
+    into.voxel_m = in.at("voxel_m").get<double>();
+    into.crs = in.at("crs").get<std::string>();
+    into.crs_wkt = in.at("crs_wkt").get<std::string>();
+    into.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
+    into.licence = in.at("licence").get<std::string>();
+    into.attribution = in.at("attribution").get<std::string>();
+    if (!in.contains("centre"))
+        return;
+    const json& centre = in["centre"];
+    into.centre = geo::MapPlace{{angle(centre, "lat_deg", 90), angle(centre, "lon_deg", 360)}, 0};
+    if (centre.contains("convergence_deg"))
+        into.centre->convergence_deg = angle(centre, "convergence_deg", 360);
+}
 
 namespace {
 
@@ -69,26 +89,16 @@ std::string world_to_json(const WorldInfo& info) {
     json materials = json::array();
     for (int i = 0; i < kMaterialCount; ++i)
         materials.push_back(std::string(material_name(static_cast<Material>(i))));
-    json out = {{"version", kWorldVersion},
-                {"software", std::string("terravox ") + kVersion},
-                {"title", info.title},
-                {"bounds", {{"min", info.bounds.min}, {"max", info.bounds.max}}},
-                {"voxel_m", info.voxel_m},
-                {"box", {kBoxSizeX, kBoxSizeY, kBoxSizeZ}},
-                {"levels", info.levels},
-                {"crs", info.crs},
-                {"crs_wkt", info.crs_wkt},
-                {"crs_units_per_voxel", info.crs_units_per_voxel},
-                {"materials", materials},
-                {"licence", info.licence},
-                {"attribution", info.attribution}};
+    json out = facts_to_json(info, kWorldVersion);
+    out["bounds"] = {{"min", info.bounds.min}, {"max", info.bounds.max}};
+    out["box"] = {kBoxSizeX, kBoxSizeY, kBoxSizeZ};
+    out["levels"] = info.levels;
+    out["materials"] = materials;
     if (!info.framed.empty())
         out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
     if (info.typical_heights)
         out["typical_heights"] = {{"min", info.typical_heights->min},
                                   {"max", info.typical_heights->max}};
-    if (info.centre)
-        out["centre"] = place_to_json(*info.centre);
     return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -107,7 +117,7 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         const auto box = in.at("box").get<std::array<int, 3>>();
         if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ})
             fail("boxes of another size than 64 x 256 x 64");
-        info.title = in.at("title").get<std::string>();
+        read_facts(in, info);
         constexpr std::int64_t kFarthest = 1 << 30;
         const auto read_bounds = [&](const json& from, VoxelBounds& into) {
             const auto min = from.at("min").get<std::array<std::int64_t, 3>>();
@@ -130,15 +140,7 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
             info.typical_heights =
                 HeightRange{static_cast<std::int32_t>(min), static_cast<std::int32_t>(max)};
         }
-        info.voxel_m = in.at("voxel_m").get<double>();
         info.levels = in.at("levels").get<int>();
-        info.crs = in.at("crs").get<std::string>();
-        info.crs_wkt = in.at("crs_wkt").get<std::string>();
-        info.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
-        info.licence = in.at("licence").get<std::string>();
-        info.attribution = in.at("attribution").get<std::string>();
-        if (in.contains("centre"))
-            info.centre = place_from_json(in["centre"]);
     } catch (const json::exception& e) {
         fail(std::string("not the reply of a voxel server: ") + e.what());
     }

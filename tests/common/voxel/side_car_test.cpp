@@ -42,18 +42,18 @@ std::string written(const SideCar& car) {
 TEST_CASE("a side-car is read back as it was written, in voxels of its level",
           "[common][voxel][side_car]") {
     const SideCar in = side_car_from_json(written(example()), "car.json");
-    CHECK(in.title == "Town");
-    CHECK(in.voxel_m == 2);
-    CHECK(in.crs_units_per_voxel == 2);
+    CHECK(in.world.title == "Town");
+    CHECK(in.world.voxel_m == 2);
+    CHECK(in.world.crs_units_per_voxel == 2);
     CHECK(in.offset == std::array<std::int32_t, 3>{512, -16, -1024});
     CHECK(in.blocks == example().blocks);
-    REQUIRE(in.centre);
-    CHECK(in.centre->lat_deg == 46);
-    CHECK(in.centre->convergence_deg == -0.72);
-    CHECK(in.crs == "EPSG:3794");
-    CHECK(in.crs_wkt == "PROJCRS[]");
-    CHECK(in.licence == "CC BY");
-    CHECK(in.attribution == "those who flew");
+    REQUIRE(in.world.centre);
+    CHECK(in.world.centre->lat_deg == 46);
+    CHECK(in.world.centre->convergence_deg == -0.72);
+    CHECK(in.world.crs == "EPSG:3794");
+    CHECK(in.world.crs_wkt == "PROJCRS[]");
+    CHECK(in.world.licence == "CC BY");
+    CHECK(in.world.attribution == "those who flew");
 }
 
 TEST_CASE("a wrong side-car is refused by file and value", "[common][voxel][side_car]") {

@@ -107,14 +107,9 @@ private:
     };
 
     void set_info(const ChunkSurvey& survey) {
-        m_info.title = m_car.title.empty() ? m_folder.title() : m_car.title;
-        m_info.voxel_m = m_car.voxel_m;
-        m_info.crs_units_per_voxel = m_car.crs_units_per_voxel;
-        m_info.crs = m_car.crs;
-        m_info.crs_wkt = m_car.crs_wkt;
-        m_info.centre = m_car.centre;
-        m_info.licence = m_car.licence;
-        m_info.attribution = m_car.attribution;
+        m_info = m_car.world;
+        if (m_info.title.empty())
+            m_info.title = m_folder.title();
         if (survey.places.empty() || survey.min_y >= survey.max_y)
             return;
         ChunkArea all{survey.places.front(), survey.places.front()};

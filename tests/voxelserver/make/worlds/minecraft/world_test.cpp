@@ -272,9 +272,9 @@ TEST_CASE("a side-car gives a world its place, and its blocks their meaning",
     test::write_files(folder.path(), made.files(Made::kFlat));
     test::write_bytes(folder.path() / "level.dat", test::level_dat_nbt("made"));
     voxel::SideCar car;
-    car.title = "Bled";
-    car.crs = "EPSG:3794";
-    car.voxel_m = car.crs_units_per_voxel = 0.5;
+    car.world.title = "Bled";
+    car.world.crs = "EPSG:3794";
+    car.world.voxel_m = car.world.crs_units_per_voxel = 0.5;
     car.offset = {860'000, 912, -270'000 + 16};
     car.offset[0] -= car.offset[0] % 16;
     car.offset[2] -= car.offset[2] % 16;

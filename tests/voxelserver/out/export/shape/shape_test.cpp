@@ -151,7 +151,7 @@ TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
         test::read_content(e.folder.path() / "a.glb.georef.json"), "the side-car");
     CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
     CHECK(car.offset == make_origin(e.job.part));
-    CHECK(car.crs == "EPSG:3794");
-    CHECK(car.voxel_m == 0.5);
+    CHECK(car.world.crs == "EPSG:3794");
+    CHECK(car.world.voxel_m == 0.5);
     CHECK(e.job.files().size() == 2);
 }
