@@ -1,7 +1,7 @@
 #include "voxelserver/data/lidar/laszip_reader.hpp"
 
+#include <algorithm>
 #include <mutex>
-#include <string>
 
 #include "common/util/error.hpp"
 
@@ -9,6 +9,8 @@ namespace terravox::lidar {
 namespace {
 
 laszip_U32 selection(WantedFields fields) {
+    if (fields.all)
+        return laszip_DECOMPRESS_SELECTIVE_ALL;
     laszip_U32 out = laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY |
                      laszip_DECOMPRESS_SELECTIVE_Z | laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION |
                      laszip_DECOMPRESS_SELECTIVE_FLAGS;
@@ -22,6 +24,17 @@ laszip_U32 selection(WantedFields fields) {
 }
 
 }  // namespace
+
+std::string laszip_message(laszip_POINTER laszip) {
+    laszip_CHAR* text = nullptr;
+    if (laszip != nullptr)
+        laszip_get_error(laszip, &text);
+    std::string out = text != nullptr ? text : "LASzip failed";
+    while (!out.empty() && (out.back() == '\n' || out.back() == '.'))
+        out.pop_back();
+    std::replace(out.begin(), out.end(), '\n', ' ');
+    return out;
+}
 
 LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields fields) : m_path(path) {
     if (laszip_create(&m_reader) != 0)
@@ -58,12 +71,7 @@ void LaszipReader::seek(std::uint64_t point) {
 }
 
 void LaszipReader::fail() const {
-    laszip_CHAR* text = nullptr;
-    laszip_get_error(m_reader, &text);
-    std::string reason = text != nullptr ? text : "LASzip failed";
-    while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.'))
-        reason.pop_back();
-    throw util::Error("read the point cloud {}: {}", m_path.string(), reason);
+    throw util::Error("read the point cloud {}: {}", m_path.string(), laszip_message(m_reader));
 }
 
 }  // namespace terravox::lidar

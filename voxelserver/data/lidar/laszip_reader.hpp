@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace terravox::lidar {
 
@@ -13,7 +14,11 @@ struct WantedFields {
     bool colour = true;
     bool near_infrared = true;
     bool echoes = true;  ///< intensity and flight line
+    bool all = false;    ///< every field there is
 };
+
+/// LASzip's last message as one line without a full stop.
+[[nodiscard]] std::string laszip_message(laszip_POINTER laszip);
 
 /// RAII wrapper of a LASzip reader for a file that has passed check_las_header(). For use by one
 /// thread. LASzip trusts its input: never open an unchecked file.

@@ -92,7 +92,7 @@ private:
     }
     void require(laszip_I32 failed) const {
         if (failed != 0)
-            fail(laszip_message(m_writer));
+            fail(lidar::laszip_message(m_writer));
     }
     void close() noexcept {
         if (m_open)
