@@ -3,6 +3,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/data/lidar/read_points.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 

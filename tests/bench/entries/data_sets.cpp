@@ -4,6 +4,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "tests/voxelserver/data/lidar/read_points.hpp"
 
 namespace terravox::bench {
 namespace {

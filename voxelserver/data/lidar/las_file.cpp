@@ -1,7 +1,6 @@
 #include "voxelserver/data/lidar/las_file.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -9,7 +8,6 @@
 #include <vector>
 
 #include "common/geo/crs.hpp"
-#include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "voxelserver/data/lidar/chunk_table.hpp"
@@ -118,40 +116,6 @@ std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points
             out.push_back({starts[i], starts[i + 1]});
     }
     return out;
-}
-
-void read_las_points(const LasInfo& info, PointRange range,
-                     const std::function<void(const pointcloud::Point&)>& sink) {
-    pointcloud::Point point;
-    read_point_batches(info, {&range, 1}, [&](std::span<const RawPoint> batch) {
-        for (const RawPoint& raw : batch) {
-            point.x = raw.x * info.scale[0] + info.offset[0];
-            point.y = raw.y * info.scale[1] + info.offset[1];
-            point.z = raw.z * info.scale[2] + info.offset[2];
-            point.classification = raw.classification;
-            point.return_number = raw.return_number;
-            point.return_count = raw.return_count;
-            point.intensity = raw.intensity;
-            point.line = raw.point_source;
-            point.withheld = raw.withheld;
-            point.overlap = raw.overlap;
-            point.rgb = raw.rgb;
-            sink(point);
-        }
-    });
-}
-
-std::uint64_t decode_only(const LasInfo& info, int threads) {
-    const auto ranges = split_by_chunk(info, 200'000);
-    std::atomic<std::uint64_t> count{0};
-    thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
-        std::uint64_t mine = 0;
-        read_point_batches(
-            info, {&ranges[i], 1}, [&](std::span<const RawPoint> batch) { mine += batch.size(); },
-            Echoes::kSkip);
-        count += mine;
-    });
-    return count;
 }
 
 namespace {

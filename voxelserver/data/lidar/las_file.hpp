@@ -104,22 +104,11 @@ using RawBatchSink = std::function<void(std::span<const RawPoint>)>;
 void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
                         const RawBatchSink& sink, Echoes echoes = Echoes::kRead);
 
-/// read_point_batches for one range, point by point in file coordinates: for uses where speed does
-/// not matter.
-/// @throws Error when the file is damaged or truncated; the sink may have been called for earlier
-/// points
-void read_las_points(const LasInfo& info, PointRange range,
-                     const std::function<void(const pointcloud::Point&)>& sink);
-
 /// A deterministic sample spread over the file: the first points of up to 64 evenly spaced chunks,
 /// in file order, or every n-th point of the root node of a COPC file (of its first 100,000). For a
 /// file that is not seekable, its first points.
 /// @param about  approximate number of points; at least one per chunk, at most all of the file
 /// @throws Error as read_point_batches; and for a damaged COPC hierarchy
 [[nodiscard]] std::vector<RawPoint> sample_points(const LasInfo& info, std::size_t about);
-
-/// Decodes all points and discards them: a lower bound for the time of any use of the file.
-/// @return number of points
-std::uint64_t decode_only(const LasInfo& info, int threads);
 
 }  // namespace terravox::lidar

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/voxelserver/data/lidar/read_points.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 

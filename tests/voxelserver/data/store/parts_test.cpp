@@ -1,6 +1,7 @@
 // Files of which only parts are decoded: the voxels must be those of the whole.
 
 #include "tests/catch.hpp"
+#include "tests/voxelserver/data/lidar/read_points.hpp"
 #include "tests/voxelserver/data/store/strip.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 

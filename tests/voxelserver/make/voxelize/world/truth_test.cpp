@@ -4,6 +4,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/voxelserver/data/lidar/read_points.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 
