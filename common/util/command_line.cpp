@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <CLI/CLI.hpp>
 #include <cstring>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>

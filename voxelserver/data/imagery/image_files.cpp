@@ -1,9 +1,7 @@
 #include "voxelserver/data/imagery/image_files.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>

@@ -2,8 +2,6 @@
 
 #include <xxhash.h>
 #include <algorithm>
-#include <string>
-#include <tuple>
 #include <unordered_map>
 
 #include "common/thread/parallel.hpp"

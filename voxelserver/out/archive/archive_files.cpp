@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/cache.hpp"

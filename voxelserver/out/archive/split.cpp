@@ -8,7 +8,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "common/util/error.hpp"
 #include "common/voxel/archive/archive_reader.hpp"
 
 namespace terravox::archive_tools {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"

@@ -1,7 +1,6 @@
 #include "voxelserver/out/country/task.hpp"
 
 #include <sys/resource.h>
-#include <unistd.h>
 #include <algorithm>
 #include <array>
 #include <chrono>

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstring>
 
 #include "common/util/log.hpp"
 #include "common/voxel/box.hpp"

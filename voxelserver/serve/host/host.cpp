@@ -2,7 +2,6 @@
 
 #include <civetweb.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>

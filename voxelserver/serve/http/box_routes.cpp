@@ -2,7 +2,6 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <exception>
 #include <mutex>
 #include <nlohmann/json.hpp>

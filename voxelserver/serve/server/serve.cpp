@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
-#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>

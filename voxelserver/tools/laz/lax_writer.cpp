@@ -1,6 +1,5 @@
 #include "voxelserver/tools/laz/laz_commands.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <map>
 #include <string>

@@ -1,10 +1,7 @@
 #include "voxelserver/make/voxelize/points/sources.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 
 #include "common/thread/parallel.hpp"

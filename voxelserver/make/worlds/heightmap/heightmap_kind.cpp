@@ -1,6 +1,5 @@
 #include "voxelserver/make/worlds/heightmap/heightmap_world.hpp"
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>

@@ -1,7 +1,6 @@
 #include "voxelserver/make/worlds/luanti/node_block.hpp"
 
 #include <algorithm>
-#include <string>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"

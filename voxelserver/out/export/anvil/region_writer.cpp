@@ -3,7 +3,6 @@
 #include <libdeflate.h>
 #include <algorithm>
 #include <bit>
-#include <fstream>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"

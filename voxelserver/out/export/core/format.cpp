@@ -2,7 +2,6 @@
 
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"

@@ -1,7 +1,5 @@
 #include "voxelserver/out/export/shape/placing.hpp"
 
-#include <cmath>
-
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
 #include "common/voxel/side_car.hpp"

@@ -3,7 +3,6 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
