@@ -162,7 +162,7 @@ void add_parish_church(const Terrain& terrain, const Site& site, std::vector<Bui
               site.church, site.church_direction, base, BuildingUse::kChurch, out);
 }
 
-void add_island_church(const Island& island, std::vector<Building>& out) {
+void add_island_church(const Mound& island, std::vector<Building>& out) {
     const Vec2 east = unit({1.0, 0.18});
     add_parts({{2, 1, 10, 4.6, 9, 15.5, RoofType::kGable, RoofColour::kRed},
                {14, 1, 3, 3, 7.5, 11, RoofType::kHip, RoofColour::kRed},
@@ -174,7 +174,7 @@ void add_island_church(const Island& island, std::vector<Building>& out) {
 
 // A ring of walls over the cliff with towers at its corners; hall, chapel and keep in the
 // courtyard.
-void add_castle(const CastleRock& rock, std::vector<Building>& out) {
+void add_castle(const Mound& rock, std::vector<Building>& out) {
     const std::vector<Vec2> ring = {{-37, -7}, {-20, -23}, {9, -25}, {33, -15},
                                     {38, 3},   {20, 22},   {-8, 25}, {-31, 14}};
     for (std::size_t i = 0; i < ring.size(); ++i) {

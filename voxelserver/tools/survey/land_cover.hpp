@@ -94,7 +94,6 @@ struct TreeGround {
                                            const std::function<TreeGround(Vec2)>& land);
 
 inline constexpr double kTreeCell_m = 5.0;
-inline constexpr double kTallestTree_m = 34.0;
 inline constexpr double kWidestCrown_m = 6.0;
 
 }  // namespace terravox::survey

@@ -28,7 +28,6 @@ struct Wire {
     [[nodiscard]] double height_m(double along) const noexcept {
         return lerp(a_m, b_m, along) - 4.0 * sag_m * along * (1.0 - along);
     }
-    [[nodiscard]] double lowest_m() const noexcept { return std::min(a_m, b_m) - sag_m; }
 };
 
 struct PowerLine {

@@ -1,5 +1,7 @@
 #include "voxelserver/tools/survey/scanner.hpp"
 
+#include <utility>
+
 namespace terravox::survey {
 namespace {
 
@@ -18,6 +20,12 @@ double to_angle(double lean) noexcept {
     return lean * (1.0 - s * (1.0 / 3.0 - s * (1.0 / 5.0 - s / 7.0))) * 57.29577951308232;
 }
 
+/// How far an area reaches along an axis, from the least to the greatest.
+std::pair<double, double> measure_reach(const Box2& area, Vec2 axis) noexcept {
+    return std::minmax({dot({area.x0, area.y0}, axis), dot({area.x1, area.y0}, axis),
+                        dot({area.x0, area.y1}, axis), dot({area.x1, area.y1}, axis)});
+}
+
 }  // namespace
 
 ScanPattern::ScanPattern(std::uint64_t seed, double density) : m_seed(compute_hash(seed, 0x5CA)) {
@@ -31,25 +39,13 @@ Vec2 ScanPattern::place(double across_m, double forward_m) noexcept {
 }
 
 ScanPattern::Span ScanPattern::strips_over(const Box2& area) const noexcept {
-    double low = 1e18;
-    double high = -1e18;
-    for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
-                         Vec2{area.x1, area.y1}}) {
-        low = std::min(low, dot(c, kAcross));
-        high = std::max(high, dot(c, kAcross));
-    }
+    const auto [low, high] = measure_reach(area, kAcross);
     return {static_cast<std::int64_t>(std::floor((low - 0.5 * kSwath_m) / kStripDistance_m)),
             static_cast<std::int64_t>(std::floor((high + 0.5 * kSwath_m) / kStripDistance_m)) + 1};
 }
 
 ScanPattern::Span ScanPattern::lines_over(const Box2& area) const noexcept {
-    double low = 1e18;
-    double high = -1e18;
-    for (const Vec2 c : {Vec2{area.x0, area.y0}, Vec2{area.x1, area.y0}, Vec2{area.x0, area.y1},
-                         Vec2{area.x1, area.y1}}) {
-        low = std::min(low, dot(c, kForward));
-        high = std::max(high, dot(c, kForward));
-    }
+    const auto [low, high] = measure_reach(area, kForward);
     // Lines wander by at most 8 spacings along the strip.
     return {static_cast<std::int64_t>(std::floor(low / m_spacing_m)) - 9,
             static_cast<std::int64_t>(std::floor(high / m_spacing_m)) + 9};
@@ -67,7 +63,7 @@ ScanPattern::Line ScanPattern::line(std::int64_t strip, std::int64_t number) con
     return {strip, number, (static_cast<double>(number) + 14.0 * (wave - 0.5)) * m_spacing_m};
 }
 
-ScanPattern::Range ScanPattern::clip(const Line& line, const Box2& area) const noexcept {
+ScanPattern::Span ScanPattern::clip(const Line& line, const Box2& area) const noexcept {
     // The line runs from place(-swath/2) to place(+swath/2) along kAcross; both parts of kAcross
     // differ from 0.
     const Vec2 middle = place(static_cast<double>(line.strip) * kStripDistance_m, line.forward_m);

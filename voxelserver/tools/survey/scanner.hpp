@@ -51,11 +51,7 @@ private:
         std::int64_t number = 0;
         double forward_m = 0;
     };
-    /// The part of a scan line within an area, as pulse numbers [first, last].
-    struct Range {
-        std::int64_t first = 0;
-        std::int64_t last = -1;
-    };
+    /// Numbers of strips, lines or pulses, [first, last].
     struct Span {
         std::int64_t first = 0;
         std::int64_t last = -1;
@@ -64,7 +60,7 @@ private:
     [[nodiscard]] Span strips_over(const Box2& area) const noexcept;
     [[nodiscard]] Span lines_over(const Box2& area) const noexcept;
     [[nodiscard]] Line line(std::int64_t strip, std::int64_t number) const noexcept;
-    [[nodiscard]] Range clip(const Line& line, const Box2& area) const noexcept;
+    [[nodiscard]] Span clip(const Line& line, const Box2& area) const noexcept;
     [[nodiscard]] Pulse pulse(const Line& line, std::int64_t number) const noexcept;
     [[nodiscard]] static Vec2 place(double across_m, double forward_m) noexcept;
     [[nodiscard]] static bool flown_north(std::int64_t strip) noexcept { return (strip & 1) == 0; }
@@ -83,7 +79,7 @@ void ScanPattern::visit(const Box2& area, const Visit& visit) const {
         for (auto n = step > 0 ? lines.first : lines.last; n >= lines.first && n <= lines.last;
              n += step) {
             const Line scan = line(s, n);
-            const Range range = clip(scan, area);
+            const Span range = clip(scan, area);
             for (auto i = range.first; i <= range.last; ++i)
                 visit(pulse(scan, i));
         }

@@ -93,10 +93,10 @@ Site the_place(std::uint64_t seed, const River& river) {
     site.seed = compute_hash(seed, 0x5173);
     site.centre = plan(740, 450);
     site.lake = Lake{plan(425, 540), 170, 122, kLakeLevel_m, 14, compute_hash(seed, 0x1A4E)};
-    site.island = Island{plan(388, 522), 42, 31, kLakeLevel_m + 7.5};
+    site.island = Mound{plan(388, 522), 42, 31, kLakeLevel_m + 7.5};
     const Vec2 to_castle = unit({0.5, 1.0});
     site.castle =
-        CastleRock{site.lake->shore_point(to_castle) + to_castle * 45.0, 43, 32, kLakeLevel_m + 76};
+        Mound{site.lake->shore_point(to_castle) + to_castle * 45.0, 43, 32, kLakeLevel_m + 76};
     site.brook = outlet_of_the_place(river);
     site.hills = {{plan(60, 690), 310, 140}, {plan(270, 1010), 400, 175},
                   {plan(545, 880), 235, 82}, {plan(830, 1010), 320, 95},

@@ -211,10 +211,6 @@ namespace {
 constexpr double kStreetReach_m = 90;
 constexpr double kStairs_m = 2.0;  ///< half the width of the stairs up to the church of the island
 
-double ellipse(Vec2 p, Vec2 centre, double rx, double ry) noexcept {
-    return length({(p.x - centre.x) / rx, (p.y - centre.y) / ry});
-}
-
 }  // namespace
 
 void SquareModel::measure_streets(std::vector<float>& to_street) const {
@@ -251,13 +247,12 @@ void SquareModel::lay_cover(int threads) {
 
 std::optional<Cover> SquareModel::built_cover(Vec2 p, std::size_t i) const {
     for (const Site& site : m_terrain.sites()) {
-        if (site.castle && ellipse(p, site.castle->centre, site.castle->radius_x_m,
-                                   site.castle->radius_y_m) < 0.93)
+        if (site.castle && site.castle->outwards(p) < 0.93)
             return Cover::kCourtyard;
         if (!site.island)
             continue;
-        const Island& island = *site.island;
-        if (ellipse(p, island.centre, island.radius_x_m, island.radius_y_m) < 0.42)
+        const Mound& island = *site.island;
+        if (island.outwards(p) < 0.42)
             return Cover::kCourtyard;
         if (std::abs(p.x - island.centre.x - 3.0) < kStairs_m && p.y < island.centre.y &&
             island.centre.y - p.y < island.radius_y_m * 1.1)
@@ -297,8 +292,7 @@ Cover SquareModel::cover_at(int column, int row, double to_street_m) const {
     for (const Site& site : m_terrain.sites()) {
         if (site.lake && length(p - site.lake->centre) < site.lake->reach_m() + 30.0)
             at.to_water_m = site.lake->shore_distance(p);
-        if (site.island &&
-            ellipse(p, site.island->centre, site.island->radius_x_m, site.island->radius_y_m) < 1.3)
+        if (site.island && site.island->outwards(p) < 1.3)
             at.island = true;
     }
     return natural_cover(m_seed, at);
@@ -325,8 +319,7 @@ TreeGround SquareModel::tree_ground(Vec2 p) const {
         if (site.island && length(p - site.island->centre) < 60.0)
             land.island = true;
         // The view of the castle's walls, and from them, is kept free.
-        if (site.castle &&
-            ellipse(p, site.castle->centre, site.castle->radius_x_m, site.castle->radius_y_m) < 1.3)
+        if (site.castle && site.castle->outwards(p) < 1.3)
             land.to_obstacle_m = 0;
     }
     return land;

@@ -113,21 +113,16 @@ double carve_channel(double ground_m, double distance_m, double half_width_m, do
     return std::min(std::max(ground_m, levee), bank);
 }
 
-double ellipse_distance(Vec2 p, Vec2 centre, double rx, double ry) noexcept {
-    return length({(p.x - centre.x) / rx, (p.y - centre.y) / ry});
-}
-
-double island_height(const Island& island, Vec2 p, std::uint64_t seed) noexcept {
-    const double t = ellipse_distance(p, island.centre, island.radius_x_m, island.radius_y_m) +
-                     0.07 * noise_2d(seed, p.x / 14.0, p.y / 14.0);
+double island_height(const Mound& island, Vec2 p, std::uint64_t seed) noexcept {
+    const double t = island.outwards(p) + 0.07 * noise_2d(seed, p.x / 14.0, p.y / 14.0);
     const double shore = lerp(island.top_m, island.top_m - 13.0, smoothstep(0.58, 1.12, t));
     return shore - 16.0 * std::max(0.0, t - 0.95);
 }
 
 // Cliffs to the south, a slope to the north; ledges and gullies by noise that grows with the fall.
-double castle_height(const CastleRock& rock, Vec2 p, std::uint64_t seed) noexcept {
+double castle_height(const Mound& rock, Vec2 p, std::uint64_t seed) noexcept {
     const Vec2 from = p - rock.centre;
-    const double t = ellipse_distance(p, rock.centre, rock.radius_x_m, rock.radius_y_m);
+    const double t = rock.outwards(p);
     const double outside = std::max(0.0, (t - 1.0) * std::min(rock.radius_x_m, rock.radius_y_m));
     const double gully =
         noise_2d(seed, p.x / 9.0, p.y / 9.0) + 0.5 * noise_2d(seed + 1, p.x / 4.0, p.y / 4.0);

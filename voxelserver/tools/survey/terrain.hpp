@@ -91,20 +91,16 @@ struct Street {
 /// Streets with a longer step than this are lined by farms, not by houses.
 inline constexpr double kFarmStep_m = 50;
 
-/// An island of the lake: a mound with a flat top.
-struct Island {
+/// A mound with a flat top: the island of a lake, or the rock of a castle, steep on its south side.
+struct Mound {
     Vec2 centre;
     double radius_x_m = 0;
     double radius_y_m = 0;
     double top_m = 0;
-};
-
-/// A rock with a flat top, steep on the south side.
-struct CastleRock {
-    Vec2 centre;
-    double radius_x_m = 0;
-    double radius_y_m = 0;
-    double top_m = 0;
+    /// 0 in the middle, 1 at its rim.
+    [[nodiscard]] double outwards(Vec2 p) const noexcept {
+        return length({(p.x - centre.x) / radius_x_m, (p.y - centre.y) / radius_y_m});
+    }
 };
 
 /// A hill placed manually.
@@ -121,8 +117,8 @@ struct Site {
     std::uint64_t seed = 0;
     Vec2 centre;  ///< of the village
     std::optional<Lake> lake;
-    std::optional<Island> island;
-    std::optional<CastleRock> castle;
+    std::optional<Mound> island;
+    std::optional<Mound> castle;
     std::optional<Brook> brook;
     std::vector<Hill> hills;
     std::vector<Street> streets;  ///< the first is the main street; it crosses the river

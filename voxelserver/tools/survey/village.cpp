@@ -1,5 +1,7 @@
 #include "voxelserver/tools/survey/building.hpp"
 
+#include <utility>
+
 #include "voxelserver/tools/survey/randomness.hpp"
 
 namespace terravox::survey {
@@ -20,25 +22,16 @@ public:
         : m_terrain(terrain), m_roads(roads), m_buildings(std::move(taken)) {}
 
     /// @param eaves_m, ridge_m above the highest ground at the footprint
-    /// @param joins_last may touch the building added last: a wing
     /// @return false when it does not fit
-    bool add(Building building, double eaves_m, double ridge_m, bool joins_last = false) {
-        if (!clear_of_others(building, joins_last ? 1 : 0) || !clear_of_roads(building))
+    bool add(Building building, double eaves_m, double ridge_m) {
+        if (!clear_of_others(building) || !clear_of_roads(building))
             return false;
-        double low = 1e9;
-        double high = -1e9;
-        for (const Vec2 p : building.corners(0.5)) {
-            const TerrainSpot spot = m_terrain.at(p);
-            if (spot.water_m > kNoWater)
-                return false;
-            low = std::min(low, spot.ground_m);
-            high = std::max(high, spot.ground_m);
-        }
-        if (high - low > kMaxSlope_m)
+        const auto ground = measure_ground(building.corners(0.5), kMaxSlope_m);
+        if (!ground)
             return false;
-        building.ground_m = low;
-        building.eaves_m = high + eaves_m;
-        building.ridge_m = high + ridge_m;
+        building.ground_m = ground->first;
+        building.eaves_m = ground->second + eaves_m;
+        building.ridge_m = ground->second + ridge_m;
         m_buildings.push_back(building);
         return true;
     }
@@ -54,19 +47,11 @@ public:
                 return false;
         if (!clear_of_roads(slab))
             return false;
-        double low = 1e9;
-        double high = -1e9;
-        for (const Vec2 p : slab.corners()) {
-            const TerrainSpot spot = m_terrain.at(p);
-            if (spot.water_m > kNoWater)
-                return false;
-            low = std::min(low, spot.ground_m);
-            high = std::max(high, spot.ground_m);
-        }
-        if (high - low > kMaxSlabSlope_m)
+        const auto ground = measure_ground(slab.corners(), kMaxSlabSlope_m);
+        if (!ground)
             return false;
-        slab.ground_m = low;
-        slab.underside_m = high + underside_m;
+        slab.ground_m = ground->first;
+        slab.underside_m = ground->second + underside_m;
         slab.eaves_m = slab.ridge_m = slab.underside_m + thickness_m;
         m_buildings.push_back(slab);
         return true;
@@ -75,12 +60,25 @@ public:
     [[nodiscard]] std::vector<Building> take() { return std::move(m_buildings); }
 
 private:
-    [[nodiscard]] bool clear_of_others(const Building& building, std::ptrdiff_t spare) const {
-        return std::none_of(m_buildings.begin(), m_buildings.end() - spare,
-                            [&](const Building& other) {
-                                return length(other.centre - building.centre) < 60.0 &&
-                                       footprints_overlap(other, building, kNeighbourGap_m);
-                            });
+    /// The lowest and the highest ground at some places; nullopt where it is wet or too steep.
+    [[nodiscard]] std::optional<std::pair<double, double>> measure_ground(
+        const std::array<Vec2, 4>& places, double max_slope_m) const {
+        double low = 1e9;
+        double high = -1e9;
+        for (const Vec2 p : places) {
+            const TerrainSpot spot = m_terrain.at(p);
+            if (spot.water_m > kNoWater)
+                return std::nullopt;
+            low = std::min(low, spot.ground_m);
+            high = std::max(high, spot.ground_m);
+        }
+        return high - low > max_slope_m ? std::nullopt : std::optional(std::pair(low, high));
+    }
+    [[nodiscard]] bool clear_of_others(const Building& building) const {
+        return std::none_of(m_buildings.begin(), m_buildings.end(), [&](const Building& other) {
+            return length(other.centre - building.centre) < 60.0 &&
+                   footprints_overlap(other, building, kNeighbourGap_m);
+        });
     }
     [[nodiscard]] bool clear_of_roads(const Building& building) const {
         const double reach = building.half_length_m + building.half_width_m;
