@@ -40,9 +40,10 @@ void read_world(const std::filesystem::path& path) {
     for (const auto& dimension : world.dimensions()) {
         const minecraft::ChunkStore store(world, dimension, 1);
         minecraft::ChunkReader reader(store);
+        worlds::DamageLog damage;
         const auto chunks = store.chunks();
         for (std::size_t i = 0; i < std::min(chunks.size(), kMaxRead); ++i)
-            allow_errors([&] { (void)reader.read(chunks[i]); });
+            allow_errors([&] { (void)reader.read(chunks[i], damage); });
     }
 }
 

@@ -25,7 +25,7 @@ constexpr WorldSet kSets[] = {
 // Chunks that hold blocks: the others cost next to nothing.
 double count_chunks(const std::filesystem::path& path) {
     const minecraft::DimensionFacts facts =
-        minecraft::describe({path, "overworld", false, 1}).dimensions.at(0);
+        minecraft::describe(path, "overworld", false, 1).dimensions.at(0);
     if (facts.damaged != 0)
         throw util::Error("measure " + path.string() + ": " + std::to_string(facts.damaged) +
                           " damaged chunks");

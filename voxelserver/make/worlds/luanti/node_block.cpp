@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
 
 namespace terravox::luanti {
@@ -22,30 +21,12 @@ voxel::VoxelAttr NodeAppearances::of(std::string_view name) {
     }
     const minecraft::BlockAppearance appearance = m_table.of_full_name(name);
     if (!appearance.known)
-        log_unknown(name);
+        m_unknown.add(name);
     const voxel::VoxelAttr out = appearance.to_attr();
     const std::unique_lock lock(m_appearances_mutex);
     if (m_appearances.size() < kMaxAppearances)
         m_appearances.emplace(name, out);
     return out;
-}
-
-void NodeAppearances::log_unknown(std::string_view name) {
-    const std::lock_guard lock(m_unknown_mutex);
-    if (m_unknown.size() >= kMaxAppearances || !m_unknown.emplace(name).second)
-        return;
-    if (m_unknown.size() <= kLoggedNames)
-        util::log_warn(
-            "no entry of config/blocks/luanti.toml fits the node {}: it is shown as "
-            "material 'unknown'",
-            name);
-    if (m_unknown.size() == kLoggedNames)
-        util::log_warn("more unknown nodes are not logged one by one");
-}
-
-std::size_t NodeAppearances::unknown_names() const {
-    const std::lock_guard lock(m_unknown_mutex);
-    return m_unknown.size();
 }
 
 namespace {

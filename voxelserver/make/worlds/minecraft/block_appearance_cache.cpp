@@ -2,7 +2,6 @@
 
 #include <bit>
 
-#include "common/util/log.hpp"
 #include "voxelserver/make/worlds/minecraft/nbt.hpp"
 
 namespace terravox::minecraft {
@@ -10,7 +9,6 @@ namespace {
 
 // There are a few thousand appearances; a file of made-up blocks must not fill the memory.
 constexpr std::size_t kMaxAppearances = std::size_t{1} << 17;
-constexpr std::size_t kMaxReported = 100'000;
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
 }  // namespace
@@ -78,7 +76,7 @@ voxel::VoxelAttr BlockAppearanceCache::find_appearance(std::string_view entry) {
     palette_name(entry, block);
     const BlockAppearance appearance = m_table.of(block.name, block.properties);
     if (!appearance.known)
-        log_unknown(to_utf8(block.name));
+        m_unknown.add(to_utf8(block.name));
     return appearance.to_attr();
 }
 
@@ -90,25 +88,10 @@ voxel::VoxelAttr BlockAppearanceCache::of_number(std::uint16_t number) {
     const int data = number & 15;
     const BlockAppearance appearance = m_table.of_number(id, data);
     if (!appearance.known)
-        log_unknown(std::to_string(id) + ":" + std::to_string(data));
+        m_unknown.add(std::to_string(id) + ":" + std::to_string(data));
     const voxel::VoxelAttr out = appearance.to_attr();
     m_numbers[number].store(std::bit_cast<std::uint64_t>(out), std::memory_order_relaxed);
     return out;
-}
-
-void BlockAppearanceCache::log_unknown(const std::string& name) {
-    const std::lock_guard lock(m_unknown_mutex);
-    if (m_reported.size() >= kMaxReported || !m_reported.insert(name).second)
-        return;
-    if (m_reported.size() <= static_cast<std::size_t>(kReportedBlocks))
-        util::log_warn("no table knows the block {}: it is shown as material 'unknown'", name);
-    if (m_reported.size() == static_cast<std::size_t>(kReportedBlocks))
-        util::log_warn("further unknown blocks are not reported one by one");
-}
-
-std::size_t BlockAppearanceCache::unknown_kinds() const {
-    const std::lock_guard lock(m_unknown_mutex);
-    return m_reported.size();
 }
 
 }  // namespace terravox::minecraft

@@ -2,15 +2,10 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <shared_mutex>
 #include <span>
-#include <string>
 #include <string_view>
-#include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 #include "common/voxel/box.hpp"
@@ -27,11 +22,9 @@ struct PaletteName {
 void palette_name(std::string_view entry, PaletteName& out);
 
 /// The appearance of each block; the table is searched once for each distinct entry. Thread-safe.
-/// Blocks that match no entry of the table are logged, once each, up to kReportedBlocks.
+/// Blocks that match no entry of the table are logged (UnknownNames).
 class BlockAppearanceCache {
 public:
-    static constexpr int kReportedBlocks = 20;
-
     explicit BlockAppearanceCache(BlockTable table);
 
     /// The voxels that palette entries stand for.
@@ -41,27 +34,16 @@ public:
     /// @param number id * 16 + data
     [[nodiscard]] voxel::VoxelAttr of_number(std::uint16_t number);
 
-    /// How many kinds of blocks matched no entry of the table.
-    [[nodiscard]] std::size_t unknown_kinds() const;
-
 private:
-    struct TextHash {
-        using is_transparent = void;
-        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
-            return std::hash<std::string_view>{}(text);
-        }
-    };
     [[nodiscard]] voxel::VoxelAttr find_appearance(std::string_view entry);
-    void log_unknown(const std::string& name);
 
     const BlockTable m_table;
     std::shared_mutex m_mutex;  ///< guards m_appearances, by the bytes of a palette entry
-    std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_appearances;
+    ByName<voxel::VoxelAttr> m_appearances;
     static constexpr std::size_t kNumbers = 65536;
     /// A VoxelAttr each; kUnset until it is first queried.
     std::unique_ptr<std::atomic<std::uint64_t>[]> m_numbers;
-    mutable std::mutex m_unknown_mutex;
-    std::unordered_set<std::string> m_reported;
+    UnknownNames m_unknown{"no table knows the block"};
 };
 
 }  // namespace terravox::minecraft

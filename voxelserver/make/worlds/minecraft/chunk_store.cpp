@@ -196,13 +196,16 @@ std::string ChunkStore::to_name(const ChunkRef& chunk) const {
            std::to_string(chunk.place.z);
 }
 
-const ChunkBlocks& ChunkReader::read(const ChunkRef& chunk) {
+const ChunkBlocks& ChunkReader::read(const ChunkRef& chunk, worlds::DamageLog& damage) {
     const ChunkStore::Bytes bytes = m_store.read(chunk, m_reader);
     m_compression = bytes.compression;
     decode_chunk(bytes.nbt, m_blocks);
-    if (m_store.knows_place(chunk) && m_blocks.place && *m_blocks.place != chunk.place)
+    const bool has_place = m_store.find_kind(chunk) != FileKind::kChunk;
+    if (has_place && m_blocks.place && *m_blocks.place != chunk.place)
         throw util::Error("it stands at the wrong place: it says that it is chunk {}, {}",
                           m_blocks.place->x, m_blocks.place->z);
+    for (const std::string& oddity : m_blocks.oddities)
+        damage.add(m_store.to_name(chunk) + ": " + oddity);
     return m_blocks;
 }
 

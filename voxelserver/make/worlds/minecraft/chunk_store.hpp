@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "voxelserver/make/worlds/kind/damage_log.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk.hpp"
 #include "voxelserver/make/worlds/minecraft/inflate.hpp"
 #include "voxelserver/make/worlds/minecraft/place_names.hpp"
@@ -59,9 +60,6 @@ public:
     /// Region by region, and within each as in its table.
     [[nodiscard]] std::span<const ChunkRef> chunks() const noexcept { return m_chunks; }
     [[nodiscard]] const ChunkRef* find(const ChunkPlace& place) const noexcept;
-    [[nodiscard]] bool knows_place(const ChunkRef& chunk) const noexcept {
-        return m_files[chunk.file].kind != FileKind::kChunk;
-    }
 
     /// The buffers that one thread needs to read chunks.
     struct Reader {
@@ -110,9 +108,10 @@ private:
 class ChunkReader {
 public:
     explicit ChunkReader(const ChunkStore& store) : m_store(store) {}
+    /// @param damage receives what is odd of the chunk
     /// @return valid until the next call
     /// @throws Error: why the chunk cannot be used
-    const ChunkBlocks& read(const ChunkRef& chunk);
+    const ChunkBlocks& read(const ChunkRef& chunk, worlds::DamageLog& damage);
     /// Compression of the chunk that was read last.
     [[nodiscard]] Compression compression() const noexcept { return m_compression; }
 

@@ -96,16 +96,8 @@ private:
     std::atomic<std::int32_t> m_hi{INT32_MIN};
 };
 
-struct Tools {
-    ChunkReader reader;
-    VoxelMaker maker;
-    std::vector<voxel::VoxelAttr> appearances{};
-    Tools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
-        : reader(store), maker(block_appearances) {}
-};
-
 // Whether a section may hold anything, without a test of each of its voxels.
-bool may_hold(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
+bool may_hold(ChunkTools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
               const ChunkSection& section) {
     if (section.numeric)
         return !tools.maker.make(blocks, section).air();
@@ -140,7 +132,7 @@ Layers find_layers(const VoxelSection& section) noexcept {
 
 // Widens the heights by the layers of a section.
 // @return whether there are any
-bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
+bool widen_by(ChunkTools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
               Heights& heights) {
     const Layers layers = find_layers(tools.maker.make(blocks, section));
     if (layers.highest < 0)
@@ -151,8 +143,8 @@ bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& secti
 
 // Only sections that may widen the heights are examined voxel by voxel. The return value does not
 // depend on what other threads have found.
-bool survey_chunk(Tools& tools, BlockAppearanceCache& block_appearances, const ChunkBlocks& blocks,
-                  Heights& heights) {
+bool survey_chunk(ChunkTools& tools, BlockAppearanceCache& block_appearances,
+                  const ChunkBlocks& blocks, Heights& heights) {
     const auto sections = blocks.sections();
     if (std::none_of(sections.rbegin(), sections.rend(), [&](const ChunkSection& s) {
             return may_hold(tools, block_appearances, blocks, s);
@@ -186,17 +178,15 @@ ChunkSurvey survey_chunks(const ChunkStore& store, BlockAppearanceCache& block_a
     std::vector<std::uint8_t> holds(count, 0);
     Heights heights;
     std::atomic<std::size_t> readable{0};
-    util::HandlePool<std::unique_ptr<Tools>> toolbox;
+    util::HandlePool<std::unique_ptr<ChunkTools>> toolbox;
     thread::parallel_for((count + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
         const auto lease =
-            toolbox.borrow([&] { return std::make_unique<Tools>(store, block_appearances); });
+            toolbox.borrow([&] { return std::make_unique<ChunkTools>(store, block_appearances); });
         for (std::size_t i = batch * kBatch; i < std::min(count, (batch + 1) * kBatch); ++i) {
             // Evenly spread; all of them when the scan is complete.
             const ChunkRef& chunk = chunks[i * chunks.size() / count];
             try {
-                const ChunkBlocks& blocks = lease->reader.read(chunk);
-                for (const std::string& oddity : blocks.oddities)
-                    damage.add(store.to_name(chunk) + ": " + oddity);
+                const ChunkBlocks& blocks = lease->reader.read(chunk, damage);
                 holds[i] = survey_chunk(*lease, block_appearances, blocks, heights);
                 if (!out.complete)
                     widen_by_sections(blocks, heights);

@@ -9,8 +9,18 @@
 #include "voxelserver/make/worlds/minecraft/block_appearance_cache.hpp"
 #include "voxelserver/make/worlds/minecraft/chunk_store.hpp"
 #include "voxelserver/make/worlds/minecraft/place_names.hpp"
+#include "voxelserver/make/worlds/minecraft/voxel_chunk.hpp"
 
 namespace terravox::minecraft {
+
+/// What one thread needs to turn chunks into voxels.
+struct ChunkTools {
+    ChunkReader reader;
+    VoxelMaker maker;
+    std::vector<voxel::VoxelAttr> appearances{};  ///< those of one palette
+    ChunkTools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
+        : reader(store), maker(block_appearances) {}
+};
 
 /// Chunks with min <= x < max, the same for z.
 struct ChunkArea {

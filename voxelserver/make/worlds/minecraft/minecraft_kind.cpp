@@ -156,12 +156,8 @@ std::unique_ptr<voxel::World> open_minecraft(const OpenRequest& request) {
 }
 
 Description describe_minecraft(const DescribeRequest& request) {
-    minecraft::DescribeOptions options;
-    options.path = request.input;
-    options.dimension = request.dimension;
-    options.blocks = request.with_blocks;
-    options.threads = request.threads;
-    const minecraft::WorldFacts facts = minecraft::describe(options);
+    const minecraft::WorldFacts facts =
+        minecraft::describe(request.input, request.dimension, request.with_blocks, request.threads);
     Description out;
     out.is_damaged = !facts.damage.empty();
     for (const auto& dimension : facts.dimensions)

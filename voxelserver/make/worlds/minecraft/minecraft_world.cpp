@@ -99,13 +99,6 @@ protected:
 private:
     using Columns = std::unordered_set<ChunkPlace, ChunkPlaceHash>;  // columns of boxes, not chunks
 
-    struct Tools {
-        ChunkReader reader;
-        VoxelMaker maker;
-        Tools(const ChunkStore& store, BlockAppearanceCache& block_appearances)
-            : reader(store), maker(block_appearances) {}
-    };
-
     void set_info(const ChunkSurvey& survey) {
         m_info = m_car.world;
         if (m_info.title.empty())
@@ -151,13 +144,10 @@ private:
     }
 
     std::shared_ptr<const VoxelChunk> read(const ChunkRef& ref) {
-        const auto tools =
-            m_tools.borrow([&] { return std::make_unique<Tools>(m_store, m_block_appearances); });
+        const auto tools = m_tools.borrow(
+            [&] { return std::make_unique<ChunkTools>(m_store, m_block_appearances); });
         try {
-            const ChunkBlocks& blocks = tools->reader.read(ref);
-            for (const std::string& oddity : blocks.oddities)
-                m_damage.add(m_store.to_name(ref) + ": " + oddity);
-            VoxelChunk made = tools->maker.make(blocks);
+            VoxelChunk made = tools->maker.make(tools->reader.read(ref, m_damage));
             if (made.sections.empty())
                 return nullptr;
             report_if_outside(ref, made);
@@ -190,7 +180,7 @@ private:
     voxel::WorldInfo m_info;
     std::vector<Columns> m_columns;  ///< by level: those that may hold anything
     util::Cache<ChunkPlace, VoxelChunk, ChunkPlaceHash> m_chunks;
-    util::HandlePool<std::unique_ptr<Tools>> m_tools;
+    util::HandlePool<std::unique_ptr<ChunkTools>> m_tools;
 };
 
 }  // namespace

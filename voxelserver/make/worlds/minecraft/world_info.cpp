@@ -93,9 +93,7 @@ public:
     void add(const ChunkRef& chunk, worlds::DamageLog& damage) {
         ++m_facts.chunks;
         try {
-            const ChunkBlocks& blocks = m_reader.read(chunk);
-            for (const std::string& oddity : blocks.oddities)
-                damage.add(m_store.to_name(chunk) + ": " + oddity);
+            const ChunkBlocks& blocks = m_reader.read(chunk, damage);
             add_blocks(chunk, blocks);
             ++(blocks.finished ? m_facts.finished : m_facts.unfinished);
             ++m_facts.states[to_utf8(blocks.status)];
@@ -221,8 +219,8 @@ private:
 };
 
 DimensionFacts collect_facts(const WorldFolder& world, const DimensionFolder& dimension,
-                             const DescribeOptions& options) {
-    const ChunkStore store(world, dimension, options.threads);
+                             bool with_blocks, int threads) {
+    const ChunkStore store(world, dimension, threads);
     DimensionFacts out;
     out.name = dimension.name;
     out.notes = store.notes();
@@ -233,14 +231,12 @@ DimensionFacts collect_facts(const WorldFolder& world, const DimensionFolder& di
         damage.add(line);
     const auto chunks = store.chunks();
     util::HandlePool<std::unique_ptr<Tally>> tallies;
-    thread::parallel_for(
-        (chunks.size() + kBatch - 1) / kBatch, options.threads, [&](std::size_t batch) {
-            const auto tally =
-                tallies.borrow([&] { return std::make_unique<Tally>(store, options.blocks); });
-            for (std::size_t i = batch * kBatch; i < std::min(chunks.size(), (batch + 1) * kBatch);
-                 ++i)
-                tally->add(chunks[i], damage);
-        });
+    thread::parallel_for((chunks.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+        const auto tally =
+            tallies.borrow([&] { return std::make_unique<Tally>(store, with_blocks); });
+        for (std::size_t i = batch * kBatch; i < std::min(chunks.size(), (batch + 1) * kBatch); ++i)
+            tally->add(chunks[i], damage);
+    });
     tallies.for_each([&](const Tally& tally) { tally.add_to(out); });
     out.damage = damage.lines();
     return out;
@@ -261,18 +257,21 @@ std::string find_format_by(const std::vector<DimensionFacts>& dimensions) {
 
 }  // namespace
 
-WorldFacts describe(const DescribeOptions& options) {
-    const WorldFolder world(options.path, kCacheBytes);
+WorldFacts describe(const std::filesystem::path& path, const std::string& dimension,
+                    bool with_blocks, int threads) {
+    const WorldFolder world(path, kCacheBytes);
     WorldFacts out;
-    out.path = options.path.string();
+    out.path = path.string();
     out.root = world.root();
     out.level = world.level();
     out.damage = world.damage();
-    if (!options.dimension.empty())
-        out.dimensions.push_back(collect_facts(world, world.dimension(options.dimension), options));
+    const auto add = [&](const DimensionFolder& one) {
+        out.dimensions.push_back(collect_facts(world, one, with_blocks, threads));
+    };
+    if (!dimension.empty())
+        add(world.dimension(dimension));
     else
-        for (const DimensionFolder& dimension : world.dimensions())
-            out.dimensions.push_back(collect_facts(world, dimension, options));
+        std::ranges::for_each(world.dimensions(), add);
     out.format = find_format_by(out.dimensions);
     return out;
 }

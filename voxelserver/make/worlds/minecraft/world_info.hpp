@@ -18,13 +18,6 @@ namespace terravox::minecraft {
 
 class BlockTable;
 
-struct DescribeOptions {
-    std::filesystem::path path;  ///< as MinecraftWorldOptions::path
-    std::string dimension;       ///< only this one; empty: all
-    bool blocks = false;         ///< count the blocks, too
-    int threads = 0;             ///< 0 = one for each core
-};
-
 /// Facts about the chunks of one dimension.
 struct DimensionFacts {
     std::string name;  ///< "overworld", "nether", "end", "DIM7", "some_pack:moon"
@@ -63,8 +56,13 @@ struct WorldFacts {
 };
 
 /// Reads every chunk.
+/// @param path as MinecraftWorldOptions::path
+/// @param dimension only this one; empty: all
+/// @param with_blocks count the blocks, too
+/// @param threads 0 = one for each core
 /// @throws UsageError for a path without a world, or without that dimension
-[[nodiscard]] WorldFacts describe(const DescribeOptions& options);
+[[nodiscard]] WorldFacts describe(const std::filesystem::path& path, const std::string& dimension,
+                                  bool with_blocks, int threads);
 
 /// Plain text: one fact a line, without a final line feed.
 /// @param blocks names numeric ids and lists the blocks that the table does not know; nullptr: ids

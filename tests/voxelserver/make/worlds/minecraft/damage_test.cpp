@@ -107,7 +107,7 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
             REQUIRE(world->damage().size() == 1);
             CHECK_THAT(world->damage()[0], test::contains("region/r.0.0.mca, chunk 5, 0: "));
             CHECK_THAT(world->damage()[0], test::contains(c.reason));
-            const WorldFacts facts = describe({folder.path(), "", true, 1});
+            const WorldFacts facts = describe(folder.path(), "", true, 1);
             CHECK(facts.dimensions.at(0).chunks == 3);
             CHECK(facts.dimensions.at(0).damaged == 1);
             CHECK(facts.dimensions.at(0).damage == world->damage());
@@ -171,7 +171,7 @@ TEST_CASE("regions that lie beyond the end of the world are passed over and note
          {"r.99999999999.0.mca", "r.01.0.mca", "r.-0.1.mca", "r..1.mca", "r.1.mca", "c.1.mcc"})
         test::write_bytes(folder.path() / "region" / name, {1});
     CHECK(test::open_made(folder.path())->info().bounds.max[0] == 512);
-    CHECK(describe({folder.path(), "", false, 1}).dimensions.at(0).notes.size() == 2);
+    CHECK(describe(folder.path(), "", false, 1).dimensions.at(0).notes.size() == 2);
 }
 
 TEST_CASE("a region with any bytes flipped is opened, and ends as a world or as an error",

@@ -38,7 +38,7 @@ TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]
         return;
     }
     INFO(c.path);
-    const WorldFacts facts = describe({kData / c.path, "overworld", true, 2});
+    const WorldFacts facts = describe(kData / c.path, "overworld", true, 2);
     const DimensionFacts& world = facts.dimensions.at(0);
     CHECK(facts.format == c.format);
     CHECK(world.chunks == c.chunks);

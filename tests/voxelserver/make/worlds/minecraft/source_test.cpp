@@ -53,7 +53,7 @@ TEST_CASE("files of a ZIP file that lead outside are refused and named", "[raytr
         other;  // a name of Windows, which is fine: its chunks stand at the wrong place, though
     const TemporaryFolder folder;
     test::write_zip(folder.path() / "world.zip", files);
-    const WorldFacts facts = describe({folder.path() / "world.zip", "", false, 1});
+    const WorldFacts facts = describe(folder.path() / "world.zip", "", false, 1);
     CHECK(facts.damage.size() == 4);
     for (const std::string& line : facts.damage)
         CHECK_THAT(line, test::contains("leads outside"));

@@ -68,7 +68,7 @@ TEST_CASE("Alpha chunks are read from folders of two levels, and side by side",
     const auto world = test::open_made(folder.path());
     INFO((tree ? "folders" : "side by side"));
     CHECK(test::differing_voxels(*world, made) == 0);
-    CHECK(describe({folder.path(), "", false, 1}).format == "Alpha");
+    CHECK(describe(folder.path(), "", false, 1).format == "Alpha");
 }
 
 TEST_CASE("chunks of different generations stand side by side in one world",
@@ -88,7 +88,7 @@ TEST_CASE("chunks of different generations stand side by side in one world",
     for (const auto& [name, region] : regions)
         test::write_bytes(folder.path() / name, region.bytes);  // without a folder `region`
     CHECK(test::differing_voxels(*test::open_made(folder.path()), made) == 0);
-    const WorldFacts facts = describe({folder.path(), "", false, 1});
+    const WorldFacts facts = describe(folder.path(), "", false, 1);
     CHECK(facts.dimensions.at(0).versions.size() == 4);
     CHECK(facts.dimensions.at(0).compressions.size() == 4);
 }
@@ -219,7 +219,7 @@ TEST_CASE("dimensions are distinguished, and one that is not there is named",
     CHECK_THROWS_WITH(
         test::open_made(folder.path(), "attic"),
         test::contains("no dimension 'attic'; allowed: overworld, DIM7, end, nether, pack:moon"));
-    CHECK(describe({folder.path(), "", false, 1}).dimensions.size() == 5);
+    CHECK(describe(folder.path(), "", false, 1).dimensions.size() == 5);
 }
 
 TEST_CASE("of a world that the game brought up to date the newest files count",
@@ -235,7 +235,7 @@ TEST_CASE("of a world that the game brought up to date the newest files count",
     test::write_files(folder.path(), alpha_files(old, true));
     const auto world = test::open_made(folder.path());
     CHECK(world->info().bounds == voxel::VoxelBounds{{0, 7, 0}, {656, 10, 16}});
-    const WorldFacts facts = describe({folder.path(), "", false, 1});
+    const WorldFacts facts = describe(folder.path(), "", false, 1);
     CHECK(facts.format == "Anvil+McRegion");
     CHECK(facts.dimensions.at(0).notes.size() == 3);
 }

@@ -6,9 +6,28 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/toml_file.hpp"
 
 namespace terravox::minecraft {
+
+void UnknownNames::add(std::string_view name) {
+    // A file of made-up names must not fill the memory.
+    constexpr std::size_t kMax = 100'000;
+    const std::lock_guard lock(m_mutex);
+    if (m_names.size() >= kMax || !m_names.emplace(name).second)
+        return;
+    if (m_names.size() <= kLogged)
+        util::log_warn("{} {}: it is shown as material 'unknown'", m_attempt, name);
+    if (m_names.size() == kLogged)
+        util::log_warn("further unknown names are not reported one by one");
+}
+
+std::size_t UnknownNames::count() const {
+    const std::lock_guard lock(m_mutex);
+    return m_names.size();
+}
+
 namespace {
 
 std::string_view without_namespace(std::string_view name) noexcept {

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "common/voxel/box.hpp"
@@ -32,6 +34,32 @@ struct BlockAppearance {
         return out;
     }
     friend bool operator==(const BlockAppearance&, const BlockAppearance&) = default;
+};
+
+struct TextHash {
+    using is_transparent = void;
+    [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+        return std::hash<std::string_view>{}(text);
+    }
+};
+/// Values by text, which is looked up without a copy.
+template <class Value>
+using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
+
+/// Logs names that match no entry of a table, once each, up to kLogged. Thread-safe.
+class UnknownNames {
+public:
+    static constexpr std::size_t kLogged = 20;
+    /// @param attempt begins messages: "no table knows the block"; must outlive this
+    explicit UnknownNames(const char* attempt) : m_attempt(attempt) {}
+    void add(std::string_view name);
+    /// How many different ones there were.
+    [[nodiscard]] std::size_t count() const;
+
+private:
+    const char* const m_attempt;
+    mutable std::mutex m_mutex;
+    std::unordered_set<std::string> m_names;
 };
 
 /// Which material and colour each block of Minecraft has (config/blocks/blocks.toml,
@@ -78,14 +106,6 @@ private:
         std::string name;
         std::vector<Condition> conditions;  ///< the block's properties, one value each
     };
-    struct TextHash {
-        using is_transparent = void;
-        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
-            return std::hash<std::string_view>{}(text);
-        }
-    };
-    template <class Value>
-    using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
     static constexpr int kNumbers = 256;
     static constexpr int kData = 16;
 
