@@ -75,8 +75,7 @@ Slots::Permit::Permit(Slots& slots) : m_slots(slots) {
     if (++m_slots.m_taken <= m_slots.m_max)
         return;
     --m_slots.m_taken;
-    throw OverloadedError("wait for a box: " + std::to_string(m_slots.m_max) +
-                          " requests wait already; retry later");
+    throw OverloadedError("{}: {} {}; retry later", slots.m_attempt, slots.m_max, slots.m_state);
 }
 
 void AdmissionControl::close() {

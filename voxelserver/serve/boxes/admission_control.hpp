@@ -91,7 +91,9 @@ private:
 /// threads. Thread-safe.
 class Slots {
 public:
-    explicit Slots(int max) : m_max(max) {}
+    /// @param attempt, state  words of the refusal: "wait for a box", "requests wait already"
+    Slots(int max, const char* attempt, const char* state)
+        : m_max(max), m_attempt(attempt), m_state(state) {}
 
     class Permit {
     public:
@@ -106,6 +108,8 @@ public:
 
 private:
     const int m_max;
+    const char* const m_attempt;
+    const char* const m_state;
     std::atomic<int> m_taken{0};
 };
 

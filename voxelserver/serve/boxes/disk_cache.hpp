@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/util/cache.hpp"
 #include "common/voxel/box.hpp"
 #include "common/voxel/world.hpp"
 #include "voxelserver/serve/boxes/batch_writer.hpp"
@@ -18,15 +19,10 @@ namespace terravox::boxes {
 
 class SqliteError;
 
-struct DiskStats {
-    std::uint64_t hits = 0;
-    std::uint64_t misses = 0;
+struct DiskStats : util::CacheStats {
     std::uint64_t writes = 0;
-    std::uint64_t evictions = 0;
     std::uint64_t dropped = 0;
     std::uint64_t damaged = 0;
-    std::uint64_t bytes = 0;
-    std::uint64_t entries = 0;
 };
 
 /// A persistent cache. Thread-safe; several processes may share a file.

@@ -105,28 +105,17 @@ namespace {
 using nlohmann::json;
 using voxel::BoxKey;
 
-constexpr int kMaxBatches = 8;  // each has threads of its own
 constexpr std::size_t kLanes = 4;
 // Timeout for a place in the queue, while other requests take the free ones.
 constexpr auto kTimeout = std::chrono::seconds(60);
 constexpr auto kPause = std::chrono::milliseconds(50);
 
-std::atomic<int> g_batches{0};
-
 /// RAII count of the running batches.
-class Counted {
-public:
-    Counted() {
-        if (++g_batches <= kMaxBatches)
-            return;
-        --g_batches;
-        throw boxes::OverloadedError("make a batch of boxes: " + std::to_string(kMaxBatches) +
-                                     " batches are being made; retry later");
-    }
-    ~Counted() { --g_batches; }
-    Counted(const Counted&) = delete;
-    Counted& operator=(const Counted&) = delete;
-};
+/// Each batch has threads of its own.
+boxes::Slots& batches() {
+    static boxes::Slots all(8, "make a batch of boxes", "batches are being made");
+    return all;
+}
 
 [[noreturn]] void refuse(const std::string& what) {
     throw util::UsageError("read the list of boxes: " + what +
@@ -265,7 +254,7 @@ Response answer_batch(Service& service, const RouteRequest& call) {
     }
     Response out;
     out.add("Content-Type", kBatchMediaType).add("Cache-Control", "no-store");
-    auto counted = std::make_shared<Counted>();
+    auto counted = std::make_shared<boxes::Slots::Permit>(batches());
     out.stream = [counted, keys = std::move(keys), &cache = service.boxes](const Write& write) {
         send_all(cache, keys, write);
     };

@@ -30,14 +30,18 @@ std::string boxes_text(const std::vector<voxel::BoxKey>& keys) {
     return out + "]";
 }
 
+json cache_json(const util::CacheStats& cache, std::uint64_t limit_bytes) {
+    return {{"hits", cache.hits},   {"misses", cache.misses},   {"evictions", cache.evictions},
+            {"bytes", cache.bytes}, {"entries", cache.entries}, {"limit_bytes", limit_bytes}};
+}
+
 json disk_json(boxes::DiskCache* disk) {
     if (disk == nullptr)
         return json();
     const boxes::DiskStats d = disk->stats();
-    return {
-        {"hits", d.hits},           {"misses", d.misses},   {"writes", d.writes},
-        {"evictions", d.evictions}, {"dropped", d.dropped}, {"damaged", d.damaged},
-        {"bytes", d.bytes},         {"entries", d.entries}, {"limit_bytes", disk->limit_bytes()}};
+    json out = cache_json(d, disk->limit_bytes());
+    out.update({{"writes", d.writes}, {"dropped", d.dropped}, {"damaged", d.damaged}});
+    return out;
 }
 
 json requests_json(const RequestCounts& counts) {
@@ -90,7 +94,8 @@ Response answer_stats(Service& service, const RouteRequest& call, const RequestC
     for (const auto& s : service.times.stages())
         stages.push_back({{"name", s.name}, {"seconds", s.seconds}, {"count", s.count}});
     const auto b = service.boxes.stats();
-    const util::CacheStats& c = b.memory;
+    json cache = cache_json(b.memory, service.boxes.limit_bytes());
+    cache["waits"] = b.memory.waits;
     json prepare;
     if (service.preparer != nullptr) {
         const auto p = service.preparer->progress();
@@ -102,14 +107,7 @@ Response answer_stats(Service& service, const RouteRequest& call, const RequestC
         {"stages", stages},
         {"requests", requests_json(counts)},
         {"replies", {{"count", counts.replies()}, {"bytes", counts.bytes()}}},
-        {"cache",
-         {{"hits", c.hits},
-          {"misses", c.misses},
-          {"waits", c.waits},
-          {"evictions", c.evictions},
-          {"bytes", c.bytes},
-          {"entries", c.entries},
-          {"limit_bytes", service.boxes.limit_bytes()}}},
+        {"cache", cache},
         {"disk", disk_json(service.boxes.disk())},
         {"making",
          {{"running", b.admission.running + b.admission.ahead_running},
@@ -157,36 +155,33 @@ void write_requests(MetricsText& text, const RequestCounts& counts) {
     }
 }
 
-struct CacheFacts {
+struct NamedCache {
     const char* name;
-    std::uint64_t hits;
-    std::uint64_t misses;
-    std::uint64_t evictions;
-    std::uint64_t bytes;
-    std::uint64_t entries;
-    std::uint64_t limit;
+    util::CacheStats stats;
+    std::uint64_t limit_bytes;
 };
 
-// All metrics of a family are consecutive, as the format requires.
-void write_caches(MetricsText& text, const std::vector<CacheFacts>& caches) {
+void write_caches(MetricsText& text, const std::vector<NamedCache>& caches) {
     struct Family {
         const char *name, *type, *help;
-        std::uint64_t CacheFacts::* value;
+        std::uint64_t util::CacheStats::* value;
     };
     static constexpr Family kFamilies[] = {
-        {"terravox_cache_hits_total", "counter", "Boxes found.", &CacheFacts::hits},
-        {"terravox_cache_misses_total", "counter", "Boxes not found.", &CacheFacts::misses},
+        {"terravox_cache_hits_total", "counter", "Boxes found.", &util::CacheStats::hits},
+        {"terravox_cache_misses_total", "counter", "Boxes not found.", &util::CacheStats::misses},
         {"terravox_cache_evictions_total", "counter", "Boxes that had to go.",
-         &CacheFacts::evictions},
-        {"terravox_cache_bytes", "gauge", "Bytes kept.", &CacheFacts::bytes},
-        {"terravox_cache_entries", "gauge", "Boxes kept.", &CacheFacts::entries},
-        {"terravox_cache_limit_bytes", "gauge", "Most bytes that are kept.", &CacheFacts::limit},
+         &util::CacheStats::evictions},
+        {"terravox_cache_bytes", "gauge", "Bytes kept.", &util::CacheStats::bytes},
+        {"terravox_cache_entries", "gauge", "Boxes kept.", &util::CacheStats::entries},
     };
     for (const Family& f : kFamilies) {
         text.family(f.name, f.type, f.help);
-        for (const CacheFacts& c : caches)
-            text.value(static_cast<double>(c.*f.value), metrics_label("cache", c.name));
+        for (const NamedCache& c : caches)
+            text.value(static_cast<double>(c.stats.*f.value), metrics_label("cache", c.name));
     }
+    text.family("terravox_cache_limit_bytes", "gauge", "Most bytes that are kept.");
+    for (const NamedCache& c : caches)
+        text.value(static_cast<double>(c.limit_bytes), metrics_label("cache", c.name));
 }
 
 }  // namespace
@@ -202,14 +197,9 @@ Response answer_metrics(Service& service, const RequestCounts& counts, double up
              static_cast<double>(service.memory_limit_bytes));
     write_requests(text, counts);
     const auto b = service.boxes.stats();
-    std::vector<CacheFacts> caches = {{"memory", b.memory.hits, b.memory.misses, b.memory.evictions,
-                                       b.memory.bytes, b.memory.entries,
-                                       service.boxes.limit_bytes()}};
-    if (boxes::DiskCache* disk = service.boxes.disk(); disk != nullptr) {
-        const boxes::DiskStats d = disk->stats();
-        caches.push_back(
-            {"disk", d.hits, d.misses, d.evictions, d.bytes, d.entries, disk->limit_bytes()});
-    }
+    std::vector<NamedCache> caches = {{"memory", b.memory, service.boxes.limit_bytes()}};
+    if (boxes::DiskCache* disk = service.boxes.disk(); disk != nullptr)
+        caches.push_back({"disk", disk->stats(), disk->limit_bytes()});
     write_caches(text, caches);
     text.one("terravox_boxes_waited_total", "counter",
              "Requests that waited for a box that was being made already.",

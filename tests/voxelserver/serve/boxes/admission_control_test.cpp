@@ -107,7 +107,7 @@ TEST_CASE("refusing rejects waiting and new requests, not running ones", "[voxel
 }
 
 TEST_CASE("places are limited and come back", "[voxelserver][boxes]") {
-    boxes::Slots places(2);
+    boxes::Slots places(2, "wait for a box", "requests wait already");
     const boxes::Slots::Permit first(places);
     {
         const boxes::Slots::Permit second(places);

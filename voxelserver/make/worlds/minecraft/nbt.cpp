@@ -85,15 +85,6 @@ std::int64_t NbtReader::integer(NbtType type) {
     }
 }
 
-double NbtReader::number(NbtType type) {
-    if (type == NbtType::kFloat)
-        return static_cast<double>(
-            std::bit_cast<float>(static_cast<std::uint32_t>(take_big_endian(4))));
-    if (type == NbtType::kDouble)
-        return std::bit_cast<double>(take_big_endian(8));
-    return static_cast<double>(integer(type));
-}
-
 std::string_view NbtReader::string() {
     const std::uint64_t size = take_big_endian(2);
     return {reinterpret_cast<const char*>(take(size)), static_cast<std::size_t>(size)};

@@ -82,7 +82,6 @@ public:
     [[nodiscard]] bool next(NbtField& field);
 
     [[nodiscard]] std::int64_t integer(NbtType type);  ///< of a byte, short, int or long
-    [[nodiscard]] double number(NbtType type);         ///< of the same, float and double
     [[nodiscard]] std::string_view string();           ///< modified UTF-8
     [[nodiscard]] std::span<const std::uint8_t> byte_array();
     [[nodiscard]] NbtInts int_array() { return array<4>(); }
