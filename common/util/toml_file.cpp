@@ -1,10 +1,13 @@
 #include "common/util/toml_file.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <string_view>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/folders.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::util {
@@ -31,6 +34,30 @@ toml::table parse_toml(std::string_view text, const std::string& name,
              ")");
     }
     throw Error("read {}: failed", name);  // reached only if `fail` has not thrown
+}
+
+void allow_only(const toml::table& table, const std::string& where,
+                std::initializer_list<std::string_view> fields,
+                const std::function<void(const std::string&)>& fail) {
+    for (const auto& [key, node] : table)
+        if (std::find(fields.begin(), fields.end(), key.str()) == fields.end())
+            fail(fmt::format("{}{} is no field; allowed: {}", where, key.str(),
+                             fmt::join(fields, ", ")));
+}
+
+fs::path find_toml(const std::string& id_or_path, const char* folder, const char* what) {
+    const fs::path path = id_or_path;
+    if (path.extension() == ".toml") {
+        if (!fs::exists(path))
+            throw UsageError("read the {} {}: no such file", what, path.string());
+        return path;
+    }
+    const fs::path shipped = config_dir() / folder;
+    const fs::path file = shipped / (id_or_path + ".toml");
+    if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
+        throw UsageError("find the {} '{}': allowed: {}, or a path to a .toml file", what,
+                         id_or_path, toml_ids(shipped));
+    return file;
 }
 
 std::string toml_value(const toml::node& node) {

@@ -75,28 +75,12 @@ std::vector<const toml::table*> PaletteFile::rows(const char* name) const {
 
 void PaletteFile::allow_only(const toml::table& table, const std::string& where,
                              std::initializer_list<std::string_view> fields) const {
-    for (const auto& [key, node] : table) {
-        if (std::find(fields.begin(), fields.end(), key.str()) != fields.end())
-            continue;
-        std::string known;
-        for (const auto field : fields)
-            known += (known.empty() ? "" : ", ") + std::string(field);
-        fail(where + std::string(key.str()) + " is no field; allowed: " + known);
-    }
+    util::allow_only(table, where, fields, [this](const std::string& what) { fail(what); });
 }
 
 std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
     constexpr std::size_t kMaxExtends = 8;
-    fs::path file = id_or_path;
-    if (file.extension() != ".toml") {
-        const fs::path folder = util::config_dir() / "palettes";
-        file = folder / (id_or_path + ".toml");
-        if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError("find the palette '{}': allowed: {}, or a path to a .toml file",
-                                   id_or_path, util::toml_ids(folder));
-    } else if (!fs::exists(file)) {
-        throw util::UsageError("read the palette {}: no such file", file.string());
-    }
+    fs::path file = util::find_toml(id_or_path, "palettes", "palette");
     std::vector<PaletteFile> out;
     for (;;) {
         out.emplace_back(file);

@@ -1,10 +1,6 @@
 #include "voxelserver/make/voxelize/points/class_table.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
-#include <functional>
 #include <utility>
 #include <vector>
 
@@ -16,7 +12,6 @@ namespace terravox::voxelize {
 namespace {
 
 namespace fs = std::filesystem;
-using Fail = std::function<void(const std::string&)>;
 
 constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::kDrop},
                                                                  {"ground", Role::kGround},
@@ -27,17 +22,6 @@ constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::
                                                                  {"object", Role::kObject},
                                                                  {"surface", Role::kSurface}}};
 
-/// Rejects a field that is not read: a misspelt one would otherwise be ignored silently.
-void allow_only(const toml::table& table, const std::string& where,
-                const std::vector<std::string>& fields, const Fail& fail) {
-    for (const auto& [key, node] : table) {
-        if (std::find(fields.begin(), fields.end(), key.str()) != fields.end())
-            continue;
-        fail(where + std::string(key.str()) +
-             fmt::format(" is no field; allowed: {}", fmt::join(fields, ", ")));
-    }
-}
-
 void apply(const fs::path& file, ClassTable& table, int depth) {
     const auto fail = [&](const std::string& what) {
         throw util::UsageError("read the class table {}: {}", file.string(), what);
@@ -46,7 +30,7 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
     if (depth > kMaxExtends)
         fail("'extends' is circular");
     const toml::table root = util::read_toml(file, fail);
-    allow_only(root, "", {"title", "extends", "crs", "class"}, fail);
+    util::allow_only(root, "", {"title", "extends", "crs", "class"}, fail);
     for (const char* name : {"title", "extends", "crs"})
         if (root.contains(name) && !root[name].is_string())
             fail(std::string(name) + " is no text");
@@ -75,7 +59,7 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
         const auto* entry = node.as_table();
         if (entry == nullptr)
             fail("[class." + name + "] is not a table");
-        allow_only(*entry, "[class." + name + "] ", {"role", "material", "tiers"}, fail);
+        util::allow_only(*entry, "[class." + name + "] ", {"role", "material", "tiers"}, fail);
         if (entry->contains("tiers") && !(*entry)["tiers"].is_boolean())
             fail("[class." + name + "] tiers is not true or false");
         ClassMeaning meaning;
@@ -104,18 +88,7 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
 ClassTable load_class_table(const std::string& id_or_path) {
     ClassTable table;
     table.id = id_or_path;
-    fs::path file = id_or_path;
-    if (file.extension() != ".toml") {
-        const fs::path folder = util::config_dir() / "classes";
-        file = folder / (id_or_path + ".toml");
-        if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError(
-                "find the class table '{}': allowed: {}, or a path to a .toml file", id_or_path,
-                util::toml_ids(folder));
-    } else if (!fs::exists(file)) {
-        throw util::UsageError("read the class table {}: no such file", file.string());
-    }
-    apply(file, table, 0);
+    apply(util::find_toml(id_or_path, "classes", "class table"), table, 0);
     return table;
 }
 

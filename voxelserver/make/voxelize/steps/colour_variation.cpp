@@ -6,15 +6,12 @@
 #include <filesystem>
 
 #include "common/util/error.hpp"
-#include "common/util/folders.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
 
 namespace terravox::voxelize {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kMaxBrightness = 0.5;
 constexpr std::size_t kMaxColours = 64;
@@ -28,49 +25,16 @@ std::uint64_t mixed(std::uint64_t v) noexcept {
     return v ^ v >> 31;
 }
 
-fs::path make_file(const std::string& id_or_path) {
-    fs::path file = id_or_path;
-    if (file.extension() != ".toml") {
-        const fs::path folder = util::config_dir() / "tints";
-        file = folder / (id_or_path + ".toml");
-        if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw util::UsageError("find the tints '{}': allowed: {}, or a path to a .toml file",
-                                   id_or_path, util::toml_ids(folder));
-    } else if (!fs::exists(file)) {
-        throw util::UsageError("read the tints {}: no such file", file.string());
-    }
-    return file;
-}
-
-/// @return nullopt for anything but "#rrggbb"
-std::optional<voxel::Rgb8> parse_colour(const std::string& text) {
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                      : -1;
-    };
-    if (text.size() != 7 || text[0] != '#' ||
-        std::any_of(text.begin() + 1, text.end(), [&](char c) { return digit(c) < 0; }))
-        return std::nullopt;
-    const auto byte = [&](std::size_t at) {
-        return static_cast<std::uint8_t>(digit(text[at]) * 16 + digit(text[at + 1]));
-    };
-    return voxel::Rgb8{byte(1), byte(3), byte(5)};
-}
-
 }  // namespace
 
 Tints Tints::load(const std::string& id_or_path) {
-    const fs::path file = make_file(id_or_path);
+    const std::filesystem::path file = util::find_toml(id_or_path, "tints", "tints");
     const auto fail = [&](const std::string& what) {
         throw util::UsageError("read the tints {}: {}", file.string(), what);
     };
     const toml::table root = util::read_toml(file, fail);
     Tints out;
-    for (const auto& [key, node] : root)
-        if (key != "title" && key != "brightness" && key != "colours")
-            fail(std::string(key.str()) + " is no field; allowed: title, brightness, colours");
+    util::allow_only(root, "", {"title", "brightness", "colours"}, fail);
     if (const auto* node = root.get("brightness")) {
         const auto value = node->value<double>();
         if (!value || !(*value >= 0 && *value <= kMaxBrightness))
@@ -92,7 +56,7 @@ Tints Tints::load(const std::string& id_or_path) {
                  fmt::format(" is {}; allowed: a list of 1 to {} colours", util::toml_value(node),
                              kMaxColours));
         for (const auto& item : *list) {
-            const auto colour = parse_colour(item.value_or(std::string()));
+            const auto colour = voxel::rgb8_from_hex(item.value_or(std::string()));
             if (!colour)
                 fail("colours." + name + " holds " + util::toml_value(item) +
                      "; allowed: \"#rrggbb\"");

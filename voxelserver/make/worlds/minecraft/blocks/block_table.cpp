@@ -104,17 +104,7 @@ void BlockTable::overlay(const std::map<std::string, voxel::Material>& blocks) {
     }
 }
 
-namespace {
-
-std::string shown(const toml::node& node) {
-    if (const auto* text = node.as_string())
-        return "'" + text->get() + "'";
-    if (const auto number = node.value<double>())
-        return std::to_string(*number);
-    return node.is_table() ? "a table" : node.is_array() ? "an array" : "no such value";
-}
-
-}  // namespace
+namespace {}  // namespace
 
 /// Reads the files of a block table.
 class BlockTableReader {
@@ -157,13 +147,13 @@ private:
     [[nodiscard]] const toml::table& make_table(const std::string& name,
                                                 const toml::node& node) const {
         if (!node.is_table())
-            fail(name + " = " + shown(node) + "; allowed: a table [" + name + "]");
+            fail(name + " = " + util::toml_value(node) + "; allowed: a table [" + name + "]");
         return *node.as_table();
     }
     [[nodiscard]] std::string to_text(const std::string& where, const toml::node& node,
                                       const char* allowed) const {
         if (!node.is_string())
-            fail(where + " = " + shown(node) + "; allowed: " + allowed);
+            fail(where + " = " + util::toml_value(node) + "; allowed: " + allowed);
         return node.as_string()->get();
     }
     [[nodiscard]] voxel::Material to_material(const std::string& name) const {
@@ -193,12 +183,12 @@ private:
                     const auto colour = voxel::rgb8_from_hex(
                         to_text(where + "." + std::string(word.str()), value, "\"#rrggbb\""));
                     if (!colour)
-                        fail(where + "." + std::string(word.str()) + " = " + shown(value) +
-                             "; allowed: \"#rrggbb\"");
+                        fail(where + "." + std::string(word.str()) + " = " +
+                             util::toml_value(value) + "; allowed: \"#rrggbb\"");
                     list.push_back({std::string(word.str()), colour});
                 }
             } else {
-                fail(where + " = " + shown(node) +
+                fail(where + " = " + util::toml_value(node) +
                      "; allowed: a list of texts, or a table of colours");
             }
         }
@@ -207,7 +197,7 @@ private:
     void read_drowned(const toml::node& node) {
         const auto* list = node.as_array();
         if (list == nullptr)
-            fail("waterlogged = " + shown(node) + "; allowed: a list of materials");
+            fail("waterlogged = " + util::toml_value(node) + "; allowed: a list of materials");
         for (const auto& item : *list)
             m_table.m_drowned[static_cast<std::size_t>(
                 to_material(to_text("waterlogged", item, "a list of materials")))] = true;
@@ -333,7 +323,7 @@ private:
                      std::to_string(BlockTable::kNumbers - 1));
             const auto* list = node.as_array();
             if (list == nullptr || list->empty() || list->size() > BlockTable::kData)
-                fail("[numbers] " + std::string(text) + " = " + shown(node) +
+                fail("[numbers] " + std::string(text) + " = " + util::toml_value(node) +
                      "; allowed: a list of 1 to 16 names");
             for (const auto& item : *list) {
                 std::string name =
