@@ -16,10 +16,22 @@ int levels_for(const VoxelBounds& bounds) noexcept {
     return levels;
 }
 
+void check_level(const WorldInfo& world, int level) {
+    if (level < 0 || level >= world.levels)
+        throw util::UsageError("make a box: level {}; allowed: 0 to {}", level, world.levels - 1);
+}
+
+ColumnExtent column_of_bounds(const VoxelBounds& bounds, int level, std::int32_t bx,
+                              std::int32_t bz) noexcept {
+    if (bounds.empty())
+        return {};
+    const BoxRange range = boxes_over(bounds, level);
+    return range.contains({level, bx, range.min.by, bz}) ? ColumnExtent{range.min.by, range.max.by}
+                                                         : ColumnExtent{};
+}
+
 std::shared_ptr<const Box> PyramidWorld::box(const BoxKey& key) {
-    if (key.level < 0 || key.level >= info().levels)
-        throw util::UsageError("make a box: level {}; allowed: 0 to {}", key.level,
-                               info().levels - 1);
+    check_level(info(), key.level);
     if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) ||
         !may_hold_column(key.level, key.bx, key.bz))
         return nullptr;
@@ -53,12 +65,8 @@ std::shared_ptr<const Box> PyramidWorld::coarse_box(const BoxKey& key) {
 }
 
 ColumnExtent PyramidWorld::column(int level, std::int32_t bx, std::int32_t bz) {
-    if (info().bounds.empty())
-        return {};
-    const BoxRange range = boxes_over(info().bounds, level);
-    if (!range.contains({level, bx, range.min.by, bz}) || !may_hold_column(level, bx, bz))
-        return {};
-    return {range.min.by, range.max.by};
+    const ColumnExtent out = column_of_bounds(info().bounds, level, bx, bz);
+    return out.empty() || may_hold_column(level, bx, bz) ? out : ColumnExtent{};
 }
 
 bool PyramidWorld::may_hold(const BoxRange& boxes) {

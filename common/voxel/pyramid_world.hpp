@@ -20,6 +20,13 @@ struct FineColumn {
 /// box across.
 [[nodiscard]] int levels_for(const VoxelBounds& bounds) noexcept;
 
+/// @throws UsageError for a level that the world does not have
+void check_level(const WorldInfo& world, int level);
+
+/// The extent of a column of a world that may hold something everywhere: that of its bounds.
+[[nodiscard]] ColumnExtent column_of_bounds(const VoxelBounds& bounds, int level, std::int32_t bx,
+                                            std::int32_t bz) noexcept;
+
 /// A world that generates its finest boxes, a whole column of boxes at a time, and derives those of
 /// coarser levels by downsample(). All boxes are cached under a byte limit with LRU eviction; a box
 /// requested by several threads at once is made once. Thread-safe.

@@ -6,6 +6,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/voxel/box.hpp"
+#include "common/voxel/pyramid_world.hpp"
 
 namespace terravox::voxel {
 namespace {
@@ -45,12 +46,9 @@ public:
     }
 
     [[nodiscard]] ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        if (m_info.bounds.empty() || level < 0 || level >= m_info.levels)
+        if (level < 0 || level >= m_info.levels)
             return {};
-        const BoxRange range = boxes_over(m_info.bounds, level);
-        if (!range.contains({level, bx, range.min.by, bz}))
-            return {};
-        return {range.min.by, range.max.by};
+        return column_of_bounds(m_info.bounds, level, bx, bz);
     }
 
     [[nodiscard]] bool may_hold(const BoxRange& boxes) override {

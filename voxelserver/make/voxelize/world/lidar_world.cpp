@@ -8,6 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/make/voxelize/points/brightness.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/steps/photo_light.hpp"
@@ -170,7 +171,7 @@ public:
     }
 
     [[nodiscard]] BoxWithInputs box_with_inputs(const BoxKey& key) override {
-        m_facts.check_level(key.level);
+        voxel::check_level(m_facts.info, key.level);
         if (!m_facts.touches_land(key.level, key.bx, key.bz))
             return {nullptr, footprint(key)};
         if (!voxel::boxes_over(m_facts.info.bounds, key.level).contains(key))

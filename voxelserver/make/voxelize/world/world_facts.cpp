@@ -5,6 +5,7 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/fingerprint.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/data/imagery/image_files.hpp"
 #include "voxelserver/data/pointcloud/formats/files.hpp"
 #include "voxelserver/make/voxelize/points/class_table.hpp"
@@ -108,12 +109,6 @@ voxel::WorldInfo world_info(voxel::ByteReader& in) {
 
 }  // namespace
 
-void WorldFacts::check_level(int level) const {
-    if (level >= 0 && level < info.levels)
-        return;
-    throw util::UsageError("make a box: level {}; allowed: 0 to {}", level, info.levels - 1);
-}
-
 // Between distant files there is nothing: without this test, a coarse box would be subdivided down
 // to each of its columns.
 bool WorldFacts::touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept {
@@ -127,13 +122,10 @@ bool WorldFacts::touches_land(int level, std::int32_t bx, std::int32_t bz) const
 }
 
 voxel::ColumnExtent WorldFacts::column(int level, std::int32_t bx, std::int32_t bz) const {
-    check_level(level);
+    voxel::check_level(info, level);
     if (!touches_land(level, bx, bz))
         return {};
-    const auto range = voxel::boxes_over(info.bounds, level);
-    if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz)
-        return {};
-    return {range.min.by, range.max.by};
+    return voxel::column_of_bounds(info.bounds, level, bx, bz);
 }
 
 std::string to_bytes(const WorldFacts& facts) {

@@ -32,8 +32,6 @@ struct WorldFacts {
     }
     /// Whether the columns of a box may hold anything.
     [[nodiscard]] bool touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept;
-    /// @throws UsageError for a level that the world does not have
-    void check_level(int level) const;
 };
 
 /// The first bytes of serialized facts; the last character is the version of the layout.

@@ -12,6 +12,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/box_builder.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/data/grid/frame.hpp"
 #include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/make/worlds/heightmap/heightmap_columns.hpp"
@@ -137,7 +138,7 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
-        check_level(key.level);
+        voxel::check_level(m_info, key.level);
         if (m_stopped)
             throw util::Error("make box {}: interrupted", to_string(key));
         if (!boxes_over(m_info.bounds, key.level).contains(key))
@@ -149,22 +150,13 @@ public:
     }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        check_level(level);
-        const voxel::BoxRange range = boxes_over(m_info.bounds, level);
-        if (!range.contains({level, bx, range.min.by, bz}))
-            return {};
-        return {range.min.by, range.max.by};
+        voxel::check_level(m_info, level);
+        return voxel::column_of_bounds(m_info.bounds, level, bx, bz);
     }
 
     void stop() noexcept override { m_stopped = true; }
 
 private:
-    void check_level(int level) const {
-        if (level < 0 || level >= m_info.levels)
-            throw util::UsageError("make a box: level {}; allowed: 0 to {}", level,
-                                   m_info.levels - 1);
-    }
-
     void describe(const Survey& found) {
         const HeightFile::Outline& o = found.outline;
         const auto voxel_at = [&](double v, const char* what) {

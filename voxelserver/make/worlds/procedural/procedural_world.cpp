@@ -8,6 +8,7 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/make/worlds/procedural/columns.hpp"
 
 namespace terravox::procedural {
@@ -26,13 +27,10 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
-        if (key.level < 0 || key.level >= m_info.levels)
-            throw util::UsageError("make a box: level {}; allowed: 0 to {}", key.level,
-                                   m_info.levels - 1);
+        voxel::check_level(m_info, key.level);
         if (m_stopped)
             throw util::Error("make box {}: interrupted", to_string(key));
-        const voxel::BoxRange range = boxes_over(m_info.bounds, key.level);
-        if (!range.contains(key))
+        if (!boxes_over(m_info.bounds, key.level).contains(key))
             return nullptr;
         const auto columns = m_columns.get(
             {key.level, key.bx, 0, key.bz},
@@ -44,13 +42,8 @@ public:
     }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        if (level < 0 || level >= m_info.levels)
-            throw util::UsageError("look for boxes: level {}; allowed: 0 to {}", level,
-                                   m_info.levels - 1);
-        const voxel::BoxRange range = boxes_over(m_info.bounds, level);
-        if (!range.contains({level, bx, range.min.by, bz}))
-            return {};
-        return {range.min.by, range.max.by};
+        voxel::check_level(m_info, level);
+        return voxel::column_of_bounds(m_info.bounds, level, bx, bz);
     }
 
     void stop() noexcept override { m_stopped = true; }
@@ -69,11 +62,7 @@ private:
         m_info.title = "generated " + std::to_string(s.seed);
         m_info.bounds = {{-kHalfWidth, low, -kHalfWidth}, {kHalfWidth, high, kHalfWidth}};
         m_info.voxel_m = m_info.crs_units_per_voxel = s.voxel_m;
-        m_info.levels = 1;
-        while (m_info.levels < voxel::kMaxLevel &&
-               (std::int64_t{voxel::kBoxSizeX} << (m_info.levels - 1)) <
-                   2 * std::int64_t{kHalfWidth})
-            ++m_info.levels;
+        m_info.levels = voxel::levels_for(m_info.bounds);
         const auto seen =
             static_cast<std::int32_t>(std::ceil(terrain.highest_about_origin(kHalfFrame)));
         m_info.framed = {{-kHalfFrame, s.water_level - 8, -kHalfFrame},
