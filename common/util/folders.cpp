@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::util {
 
@@ -122,10 +123,7 @@ std::vector<std::string> toml_id_list(const std::filesystem::path& folder) {
 }
 
 std::string toml_ids(const std::filesystem::path& folder) {
-    std::string out;
-    for (const auto& id : toml_id_list(folder))
-        out += (out.empty() ? "" : ", ") + id;
-    return out;
+    return comma_list(toml_id_list(folder));
 }
 
 std::filesystem::path base_file(const std::filesystem::path& file, const std::string& id,

@@ -46,6 +46,14 @@ public:
     /// @param index of the leaf
     /// @throws Error when the leaf is damaged, or names a box outside the bounds
     [[nodiscard]] std::vector<Entry> entries(std::size_t index) const;
+    /// Calls back with each entry, in order.
+    /// @throws Error when a leaf is damaged
+    template <class Visit>
+    void each_entry(const Visit& visit) const {
+        for (std::size_t leaf = 0; leaf < m_root.size(); ++leaf)
+            for (const Entry& entry : entries(leaf))
+                visit(entry);
+    }
 
 private:
     void read_header(Of of);

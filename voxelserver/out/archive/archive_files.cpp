@@ -166,17 +166,15 @@ Summary make_summary(const ArchiveFiles& archive) {
     }
     out.facts = voxel::world_to_json(index.info());
     out.levels.resize(static_cast<std::size_t>(index.info().levels));
-    for (std::size_t leaf = 0; leaf < index.leaves().size(); ++leaf) {
-        for (const Entry& entry : index.entries(leaf)) {
-            LevelSummary& level = out.levels[static_cast<std::size_t>(entry.key.level)];
-            if (entry.kind == Kind::kHole) {
-                ++level.holes;
-                continue;
-            }
-            ++level.boxes;
-            level.bytes += entry.bytes;
+    index.each_entry([&](const Entry& entry) {
+        LevelSummary& level = out.levels[static_cast<std::size_t>(entry.key.level)];
+        if (entry.kind == Kind::kHole) {
+            ++level.holes;
+            return;
         }
-    }
+        ++level.boxes;
+        level.bytes += entry.bytes;
+    });
     return out;
 }
 

@@ -82,14 +82,7 @@ void read_records(ByteSource& source, std::span<const Entry> entries, const char
 
 std::vector<Entry> all_entries(const voxel::archive::ArchiveIndex& index) {
     std::vector<Entry> out;
-    std::size_t count = 0;
-    for (const voxel::archive::Leaf& leaf : index.leaves())
-        count += leaf.entries;
-    out.reserve(count);
-    for (std::size_t leaf = 0; leaf < index.leaves().size(); ++leaf) {
-        const auto some = index.entries(leaf);
-        out.insert(out.end(), some.begin(), some.end());
-    }
+    index.each_entry([&](const Entry& entry) { out.push_back(entry); });
     return out;
 }
 

@@ -54,14 +54,6 @@ public:
 
     [[nodiscard]] voxel::archive::ByteSource& source() const noexcept { return *m_source; }
     [[nodiscard]] const voxel::archive::ArchiveIndex& index() const noexcept { return *m_index; }
-    /// Calls back with each entry, in the order of the index.
-    /// @throws Error when the index is damaged
-    template <class Visit>
-    void each_entry(const Visit& visit) const {
-        for (std::size_t leaf = 0; leaf < m_index->leaves().size(); ++leaf)
-            for (const voxel::archive::Entry& entry : m_index->entries(leaf))
-                visit(entry);
-    }
     /// @return nullopt: air
     /// @throws Error when the index is damaged
     [[nodiscard]] std::optional<voxel::archive::Entry> find(const voxel::BoxKey& key) const {

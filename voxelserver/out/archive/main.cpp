@@ -3,7 +3,6 @@
 #include <iostream>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "common/util/command_line.hpp"
@@ -21,6 +20,8 @@
 namespace {
 
 using namespace terravox;
+
+constexpr std::uint64_t kSteps = 1000;  ///< of meters whose work is counted in bytes
 
 struct Arguments {
     std::string file;                 ///< of patch and split
@@ -61,10 +62,7 @@ util::ExitCode verify(const Arguments& arguments) {
     for (const archive_tools::LevelSummary& level : summary.levels)
         records += level.boxes;
     exports::Meter meter("verify", records, arguments.quiet);
-    std::uint64_t shown = 0;
-    const auto progress = [&](std::uint64_t done, std::uint64_t /*total*/) {
-        meter.add(done - std::exchange(shown, done));
-    };
+    const auto progress = [&](std::uint64_t done, std::uint64_t all) { meter.reach(done, all); };
     const auto found =
         arguments.only_checksums
             ? archive_tools::verify_stored(list_files(arguments), arguments.threads, progress)
@@ -102,15 +100,10 @@ util::ExitCode merge(const Arguments& arguments) {
                   << counted(shards.size(), "part", "parts") << "\n";
         return joined.holes > 0 ? util::ExitCode::kHoles : util::ExitCode::kDone;
     }
-    constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("merge", kSteps, arguments.quiet);
-    std::uint64_t shown = 0;
     const auto done = archive_tools::merge(
-        shards, out, arguments.threads, [&](std::uint64_t bytes, std::uint64_t total) {
-            const std::uint64_t step = total == 0 ? 0 : bytes * kSteps / total;
-            if (step > shown)
-                meter.add(step - std::exchange(shown, step));
-        });
+        shards, out, arguments.threads,
+        [&](std::uint64_t bytes, std::uint64_t all) { meter.reach(bytes, all); });
     meter.finish();
     std::cout << arguments.out << ": " << counted(done.records - done.holes, "box", "boxes") << ", "
               << counted(done.holes, "hole", "holes") << ", of "
@@ -124,14 +117,10 @@ util::ExitCode patch(const Arguments& arguments) {
     if (!arguments.out.empty())
         check_free(out, arguments.overwrite, "patch to");
     const std::vector<std::filesystem::path> changes = list_paths(arguments.others);
-    constexpr std::uint64_t kSteps = 1000;
     exports::Meter meter("patch", kSteps, arguments.quiet);
-    std::uint64_t shown = 0;
-    const auto done = archive_tools::patch(archive, changes, out, arguments.threads,
-                                           [&](std::uint64_t some, std::uint64_t all) {
-                                               const std::uint64_t step = some * kSteps / all;
-                                               meter.add(step - std::exchange(shown, step));
-                                           });
+    const auto done = archive_tools::patch(
+        archive, changes, out, arguments.threads,
+        [&](std::uint64_t some, std::uint64_t all) { meter.reach(some, all); });
     meter.finish();
     std::cout << out.string() << ": " << counted(done.columns, "column", "columns")
               << " of boxes replaced, " << counted(done.made, "record", "records") << " new, "

@@ -48,7 +48,7 @@ public:
     [[nodiscard]] std::uint64_t count(const ColumnSet* columns) const {
         std::uint64_t out = 0;
         const auto add = [&](const IndexedFile& file) {
-            file.each_entry([&](const Entry& entry) {
+            file.index().each_entry([&](const Entry& entry) {
                 const BoxKey key = voxel::archive::to_key(entry.key);
                 if (key.level == 0 && (columns == nullptr || columns->touches(key)) &&
                     find_source(key) == &file)
@@ -89,7 +89,7 @@ private:
 bool are_alike(const OtherRecords& others, const OpenChange& change) {
     std::uint64_t compared = 0;
     bool is_alike = true;
-    change.file.each_entry([&](const Entry& entry) {
+    change.file.index().each_entry([&](const Entry& entry) {
         const BoxKey key = voxel::archive::to_key(entry.key);
         if (!is_alike || !change.facts.compared.touches(key))
             return;
@@ -263,9 +263,9 @@ private:
             if (out.empty() || out.back() != top)
                 out.push_back(top);
         };
-        m_old->each_entry(add);
+        m_old->index().each_entry(add);
         for (const OpenChange& change : m_changes)
-            change.file.each_entry(add);
+            change.file.index().each_entry(add);
         std::sort(out.begin(), out.end(), [](const BoxKey& a, const BoxKey& b) {
             return std::tie(a.bz, a.bx, a.by) < std::tie(b.bz, b.bx, b.by);
         });

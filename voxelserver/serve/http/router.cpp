@@ -1,6 +1,5 @@
 #include "voxelserver/serve/http/router.hpp"
 
-#include "common/util/stage_times.hpp"
 #include "voxelserver/serve/http/route_answers.hpp"
 #include "voxelserver/serve/http/service.hpp"
 
@@ -77,8 +76,8 @@ Response Router::call_handler(Route route, const RouteRequest& call) {
             return json_reply(squares_json(m_service.squares(), m_service.world.info()),
                               call.request);
         case Route::kCached: return answer_cached(m_service, call);
-        case Route::kStats: return answer_stats(m_service, call, m_counts, uptime_s());
-        case Route::kMetrics: return answer_metrics(m_service, m_counts, uptime_s());
+        case Route::kStats: return answer_stats(m_service, call, m_counts, m_clock.seconds());
+        case Route::kMetrics: return answer_metrics(m_service, m_counts, m_clock.seconds());
         case Route::kMapTile: return answer_map_tile(m_service, call);
         case Route::kGkotBox: return answer_gkot_box(m_service, call);
         case Route::kGkotOrigin: return answer_gkot_origin(m_service, call);
@@ -89,10 +88,6 @@ Response Router::call_handler(Route route, const RouteRequest& call) {
         case Route::kRefused: break;
     }
     return problem(404, "nothing there");
-}
-
-double Router::uptime_s() const noexcept {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
 }
 
 }  // namespace terravox::http

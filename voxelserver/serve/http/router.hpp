@@ -1,9 +1,9 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 
+#include "common/util/stage_times.hpp"
 #include "voxelserver/serve/host/host.hpp"
 #include "voxelserver/serve/host/host_names.hpp"
 #include "voxelserver/serve/http/request_check.hpp"
@@ -42,7 +42,6 @@ private:
     [[nodiscard]] std::optional<Response> refuse_edition(const Request& request) const;
     /// @throws whatever the handler throws
     [[nodiscard]] Response call_handler(Route route, const RouteRequest& call);
-    [[nodiscard]] double uptime_s() const noexcept;
 
     /// What the reply's headers say depends on the request and its route, not on the content.
     [[nodiscard]] Response fit_to(const RouteFacts& route, const Request& request,
@@ -53,7 +52,7 @@ private:
     const SharedOrigins m_origins;
     RequestCheck m_check;
     const WorldRoute m_world;
-    const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+    const util::Stopwatch m_clock;  ///< since the start
 };
 
 }  // namespace terravox::http

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/thread/stop.hpp"
@@ -141,7 +140,6 @@ private:
     util::ExitCode join(const std::stop_token& stop) const {
         constexpr std::uint64_t kSteps = 1000;
         exports::Meter meter("join", kSteps, m_args.runner.quiet);
-        std::uint64_t shown = 0;
         const country::JoinReport report = country::join(
             m_folder, m_plan, m_out, m_args.join ? m_args.runner.threads : 0,
             [&](std::uint64_t bytes, std::uint64_t total) {
@@ -149,9 +147,7 @@ private:
                     throw util::Error(attempt() +
                                       "interrupted; all shards are there, the same command goes "
                                       "on");
-                const std::uint64_t step = total == 0 ? 0 : bytes * kSteps / total;
-                if (step > shown)
-                    meter.add(step - std::exchange(shown, step));
+                meter.reach(bytes, total);
             });
         meter.finish();
         std::printf("%s: %llu boxes, %llu holes, of %zu shards\n", m_args.out.c_str(),

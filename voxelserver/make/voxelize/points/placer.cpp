@@ -1,9 +1,9 @@
 #include "voxelserver/make/voxelize/points/placer.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "common/util/stage_times.hpp"
 #include "common/voxel/box.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/voxelize/points/extent.hpp"
@@ -13,10 +13,6 @@ namespace {
 
 constexpr std::int64_t kPlanOne = 1 << store::VoxelPoint::kPlanBits;
 constexpr int kPatchShift = store::VoxelPoint::kPlanBits + 6;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // floor() without a library call: this runs for every return three times.
 std::int64_t floor_to_int(double v) noexcept {
@@ -81,12 +77,12 @@ Placer::Placer(const SquareSource& source, const grid::Frame& frame, const Class
 void Placer::place(std::span<const pointcloud::Point> batch,
                    const std::optional<grid::PatchRect>& wanted, store::PatchedPoints& out,
                    store::PointCounts& counts) {
-    const auto start = std::chrono::steady_clock::now();
+    const util::Stopwatch transforming;
     transform(batch, counts);
-    const auto middle = std::chrono::steady_clock::now();
+    m_transformation_s += transforming.seconds();
+    const util::Stopwatch quantizing;
     quantize(batch, wanted, out, counts);
-    m_transformation_s += std::chrono::duration<double>(middle - start).count();
-    m_quantization_s += seconds_since(middle);
+    m_quantization_s += quantizing.seconds();
 }
 
 void Placer::transform(std::span<const pointcloud::Point> batch, store::PointCounts& counts) {

@@ -34,7 +34,17 @@ Meter::Meter(std::string what, std::uint64_t total, bool quiet,
 
 void Meter::add(std::uint64_t steps) {
     const std::lock_guard lock(m_mutex);
-    m_done += steps;
+    advance(m_done + steps);
+}
+
+void Meter::reach(std::uint64_t done, std::uint64_t all) {
+    const std::lock_guard lock(m_mutex);
+    if (const std::uint64_t steps = all == 0 ? 0 : done * m_total / all; steps > m_done)
+        advance(steps);
+}
+
+void Meter::advance(std::uint64_t done) {
+    m_done = done;
     if (m_told)
         m_told(m_done, m_total);
     const auto now = std::chrono::steady_clock::now();

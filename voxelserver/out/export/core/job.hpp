@@ -34,9 +34,12 @@ public:
     Meter(const Meter&) = delete;
     Meter& operator=(const Meter&) = delete;
     void add(std::uint64_t steps = 1);
+    /// For callers that say how much of how much is done: adds the steps to that share.
+    void reach(std::uint64_t done, std::uint64_t all);
     void finish();  ///< ends the bar's line; idempotent
 
 private:
+    void advance(std::uint64_t done);
     void show(bool last);
     const std::string m_what;
     const std::uint64_t m_total;
