@@ -314,19 +314,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     const double mid_y = (first.min[1] + first.max[1]) / 2;
     Sources out{
         grid::Frame(grid::voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
-        std::move(files),
-        {},
-        0,
-        0,
-        0,
-        std::nullopt,
-        0,
-        false,
-        0,
-        {},
-        0,
-        {},
-        {}};
+        std::move(files)};
     for (const auto& square : squares)
         if (square)
             out.named_squares.push_back(*square);

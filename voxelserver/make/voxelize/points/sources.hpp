@@ -14,20 +14,20 @@ struct Sources {
     grid::Frame frame;
     /// By path: voxels must not depend on the order of the arguments.
     std::vector<SquareSource> files;
-    grid::ColumnRect bounds;                   ///< of all files together
+    grid::ColumnRect bounds{};                 ///< of all files together
     std::int32_t lowest_y = 0, highest_y = 0;  ///< no kept point lies outside [lowest_y, highest_y)
     std::int32_t floor_y = 0;                  ///< the terrain is solid from here up
     /// Of those, without single points far from the others; nullopt: all of them.
-    std::optional<voxel::HeightRange> typical_heights;
+    std::optional<voxel::HeightRange> typical_heights{};
     std::uint64_t point_count = 0;  ///< as in the headers
     bool has_water_class = false;   ///< some of the sampled points are of a water class
     double density = 0;             ///< points for each column, on average
     /// The squares whose place the names of files state, where the files lie there.
-    std::vector<grid::NamedSquare> named_squares;
+    std::vector<grid::NamedSquare> named_squares{};
     /// Of files without colours, whose points have a brightness (BrightnessScale).
     std::size_t flight_lines = 0;
-    KnownSquares known_before;  ///< what LidarWorldOptions::known_squares said
-    KnownSquares known;  ///< what was found of the files, for LidarWorldOptions::known_squares
+    KnownSquares known_before{};  ///< what LidarWorldOptions::known_squares said
+    KnownSquares known{};  ///< what was found of the files, for LidarWorldOptions::known_squares
 };
 
 /// Reads all headers and a small sample of points of each file that is not known; decodes nothing
