@@ -28,6 +28,8 @@ void write_vdb(Job& job, const VdbOptions& options = {});
 /// @throws Error also when the module is of another version
 using WriteVdb = void(const char* version, Job& job, const VdbOptions& options);
 inline constexpr const char* kWriteVdb = "terravox_write_vdb";
+/// Does it, within that module.
+void write_vdb_files(Job& job, const VdbOptions& options);
 
 extern const Format kVdbFormat;
 

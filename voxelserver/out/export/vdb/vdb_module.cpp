@@ -4,7 +4,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/out/export/vdb/vdb_grids.hpp"
 
 extern "C" terravox::exports::WriteVdb terravox_write_vdb;
 
