@@ -13,4 +13,18 @@ inline std::string read_content(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// Makes a file of these bytes, and the folders that it lies in.
+inline void write_content(const std::filesystem::path& file, const std::string& bytes) {
+    if (file.has_parent_path())
+        std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+/// A text with `what` replaced wherever it stands.
+inline std::string replaced(std::string text, const std::string& what, const std::string& with) {
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
+        text.replace(at, what.size(), with);
+    return text;
+}
+
 }  // namespace terravox::test
