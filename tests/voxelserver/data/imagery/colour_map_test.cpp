@@ -106,16 +106,6 @@ Material nearest_by_trying(Rgb8 colour, MaterialSet candidates, double& lead) {
 
 }  // namespace
 
-TEST_CASE("a set of materials tells each from all others", "[voxelserver][imagery]") {
-    MaterialSet all = 0;
-    for (int m = 0; m < voxel::kMaterialCount; ++m) {
-        const MaterialSet bit = to_bit(static_cast<Material>(m));
-        CHECK(bit != 0);
-        CHECK((all & bit) == 0);
-        all |= bit;
-    }
-}
-
 TEST_CASE("sRGB becomes CIELAB", "[voxelserver][imagery][colour]") {
     struct Case {
         Rgb8 colour;

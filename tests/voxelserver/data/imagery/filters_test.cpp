@@ -169,29 +169,6 @@ TEST_CASE("the share of the votes counts, and what has no vote does not",
     CHECK(run({"...", ".r.", "..."}, 1) == Material::kRoad);  // not of those that may change
 }
 
-TEST_CASE("fixed columns vote and stay, silent ones change and have no vote",
-          "[voxelserver][imagery][filters]") {
-    const Filters filters{row(bits({Material::kGrass, Material::kWater}),
-                              bits({Material::kGrass, Material::kWater}), std::nullopt, 1, 500)};
-    Grid grid = make_grid({"www", "wgw", "www"}, 1);
-    grid.flags.assign(9, 0);
-    SECTION("fixed") {
-        grid.flags[4] = Grid::kFixed;
-        apply_filters(grid, filters, 1);
-        CHECK(middle(grid) == Material::kGrass);
-    }
-    SECTION("silent") {
-        grid.flags[4] = Grid::kSilent;
-        apply_filters(grid, filters, 1);
-        CHECK(middle(grid) == Material::kWater);
-    }
-    SECTION("silent neighbours") {
-        grid.flags.assign(9, Grid::kSilent);
-        apply_filters(grid, filters, 1);
-        CHECK(middle(grid) == Material::kGrass);
-    }
-}
-
 TEST_CASE("radii follow the voxel and the margin stays bounded",
           "[voxelserver][imagery][filters]") {
     const auto all = bits({Material::kGrass, Material::kRoad});
@@ -252,18 +229,6 @@ TEST_CASE("filters do what their definition says, in any patch that is cut out o
             REQUIRE(wrong == 0);
         }
     }
-}
-
-TEST_CASE("a grid that does not fit the filters is refused",
-          "[voxelserver][imagery][filters][bad]") {
-    const auto all = bits({Material::kGrass});
-    const Filters filters{row(all, all, std::nullopt, 2, 500)};
-    Grid narrow = make_grid({"ggg", "ggg", "ggg"}, 1);
-    Grid torn = make_grid({"ggggg", "ggggg", "ggggg", "ggggg", "ggggg"}, 2);
-    CHECK_THROWS_WITH(apply_filters(narrow, filters, 1),
-                      contains("margin is 1; allowed: 2 or more"));
-    torn.material.pop_back();
-    CHECK_THROWS_WITH(apply_filters(torn, filters, 1), contains("has 24 materials"));
 }
 
 TEST_CASE("a bad filter is refused, naming file, field, value and what is allowed",

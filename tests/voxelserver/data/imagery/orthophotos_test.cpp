@@ -211,12 +211,14 @@ TEST_CASE("a rectangle without images gives an empty raster, a far one too",
                       contains("0 x 64 columns; allowed: 1 to 65536 each"));
 }
 
-TEST_CASE("an image in degrees, in another zone, or upside down lands in its place",
+TEST_CASE("an image in degrees, in another zone, upside down or turned lands in its place",
           "[voxelserver][imagery][ortho]") {
-    const std::string crs = GENERATE("EPSG:4326", "EPSG:32631", "EPSG:3857", "EPSG:2154 south up");
+    const std::string crs =
+        GENERATE("EPSG:4326", "EPSG:32631", "EPSG:3857", "EPSG:2154 south up", "EPSG:2154 turned");
     INFO(crs);
     const TemporaryFolder folder;
-    const bool same = crs == "EPSG:2154 south up";
+    const bool same = crs.starts_with(kCrs);
+    const double turned = crs == "EPSG:2154 turned" ? 0.5 : 0;
     const auto own = geo::Crs::from_text(same ? kCrs : crs);
     const geo::Transform there(geo::Crs::from_text(kCrs), own),
         back(own, geo::Crs::from_text(kCrs));
@@ -227,11 +229,13 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
     ImageFile image;
     image.width = image.height = 400;
     image.crs = same ? kCrs : crs;
-    image.geo = {x0 - 200 * step,    step, 0, y0 + (same ? -1 : 1) * 200 * step, 0,
-                 same ? step : -step};
+    const double s = step * std::sin(turned);
+    const double down = crs == "EPSG:2154 south up" ? step : -step * std::cos(turned);
+    const double across = step * std::cos(turned);
+    image.geo = {x0 - 200 * (across - s), across, -s, y0 - 200 * (down - s), -s, down};
     image.value = [&](int x, int y, int band) {  // brightness = metres east, north
-        double e = image.geo[0] + (x + 0.5) * image.geo[1];
-        double n = image.geo[3] + (y + 0.5) * image.geo[5];
+        double e = image.geo[0] + (x + 0.5) * across - (y + 0.5) * s;
+        double n = image.geo[3] - (x + 0.5) * s + (y + 0.5) * down;
         back.apply({&e, 1}, {&n, 1});
         return std::clamp(static_cast<int>(std::lround(band == 0   ? 2 * (e - kEast0)
                                                        : band == 1 ? 2 * (n - kNorth0)

@@ -163,19 +163,6 @@ TEST_CASE("the shipped colours mean what they were seen on",
     }
 }
 
-TEST_CASE("lists that do not fit the rectangle are refused",
-          "[voxelserver][imagery][specialization][bad]") {
-    const ColourMap map = ColourMap::load("default");
-    const std::vector<Group> group(6, Group::kGround);
-    const std::vector<Material> own(6, Material::kGround);
-    SurfaceColumns columns{3, 2, 0, group, own, {}, {}, {}};
-    CHECK_NOTHROW(specialize(columns, {}, map));
-    Raster raster{2, 3, std::vector<Rgb8>(6), {}, {}, std::vector<std::uint8_t>(6, 0), {}};
-    CHECK_THROWS_WITH(specialize(columns, raster, map), contains("3 x 2 columns"));
-    columns.height = 3;
-    CHECK_THROWS_WITH(specialize(columns, {}, map), contains("3 x 3 columns"));
-}
-
 TEST_CASE("cells look wet where most of their valid columns are water",
           "[voxelserver][imagery][specialization]") {
     const auto w = Material::kWater;

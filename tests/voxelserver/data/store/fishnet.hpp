@@ -1,47 +1,28 @@
 #pragma once
 
-#include <sqlite3.h>
-
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "tests/common/content.hpp"
+#include "tests/voxelserver/data/sqlite/database.hpp"
 
 namespace terravox::test {
 
 /// A store's fishnet.gpkg, made with the grabber's own migrations, so that both programs are tested
 /// against one schema.
-class Fishnet {
+class Fishnet : public Database {
 public:
-    explicit Fishnet(const std::filesystem::path& store) {
-        std::filesystem::create_directories(store);
-        if (sqlite3_open((store / "fishnet.gpkg").string().c_str(), &m_database) != SQLITE_OK)
-            throw std::runtime_error("open fishnet.gpkg");
+    explicit Fishnet(const std::filesystem::path& store) : Database(file_in(store)) {
         run("PRAGMA journal_mode = WAL; BEGIN");
         int version = 0;
         for (const auto& file : migrations()) {
-            std::ifstream in(file, std::ios::binary);
-            run(std::string(std::istreambuf_iterator<char>(in), {}));
+            run(read_content(file));
             run("INSERT INTO terravox_schema VALUES (" + std::to_string(++version) +
                 ", 'test', '2026-01-01T00:00:00.000Z')");
         }
         run("COMMIT");
-    }
-    ~Fishnet() { sqlite3_close(m_database); }
-    Fishnet(const Fishnet&) = delete;
-    Fishnet& operator=(const Fishnet&) = delete;
-
-    void run(const std::string& sql) {
-        char* why = nullptr;
-        if (sqlite3_exec(m_database, sql.c_str(), nullptr, nullptr, &why) == SQLITE_OK)
-            return;
-        const std::string message =
-            (why != nullptr ? why : "?") + std::string(" in ") + sql.substr(0, 200);
-        sqlite3_free(why);
-        throw std::runtime_error(message);
     }
 
     /// @param columns and values in addition to those that every square of si-lss has, such as ",
@@ -81,12 +62,10 @@ public:
     }
 
 private:
-    sqlite3* m_database = nullptr;
+    static std::filesystem::path file_in(const std::filesystem::path& store) {
+        std::filesystem::create_directories(store);
+        return store / "fishnet.gpkg";
+    }
 };
-
-inline void write(const std::filesystem::path& file, const std::string& text) {
-    std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-}
 
 }  // namespace terravox::test

@@ -31,8 +31,8 @@ TEST_CASE("the schema that is read is the one that the grabber makes",
 TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     const fs::path& root = folder.path();
-    write(root / "lidar/si-lss/462_101.laz", "12345");
-    write(root / "lidar/si-lss/469_101.las", "12345");
+    write_content(root / "lidar/si-lss/462_101.laz", "12345");
+    write_content(root / "lidar/si-lss/469_101.las", "12345");
     {
         Fishnet fishnet(root);
         fishnet.add("463_101", "missing");
@@ -97,10 +97,10 @@ TEST_CASE("a store that the grabber filled lists its squares", "[voxelserver][st
 TEST_CASE("a square that is requested again keeps its old file until another takes its place",
           "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
-    write(folder.path() / "lidar/si-lss/a.laz", "12345");
+    write_content(folder.path() / "lidar/si-lss/a.laz", "12345");
     Fishnet(folder.path()).add_verified("a", "lidar/si-lss/a.laz", 5, "fetching");
     CHECK(store::read_grabber_store(folder.path()).squares.at(0).state == StoredState::kFetched);
-    write(folder.path() / "lidar/si-lss/a.laz", "123456");
+    write_content(folder.path() / "lidar/si-lss/a.laz", "123456");
     const auto replaced = store::read_grabber_store(folder.path()).squares.at(0);
     CHECK(replaced.state == StoredState::kWanted);
     CHECK(replaced.file.empty());
@@ -119,7 +119,7 @@ TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver]
                     : "'2026-01-01T00:" + std::to_string(++minute) + ":00.000Z'";
             const std::string path = "ortho/si-dof/si-lss/" + std::string(name) + ".tif";
             if (name != std::string("gone"))
-                write(folder.path() / path, name == std::string("cut") ? "1" : "123");
+                write_content(folder.path() / path, name == std::string("cut") ? "1" : "123");
             fishnet.run(
                 "INSERT INTO orthophotos (source, grid, name, state, urls, known_at, file_path, "
                 "file_bytes, file_sha256, licence, attribution, verified_at) VALUES ('si-dof', "
@@ -157,15 +157,15 @@ TEST_CASE(
     // enough, or it is an error.
     fs::create_directories(folder.path() / "fishnet.gpkg-shm");
     CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
-    write(folder.path() / "fishnet.gpkg-wal", std::string(100, 'x'));
+    write_content(folder.path() / "fishnet.gpkg-wal", std::string(100, 'x'));
     CHECK_THROWS_AS(store::read_grabber_store(folder.path()), util::Error);
 }
 
 TEST_CASE("a store that is only just being filled is empty", "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
-    write(folder.path() / ".grabber.lock", "1");
+    write_content(folder.path() / ".grabber.lock", "1");
     CHECK(store::read_grabber_store(folder.path()).squares.empty());
-    write(folder.path() / "fishnet.gpkg", "");
+    write_content(folder.path() / "fishnet.gpkg", "");
     CHECK(store::read_grabber_store(folder.path()).squares.empty());
     fs::remove(folder.path() / "fishnet.gpkg");
     const Fishnet made(folder.path());

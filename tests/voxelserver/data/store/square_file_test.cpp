@@ -1,13 +1,16 @@
-#include "voxelserver/data/store/square_folder.hpp"
+#include <chrono>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/data/store/squares.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
+#include "voxelserver/data/store/square_folder.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
+namespace fs = std::filesystem;
 
 TEST_CASE("a prepared square is read back as it was written", "[voxelserver][store]") {
     struct Case {
@@ -37,7 +40,7 @@ TEST_CASE("a prepared square is read back as it was written", "[voxelserver][sto
         SECTION("and so is a copy of the mapped one") {
             const auto second = folder.path() / "b.square";
             store::write_square(second, *read);
-            CHECK((read_all_bytes(second) == read_all_bytes(file)));
+            CHECK((read_content(second) == read_content(file)));
         }
         SECTION("and it stays readable when its file goes") {
             std::filesystem::remove(file);
@@ -78,33 +81,6 @@ TEST_CASE("a file that is not there is no error, and what is no plain file is on
     CHECK(empty->bytes().empty());
 }
 
-TEST_CASE("what a mapped file no longer holds is not readable", "[voxelserver][store]") {
-    const TemporaryFolder folder;
-    const auto file = folder.path() / "a";
-    constexpr std::size_t kPage = 65536;  // at least a page, on any machine
-    write_bytes(file, std::string(4 * kPage, 'x'));
-    const auto mapped = util::MappedFile::open(file);
-    REQUIRE(mapped);
-    const auto bytes = mapped->bytes();
-    CHECK(util::readable(bytes));
-    CHECK(util::readable(bytes.first(0)));
-    std::filesystem::resize_file(file, 2 * kPage);  // in place: the map's end has nothing behind it
-    CHECK(util::readable(bytes.first(2 * kPage)));
-    CHECK(util::readable(bytes.subspan(kPage + 17, 100)));
-    if (util::readable(bytes)) {
-        WARN(
-            "not tested: this system does not report what a map has lost (Linux does from 5.14 "
-            "on)");
-        return;
-    }
-    CHECK_FALSE(util::readable(bytes.subspan(2 * kPage, 1)));
-    CHECK_FALSE(util::readable(bytes.subspan(2 * kPage - 1, 2)));
-    CHECK_FALSE(util::readable(bytes.last(1)));
-    std::filesystem::resize_file(file,
-                                 4 * kPage);  // grown again: zeros, which the checksum detects
-    CHECK(util::readable(bytes));
-}
-
 TEST_CASE("a square that cannot be written is an error that names it", "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 100, 3);
@@ -114,4 +90,57 @@ TEST_CASE("a square that cannot be written is an error that names it", "[voxelse
     CHECK_THROWS_AS(store::write_square("/proc/terravox/a.square", *square), util::Error);
     CHECK_THROWS_AS(store::write_chunks(folder.path() / "plain" / "a.chunks", made_index(1, 3)),
                     util::Error);
+}
+
+TEST_CASE("the name of a prepared square changes with its file and its recipe",
+          "[voxelserver][store]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.laz";
+    std::string bytes(200'000, 'p');
+    write_bytes(file, bytes);
+    const auto time = fs::last_write_time(file);
+    const std::string name = store::square_name(file, "recipe");
+    CHECK(store::square_name(file, "recipe") == name);
+    CHECK(name.starts_with("a-"));
+    CHECK(store::square_name(file, "recipe ") != name);
+    struct Case {
+        const char* name;
+        std::size_t at;
+        bool longer;
+        bool later;
+    };
+    const auto c = GENERATE(values<Case>({{"first byte", 0, false, false},
+                                          {"last byte", 199'999, false, false},
+                                          {"byte 65535", 65'535, false, false},
+                                          {"longer", 100'000, true, false},
+                                          {"later", 100'000, false, true}}));
+    DYNAMIC_SECTION(c.name) {
+        bytes[c.at] = c.later || c.longer ? 'p' : 'q';
+        if (c.longer)
+            bytes += 'p';
+        write_bytes(file, bytes);
+        fs::last_write_time(file, c.later ? time + std::chrono::seconds(1) : time);
+        CHECK(store::square_name(file, "recipe") != name);
+    }
+    fs::remove(file);
+    CHECK_THROWS_WITH(store::square_name(file, ""), contains("a.laz"));
+}
+
+TEST_CASE("squares of files with odd names are kept", "[voxelserver][store]") {
+    const TemporaryFolder folder;
+    const std::string stem = GENERATE(as<std::string>(), std::string(250, 'n'), ".hidden", "..",
+                                      "with space and \"quotes\"", "\xc5\xbd\xc4\x8d");
+    const fs::path file = folder.path() / (stem + ".laz");
+    write_bytes(file, "abc");
+    store::SquareFolder squares(folder.path() / "cache", 1 << 20);
+    const std::string name = store::square_name(file, "");
+    const SquarePtr square = made_square(1, 500, 3);
+    const Warnings warnings;
+    CHECK(same_square(*squares.put(name, square), *square));
+    squares.put_index(name, made_index(1, 3));
+    INFO(warnings.text());
+    CHECK(warnings.text().empty());
+    REQUIRE(squares.find(name));
+    CHECK(same_square(*squares.find(name), *square));
+    CHECK(squares.find_index(name));
 }

@@ -151,28 +151,19 @@ TEST_CASE("a folder that is removed while in use is made again", "[voxelserver][
     CHECK(squares.holds("s"));
 }
 
-TEST_CASE("a file of facts that is too large is not read", "[voxelserver][store]") {
+TEST_CASE("facts are kept as bytes, and a file of them that is too large is not read",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     store::SquareFolder squares(folder.path(), 1 << 30);
+    CHECK_FALSE(squares.find_facts("s"));
+    squares.put_facts("s", std::string("a\0b", 3));
+    CHECK(store::SquareFolder(folder.path(), 1 << 30).find_facts("s") == std::string("a\0b", 3));
     squares.put_facts("fits", std::string(store::kMaxFactsBytes, 'x'));
     CHECK(squares.find_facts("fits"));
     squares.put_facts("large", std::string(store::kMaxFactsBytes + 1, 'x'));
     const Warnings warnings;
     CHECK_FALSE(squares.find_facts("large"));
     CHECK(warnings.count("large.facts") == 1);
-}
-
-TEST_CASE("facts are kept as bytes", "[voxelserver][store]") {
-    const TemporaryFolder folder;
-    const std::string facts =
-        GENERATE(as<std::string>(), std::string(), std::string("a\0b", 3), std::string(5000, 'x'));
-    store::SquareFolder squares(folder.path(), 1 << 30);
-    CHECK_FALSE(squares.find_facts("s"));
-    squares.put_facts("s", facts);
-    CHECK(squares.find_facts("s") == facts);
-    CHECK(store::SquareFolder(folder.path(), 1 << 30).find_facts("s") == facts);
-    CHECK_FALSE(squares.find_index("s"));
-    CHECK(squares.find("s") == nullptr);
 }
 
 TEST_CASE("damaged squares, indices and facts count as absent with a warning, and are replaced",
@@ -184,7 +175,7 @@ TEST_CASE("damaged squares, indices and facts count as absent with a warning, an
     squares.put_index("s", made_index(1, 3));
     squares.put_facts("s", "facts");
     for (const char* file : {"s.square", "s.chunks", "s.facts"})
-        write_bytes(folder.path() / file, read_all_bytes(folder.path() / file).substr(0, 2100));
+        write_bytes(folder.path() / file, read_content(folder.path() / file).substr(0, 2100));
     const Warnings warnings;
     CHECK(squares.find("s") == nullptr);
     CHECK_FALSE(squares.find_index("s"));
@@ -242,34 +233,4 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
     CHECK(bytes_in(folder.path()) <= limit);
     for (const auto& entry : fs::directory_iterator(folder.path()))
         CHECK_FALSE(entry.path().filename().string().starts_with('.'));
-}
-
-TEST_CASE("two processes that put the same square at once leave a whole one",
-          "[voxelserver][store]") {
-    const TemporaryFolder folder;
-    const SquarePtr square = made_square(1, 5'000, 6);
-    const auto work = [&] {
-        store::SquareFolder squares(folder.path(), 1 << 30);
-        for (int i = 0; i < 40; ++i)
-            if (!same_square(*squares.put("s", square), *square))
-                return false;
-        return true;
-    };
-    const pid_t child = ::fork();
-    REQUIRE(child >= 0);
-    if (child == 0) {
-        bool fine = false;
-        try {
-            fine = work();
-        } catch (...) {
-        }
-        ::_exit(fine ? 0 : 1);
-    }
-    CHECK(work());
-    int status = -1;
-    ::waitpid(child, &status, 0);
-    CHECK(status == 0);
-    REQUIRE(store::map_square(folder.path() / "s.square"));
-    CHECK(same_square(*store::map_square(folder.path() / "s.square"), *square));
-    CHECK(files_ending(folder.path(), ".square").size() == 1);
 }

@@ -93,31 +93,3 @@ TEST_CASE("each patch holds its points and no others, by column and rising heigh
         }
     CHECK(seen == points.size());
 }
-
-TEST_CASE("no points are a square, too", "[voxelserver][voxelize][square]") {
-    const std::size_t parts = GENERATE(0, 1, 3);
-    const auto square = store::bin_points(std::vector<store::PatchedPoints>(parts), {}, 2);
-    CHECK(square->all().empty());
-    CHECK(square->patches().empty());
-    CHECK(square->points({0, 0}).empty());
-}
-
-TEST_CASE("counts add up", "[voxelserver][voxelize][square]") {
-    store::PointCounts a;
-    store::PointCounts b;
-    a.kept = 1;
-    a.outliers = 2;
-    a.withheld = 3;
-    a.noise = 4;
-    a.by_class[0] = 5;
-    a.by_class[255] = 6;
-    b.kept = 10;
-    b.outliers = 20;
-    b.withheld = 30;
-    b.noise = 40;
-    b.by_class[0] = 50;
-    b.by_class[255] = 60;
-    a.add(b);
-    CHECK((a.kept == 11 && a.outliers == 22 && a.withheld == 33 && a.noise == 44 &&
-           a.by_class[0] == 55 && a.by_class[255] == 66 && a.by_class[1] == 0));
-}

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/common/content.hpp"
 #include "voxelserver/data/store/square.hpp"
 
 namespace terravox::test {
@@ -78,11 +79,6 @@ inline bool same_index(const store::ChunkIndex& a, const store::ChunkIndex& b) {
                           return p.points.begin == q.points.begin && p.points.end == q.points.end &&
                                  p.patches == q.patches;
                       });
-}
-
-inline std::string read_all_bytes(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// As another program would: in a new file, so that what is mapped stays as it is.

@@ -18,25 +18,15 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
         e = 1300 * unit();
     if (sorted)
         std::sort(east.begin(), east.end());
-    lidar::LasWriterOptions options;
-    options.scale = {0.001, 0.001, 0.001};
-    options.offset = {kEast0, kNorth0, 0};
-    options.wkt = geo::Crs::from_text(kCrs).wkt();
-    lidar::LasWriter writer(file, options);
+    Cloud cloud;
     for (const double e : east) {
         const double n = 110 * unit();
         const bool lake = std::hypot(e - 600, n - 50) < 30;
         const bool tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
-        lidar::LasWritePoint p;
-        p.x = kEast0 + e;
-        p.y = kNorth0 + n;
-        p.z = lake
-                  ? 148
-                  : 155 + 6 * std::sin(e / 41) + 4 * std::cos(n / 19) + (tree ? 3 + 5 * unit() : 0);
-        p.classification = lake ? 9 : tree ? 5 : 2;
-        writer.write(p);
+        const double hills = 155 + 6 * std::sin(e / 41) + 4 * std::cos(n / 19);
+        cloud.add(e, n, lake ? 148 : hills + (tree ? 3 + 5 * unit() : 0), lake ? 9 : tree ? 5 : 2);
     }
-    writer.close();
+    cloud.write(file);
 }
 
 /// The strip, written once, and what its boxes hold when all of it is decoded at once.

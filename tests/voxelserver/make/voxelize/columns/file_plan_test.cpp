@@ -86,7 +86,7 @@ TEST_CASE("the name of a square depends on what its points depend on, and on not
     SquareSource& file = files.front();
     file.info.path = folder.path() / "a.laz";
     file.info.crs = geo::Crs::from_text("EPSG:2154");
-    write_bytes(file.info.path, "points");
+    write_content(file.info.path, "points");
     ClassTable classes;
     Settings settings;
     double voxel_m = 1;

@@ -1,9 +1,10 @@
-#include "voxelserver/make/voxelize/columns/point_set.hpp"
-
 #include <optional>
 
 #include "tests/catch.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
+#include "voxelserver/make/voxelize/columns/point_set.hpp"
+#include "voxelserver/make/voxelize/columns/square_reader.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -44,6 +45,44 @@ grid::PatchKey patch_at(double east, double north) {
     return {voxel_x(east) >> 6, voxel_z(north) >> 6};
 }
 
+SquareSource with_islands(std::vector<grid::ColumnRect> islands) {
+    SquareSource out;
+    out.islands = std::move(islands);
+    return out;
+}
+
+/// Two files side by side, and one whose points lie in two places.
+const std::vector<SquareSource> kFiles{
+    with_islands({{0, 0, 100, 100}}),
+    with_islands({{100, 0, 200, 100}}),
+    with_islands({{-70, -70, -20, -10}, {5000, 5000, 5200, 5200}}),
+};
+
+/// Two files, and a table that names the classes below 40.
+struct Fixture {
+    Fixture() {
+        files[0].info.path = "a.laz";
+        files[1].info.path = "b.laz";
+        classes.id = "small";
+        for (std::size_t c = 0; c < 40; ++c)
+            classes.meaning[c].known = true;
+    }
+    std::vector<SquareSource> files = std::vector<SquareSource>(2);
+    ClassTable classes;
+    Warnings log;
+    LoadReport report{files, classes};
+};
+
+store::PointCounts make_counts(const std::vector<int>& classes, std::uint64_t stray = 0) {
+    store::PointCounts out;
+    out.outliers = stray;
+    for (const int c : classes) {
+        ++out.by_class[static_cast<std::size_t>(c)];
+        ++out.kept;
+    }
+    return out;
+}
+
 }  // namespace
 
 TEST_CASE("a window decodes what it needs once, in however little memory",
@@ -78,4 +117,92 @@ TEST_CASE("a patch outside the bounds is empty and not covered",
         CHECK_FALSE(cell.covered);
     CHECK(land.points().in_bounds(far_away).at(32, 32) == 0);
     CHECK(land.points().in_bounds(patch_at(200, 200)).at(32, 32) == 1);
+}
+
+TEST_CASE("bounds are half-open, and each part of them counts", "[voxelserver][voxelize][bounds]") {
+    const SurveyBounds bounds(kFiles);
+    struct Case {
+        std::int32_t x;
+        std::int32_t z;
+        bool inside;
+    };
+    for (const Case& c :
+         {Case{0, 0, true}, Case{99, 99, true}, Case{100, 50, true}, Case{199, 50, true},
+          Case{200, 50, false}, Case{-1, 0, false}, Case{50, 100, false}, Case{-70, -70, true},
+          Case{-20, -20, false}, Case{5100, 5100, true}, Case{2000, 2000, false}}) {
+        INFO(c.x << " " << c.z);
+        CHECK(bounds.contains(c.x, c.z) == c.inside);
+    }
+}
+
+TEST_CASE("a rectangle is surrounded where one part of the bounds holds all of it",
+          "[voxelserver][voxelize][bounds]") {
+    const SurveyBounds bounds(kFiles);
+    CHECK(bounds.surrounds({0, 0, 100, 100}));
+    CHECK(bounds.surrounds({10, 20, 30, 40}));
+    CHECK_FALSE(bounds.surrounds({0, 0, 101, 100}));
+    CHECK_FALSE(bounds.surrounds({90, 0, 110, 10}));  // two files hold it together
+    CHECK_FALSE(bounds.surrounds({300, 300, 310, 310}));
+    CHECK_FALSE(SurveyBounds(std::span<const SquareSource>{}).surrounds({0, 0, 1, 1}));
+}
+
+TEST_CASE("the window around a patch has what contains() says of each column",
+          "[voxelserver][voxelize][bounds]") {
+    const SurveyBounds bounds(kFiles);
+    for (const grid::PatchKey middle :
+         {grid::PatchKey{0, 0}, grid::PatchKey{1, 1}, grid::PatchKey{-2, -1},
+          grid::PatchKey{78, 79}, grid::PatchKey{40, 40}}) {
+        INFO(middle.px << " " << middle.pz);
+        const auto inside = bounds.around(middle);
+        int wrong = 0;
+        Grid<char, Window::kMargin>::each([&](int x, int z) {
+            const bool wanted = bounds.contains(middle.x0() + x, middle.z0() + z);
+            wrong += inside.at(x, z) == (wanted ? 1 : 0) ? 0 : 1;
+        });
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("a file that was decoded whole is reported and counted once",
+          "[voxelserver][voxelize][report]") {
+    Fixture f;
+    const auto counts = make_counts({2, 40, 40, 255}, 3);
+    f.report.add_whole(0, counts);
+    f.report.add_whole(0, counts);
+    CHECK(f.log.text() ==
+          "a.laz: 3 stray points, outside the bounds of all others; left out\n"
+          "a.laz: classes that the table 'small' does not name: 40 (2 points), 255 (1 points); "
+          "shown as `unknown`\n");
+    CHECK(f.report.counts().kept == 4);
+    CHECK(f.report.counts().outliers == 3);
+    f.report.add_whole(1, make_counts({2}));
+    CHECK(f.report.counts().kept == 5);
+    CHECK(f.report.counts().by_class[2] == 2);
+    CHECK(f.log.count("b.laz") == 0);
+}
+
+TEST_CASE("of many unknown classes eight are named, and tables that name them all",
+          "[voxelserver][voxelize][report]") {
+    Fixture f;
+    f.report.add_whole(0, make_counts({40, 41, 42, 43, 44, 45, 46, 47, 48, 49}));
+    CHECK(f.log.count("47 (1 points) and 2 more; shown") == 1);
+    CHECK(f.log.count("48") == 0);
+    f.report.add_part(1, make_counts({64}));
+    CHECK(f.log.count("b.laz: class 64, which the table 'small' does not name; shown as "
+                      "`unknown`; tables that name them (--classes): fr-lidarhd") == 1);
+}
+
+TEST_CASE("what is met in parts is logged once for each file, without its number",
+          "[voxelserver][voxelize][report]") {
+    Fixture f;
+    f.report.add_part(0, make_counts({2, 40}));
+    f.report.add_part(0, make_counts({40, 41}, 2));
+    f.report.add_part(0, make_counts({41}, 1));
+    CHECK(f.log.text() ==
+          "a.laz: class 40, which the table 'small' does not name; shown as `unknown`\n"
+          "a.laz: stray points, outside the bounds of all others; left out\n"
+          "a.laz: class 41, which the table 'small' does not name; shown as `unknown`\n");
+    f.report.add_part(1, make_counts({40}));
+    CHECK(f.log.count("b.laz: class 40") == 1);
+    CHECK(f.report.counts().kept == 0);
 }

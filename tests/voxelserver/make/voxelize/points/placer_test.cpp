@@ -285,47 +285,6 @@ TEST_CASE("colours of 8 and of 16 bits become bytes", "[voxelserver][voxelize][p
     }
 }
 
-TEST_CASE("any return of any file lands where long arithmetic says",
-          "[voxelserver][voxelize][placer]") {
-    const unsigned seed = GENERATE(range(1u, 7u));
-    std::mt19937 random(seed);
-    const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
-    SquareSource source =
-        without_bounds(find_source(kMetres, std::array{0.001, 0.01, 0.0625, 1.0 / 3937}[seed % 4]));
-    source.info.offset = {std::floor((unit() - 0.5) * 1e6), std::floor((unit() - 0.5) * 1e7),
-                          std::floor((unit() - 0.5) * 100)};
-    const double voxel_m = std::array{0.25, 0.5, 1.0, 2.0, 0.3, 10.0}[seed % 6];
-    const grid::Frame frame(geo::Crs::from_text(kMetres), voxel_m, 0, 0);
-    std::vector<pointcloud::Point> points;
-    for (int i = 0; i < 5000; ++i) {
-        pointcloud::Point p;
-        // What a file gives is the double of its scale and offset; from there on every step is
-        // exact or a single division.
-        const auto coordinate = [&](std::int32_t divisor, std::size_t axis) {
-            return static_cast<std::int32_t>(random()) / divisor * source.info.scale[axis] +
-                   source.info.offset[axis];
-        };
-        p.x = coordinate(512, 0);
-        p.y = coordinate(512, 1);
-        p.z = coordinate(65536, 2);
-        p.classification = 2;
-        points.push_back(p);
-    }
-    const Placed placed = place(source, frame, points);
-    REQUIRE(placed.counts.kept == points.size());
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto floor = [&](double v) {
-            return static_cast<std::int32_t>(std::floor(v / voxel_m));
-        };
-        const std::array wanted{floor(points[i].x), floor(points[i].z), floor(-points[i].y)};
-        if (placed.voxel(i) != wanted && ++wrong <= 3)
-            UNSCOPED_INFO("seed " << seed << ", point " << i << ": " << points[i].x << " "
-                                  << points[i].y << " " << points[i].z);
-    }
-    CHECK(wrong == 0);
-}
-
 TEST_CASE(
     "returns of another system lie where its transformation puts them, in one batch or in many",
     "[voxelserver][voxelize][placer]") {

@@ -1,6 +1,6 @@
 // The ground where none was seen: between points, under houses, in wide gaps.
+// Which columns belong to the survey: gaps between points do, wide voids do not.
 #include <cmath>
-#include <random>
 
 #include "tests/catch.hpp"
 #include "tests/same_bits.hpp"
@@ -34,6 +34,27 @@ const AskWideGround kNeverAsked = [](std::int32_t x, std::int32_t z) -> float {
 const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
     return static_cast<float>(1000 + x + 0.25 * z);
 };
+
+using Bounds = Grid<char, Window::kMargin>;
+using InMask = std::function<bool(int x, int z)>;
+
+Window find_window(const InMask& occupied) {
+    return MadeLand([&](std::int32_t x, std::int32_t z, MadeLand::Returns& out) {
+               if (occupied(x, z))
+                   out.push_back({10, kGroundClass});
+           })
+        .window({0, 0});
+}
+
+Bounds measure_bounds(const InMask& inside) {
+    Bounds out;
+    Bounds::each([&](int x, int z) { out.at(x, z) = inside(x, z) ? 1 : 0; });
+    return out;
+}
+
+constexpr int kRim = 2;  // of water cells two columns wide, as MadeLand makes them
+
+const InMask kEverywhere = [](int, int) { return true; };
 
 }  // namespace
 
@@ -132,4 +153,92 @@ TEST_CASE("where nothing is known afar either, there is no ground",
         fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return kNoHeight; });
     CHECK(std::all_of(filled.values().begin(), filled.values().end(),
                       [](float h) { return std::isnan(h); }));
+}
+
+TEST_CASE("a void is closed up to twice the radius, and open when wider",
+          "[voxelserver][voxelize][coverage]") {
+    struct Case {
+        const char* name;
+        int radius;
+        int x0;
+        int z0;
+        int wide;
+        int deep;
+        bool open;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"twice the radius", 8, 20, 20, 16, 16, false},
+        {"one more", 8, 20, 20, 17, 17, true},
+        {"long and narrow: a street", 8, -64, 20, 192, 16, false},
+        {"long and a column wider", 8, -64, 20, 192, 17, true},
+        {"across the patch's corner", 8, -10, -10, 20, 20, true},
+        {"the greatest radius", 31, 0, 0, 62, 62, false},
+        {"one more", 31, 0, 0, 63, 63, true},
+    }));
+    DYNAMIC_SECTION(c.name << ", radius " << c.radius) {
+        const auto in_void = [&](int x, int z) {
+            return x >= c.x0 && x < c.x0 + c.wide && z >= c.z0 && z < c.z0 + c.deep;
+        };
+        const Window window = find_window([&](int x, int z) { return !in_void(x, z); });
+        const auto covered = find_coverage(window, measure_bounds(kEverywhere), c.radius);
+        int wrong = 0;
+        Margined<char>::each([&](int x, int z) {
+            wrong += (covered.at(x, z) != 0) == (c.open && in_void(x, z)) ? 1 : 0;
+        });
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("a void at the survey's edge closes only between returns along the edge",
+          "[voxelserver][voxelize][coverage]") {
+    constexpr int kNorth = 5;
+    // The bounds' western edge lies at x = 10, the northern one at z = 5; the void begins there and
+    // is `deep` and `wide` columns large.
+    const auto inside = [](int x, int z) { return x >= 10 && z >= kNorth && x < 100; };
+    struct Case {
+        const char* name;
+        int x0;
+        int z0;
+        int deep;
+        int wide;
+        bool open;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"as wide as a gap may be", 10, 10, 8, 16, false},
+        {"deep, but between returns", 10, 10, 60, 16, false},
+        {"wider", 10, 10, 8, 17, true},
+        {"wider, and hardly deep: the rim", 10, 10, kRim, 40, false},
+        {"wider, and hardly deep, all along the edge", 10, kNorth, kRim, 123, false},
+        {"deeper than the rim, all along the edge", 10, kNorth, 20, 123, true},
+        {"in the corner", 10, kNorth, 12, 12, true},
+        {"in the corner, no larger than the rim", 10, kNorth, kRim, kRim, false},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const auto in_void = [&](int x, int z) {
+            return x >= c.x0 && x < c.x0 + c.deep && z >= c.z0 && z < c.z0 + c.wide;
+        };
+        const auto covered =
+            find_coverage(find_window([&](int x, int z) { return inside(x, z) && !in_void(x, z); }),
+                          measure_bounds(inside), 8);
+        // Beside returns a void of this size keeps at most twice the rim.
+        const auto deep_in_void = [&](int x, int z) {
+            for (int d = 0; d <= 2 * kRim; ++d)
+                if (!in_void(x + d, z) || !in_void(x, z + d) ||
+                    !in_void(x, std::max(z - d, kNorth)))
+                    return false;
+            return true;
+        };
+        int lost = 0;
+        int spurious = 0;
+        int left = 0;
+        Margined<char>::each([&](int x, int z) {
+            const bool is_covered = covered.at(x, z) != 0;
+            lost += inside(x, z) && !(c.open && in_void(x, z)) && !is_covered ? 1 : 0;
+            spurious += is_covered && (!inside(x, z) || (c.open && deep_in_void(x, z))) ? 1 : 0;
+            left += c.open && inside(x, z) && !is_covered ? 1 : 0;
+        });
+        CHECK(lost == 0);
+        CHECK(spurious == 0);
+        CHECK((left > 0) == c.open);
+    }
 }

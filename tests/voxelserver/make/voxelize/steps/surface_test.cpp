@@ -1,15 +1,24 @@
 // What surfaces look like from above: materials from colours, and colours from images.
-#include "voxelserver/make/voxelize/steps/surface.hpp"
+// Materials where no colour is known: from brightness and the shape of roofs.
+// Typical colours by building and tree.
+#include <fstream>
+#include <set>
+
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/voxelserver/make/voxelize/geo_image.hpp"
+#include "tests/voxelserver/image_file.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
+#include "voxelserver/make/voxelize/steps/colour_variation.hpp"
+#include "voxelserver/make/voxelize/steps/surface.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
 using namespace terravox::voxelize;
 using voxel::Material;
 using voxel::Rgb8;
+using voxelize::number_of_place;
+using voxelize::Tints;
 
 namespace {
 
@@ -20,7 +29,6 @@ constexpr Rgb8 kAsphalt{0x74, 0x74, 0x78};
 constexpr Rgb8 kTiles{0xb2, 0x54, 0x38};
 constexpr Rgb8 kSlate{0x76, 0x7a, 0x7e};
 constexpr Rgb8 kDeepLake{0x1e, 0x54, 0x68};
-constexpr const char* kCrs = "EPSG:2154";
 
 /// The step with its own times, without images unless given.
 class Step {
@@ -41,18 +49,58 @@ private:
 /// One image of 1 m pixels: columns [x0, x0 + width) x [z0, z0 + height) of voxels of 1 m.
 void write_image(const std::filesystem::path& file, int x0, int z0, int width, int height,
                  const std::function<Rgb8(int x, int z)>& colour_at) {
-    GeoImage image;
+    ImageFile image;
     image.width = width;
     image.height = height;
     image.geo = {static_cast<double>(x0), 1, 0, static_cast<double>(-z0), 0, -1};
-    write_geo_image(file, image, [&](int x, int y, int band) {
+    image.value = [&](int x, int y, int band) {
         const Rgb8 c = colour_at(x0 + x, z0 + y);
         return band == 0 ? c.r : band == 1 ? c.g : c.b;
-    });
+    };
+    test::write_image(file, image);
 }
 
 SurfaceAppearance find_appearance(SurfaceStep& step, const Window& window) {
     return step.surface(window, step.appearances(window));
+}
+
+using Returns = MadeLand::Returns;
+
+/// Brightness is stored in place of a colour.
+Return echo(double height, std::uint8_t code, int brightness) {
+    return {height, code, {static_cast<std::uint8_t>(brightness), 0, 0}};
+}
+
+/// The surface of the middle patch after all steps that choose its materials.
+SurfaceAppearance find_surface(MadeLand& land, const Settings& settings = {},
+                               grid::PatchKey patch = {0, 0}) {
+    util::StageTimes times;
+    SurfaceStep step(nullptr, nullptr, asprs(), settings, true, 1, std::size_t{64} << 20, times);
+    const Window window = land.window(patch);
+    auto out = step.surface(window, step.appearances(window));
+    if (settings.steps.material_guesses)
+        guess_roofs(window, asprs(), Buildings(window, 1), settings.material_guesses, out);
+    return out;
+}
+
+/// A house of 20 x 12 columns whose roof rises by this much in a column, from both eaves to a
+/// ridge.
+MadeLand house(double slope, int brightness) {
+    return MadeLand([=](int x, int z, Returns& out) {
+        const bool inside = x >= 20 && x < 40 && z >= 20 && z < 32;
+        if (!inside) {
+            out.push_back({10.5, kGroundClass});
+            return;
+        }
+        const double from_ridge = std::abs(z - 25.5);
+        out.push_back(echo(20 - slope * from_ridge, kBuilding, brightness));
+    });
+}
+
+Tints read_tints(const TemporaryFolder& folder, const std::string& text) {
+    const auto file = folder.path() / "mine.toml";
+    std::ofstream(file) << text;
+    return Tints::load(file.string());
 }
 
 }  // namespace
@@ -207,4 +255,122 @@ TEST_CASE(
     for (int z = 0; z < cells.side; ++z)
         for (int x = 0; x < cells.side; ++x)
             REQUIRE(cells.at(x, z).looks_wet == (x < 16 && z < 24));
+}
+
+TEST_CASE("ground is asphalt, bare or grass by its brightness",
+          "[voxelserver][voxelize][guesses]") {
+    struct Case {
+        int brightness;
+        Material wanted;
+    };
+    const auto c = GENERATE(values<Case>({{20, Material::kRoad},
+                                          {37, Material::kRoad},
+                                          {39, Material::kGround},
+                                          {71, Material::kGround},
+                                          {73, Material::kGrass},
+                                          {255, Material::kGrass},
+                                          {0, Material::kAir}}));
+    MadeLand land(
+        [&](int, int, Returns& out) { out.push_back(echo(10.5, kGroundClass, c.brightness)); });
+    const auto surface = find_surface(land);
+    INFO(c.brightness);
+    CHECK(surface.material.at(30, 30) == c.wanted);
+    CHECK(surface.guessed.at(30, 30) == 1);
+}
+
+TEST_CASE("a measured colour is stronger than a guess, and is none",
+          "[voxelserver][voxelize][guesses]") {
+    MadeLand land(
+        [](int, int, Returns& out) { out.push_back({10.5, kGroundClass, {0x70, 0x89, 0x4a}}); },
+        true);
+    const auto surface = find_surface(land);
+    CHECK(surface.material.at(30, 30) == Material::kGrass);
+    CHECK(surface.guessed.at(30, 30) == 0);
+}
+
+TEST_CASE("roofs are flat, tiled or of slate by shape and brightness",
+          "[voxelserver][voxelize][guesses]") {
+    struct Case {
+        const char* name;
+        double slope;
+        int brightness;
+        Material wanted;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"flat and dark", 0, 30, Material::kFlatRoof},
+        {"flat, brightness unknown", 0, 0, Material::kFlatRoof},
+        {"slightly inclined", 0.05, 90, Material::kFlatRoof},
+        {"steep and bright", 0.7, 90, Material::kOrangeRoof},
+        {"steep and dark", 0.7, 35, Material::kGreyRoof},
+        {"steep, brightness unknown", 0.7, 0, Material::kAir},
+    }));
+    MadeLand land = house(c.slope, c.brightness);
+    const auto surface = find_surface(land);
+    for (int z = 20; z < 32; ++z)
+        for (int x = 20; x < 40; ++x) {
+            INFO(c.name << ": " << x << ", " << z);
+            REQUIRE(surface.material.at(x, z) == c.wanted);
+        }
+}
+
+TEST_CASE("the tints that ship vary roofs, walls and crowns, and nothing that is measured",
+          "[voxelserver][voxelize][tints]") {
+    const Tints tints = Tints::load("default");
+    for (const Material m : {Material::kRoof, Material::kOrangeRoof, Material::kGreyRoof,
+                             Material::kFlatRoof, Material::kWall, Material::kHighVegetation}) {
+        std::set<std::array<int, 3>> seen;
+        for (int x = 0; x < 100; ++x) {
+            const auto colour = tints.of(m, number_of_place(x, 5, 1));
+            REQUIRE(colour);
+            CHECK(colour == tints.of(m, number_of_place(x, 5, 1)));
+            seen.insert({colour->r, colour->g, colour->b});
+        }
+        INFO(voxel::material_name(m));
+        CHECK(seen.size() > 20);
+    }
+    for (const Material m : {Material::kGround, Material::kWater, Material::kRoad})
+        CHECK_FALSE(tints.of(m, 1));
+}
+
+TEST_CASE("without a brightness of its own a tint is exactly one of the list",
+          "[voxelserver][voxelize][tints]") {
+    const TemporaryFolder folder;
+    const Tints tints = read_tints(folder, "[colours]\nwall = ['#102030', '#AABBCC']\n");
+    std::set<std::array<int, 3>> seen;
+    for (int i = 0; i < 50; ++i) {
+        const auto colour = tints.of(Material::kWall, number_of_place(i, -i, 2));
+        REQUIRE(colour);
+        seen.insert({colour->r, colour->g, colour->b});
+    }
+    CHECK(seen == std::set<std::array<int, 3>>{{0x10, 0x20, 0x30}, {0xaa, 0xbb, 0xcc}});
+    CHECK_FALSE(tints.of(Material::kRoof, 7));
+}
+
+TEST_CASE("bad tints are refused, naming what is wrong", "[voxelserver][voxelize][tints][bad]") {
+    struct Case {
+        const char* text;
+        const char* part;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"[colours]\nwall = []\n", "colours.wall"},
+        {"[colours]\nwall = ['red']\n", "\"#rrggbb\""},
+        {"[colours]\nwall = [7]\n", "\"#rrggbb\""},
+        {"[colours]\nwool = ['#102030']\n", "colours.wool is no material"},
+        {"colours = 3\n", "[colours]"},
+        {"brightness = 0.7\n[colours]\n", "allowed: 0 to 0.5"},
+        {"brightness = true\n[colours]\n", "allowed: 0 to 0.5"},
+        {"colour = 3\n[colours]\n", "colour is no field"},
+        {"", "[colours]"},
+    }));
+    const TemporaryFolder folder;
+    INFO(c.text);
+    CHECK_THROWS_AS(read_tints(folder, c.text), util::UsageError);
+    CHECK_THROWS_WITH(read_tints(folder, c.text), contains("mine.toml") && contains(c.part));
+}
+
+TEST_CASE("tints that do not exist are refused with those that do",
+          "[voxelserver][voxelize][tints][bad]") {
+    CHECK_THROWS_WITH(Tints::load("pastel"), contains("'pastel'") && contains("default"));
+    CHECK_THROWS_WITH(Tints::load("../x"), contains("default"));
+    CHECK_THROWS_WITH(Tints::load("no/such.toml"), contains("no such file"));
 }

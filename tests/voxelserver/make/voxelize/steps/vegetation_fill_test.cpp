@@ -1,5 +1,8 @@
 // Crowns and trunks.
+// Which tree a column's foliage belongs to; things that hang on nothing.
 #include <cmath>
+#include <optional>
+#include <set>
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/steps/made_land.hpp"
@@ -54,37 +57,18 @@ std::vector<std::pair<int, int>> find_trunks(MadeLand& land, double voxel_m = 1)
     return out;
 }
 
-struct Plateau {
-    int trunks = 0;
-    int wide = 0;
-    int deep = 0;
-    bool hidden = false;  ///< a higher crown touches it
-};
+using Returns = MadeLand::Returns;
 
-/// Flooded without any limit. @param met marks its columns
-Plateau plateau_at(const Margined<Crown>& crowns, int x, int z, Grid<char, 2>& met) {
-    Plateau out;
-    std::vector<std::pair<int, int>> columns{{x, z}};
-    int min_x = x, max_x = x, max_z = z;  // met first: none lies farther north
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-        const auto [own_x, own_z] = columns[i];
-        const Crown& own = crowns.at(own_x, own_z);
-        out.trunks += own.trunk ? 1 : 0;
-        min_x = std::min(min_x, own_x);
-        max_x = std::max(max_x, own_x);
-        max_z = std::max(max_z, own_z);
-        for (int dz = -1; dz <= 1; ++dz)
-            for (int dx = -1; dx <= 1; ++dx) {
-                const Crown& next = crowns.at(own_x + dx, own_z + dz);
-                out.hidden = out.hidden || (next.seen() && next.height > own.height);
-                if (next.seen() && next.height == own.height &&
-                    met.at(own_x + dx, own_z + dz)++ == 0)
-                    columns.emplace_back(own_x + dx, own_z + dz);
-            }
-    }
-    out.wide = max_x - min_x + 1;
-    out.deep = max_z - z + 1;
-    return out;
+/// Cones of 8 columns across, 10 apart, with their tops in the middle.
+MadeLand orchard() {
+    return MadeLand([](int x, int z, Returns& out) {
+        out.push_back({10.5, kGroundClass});
+        const int dx = ((x % 10) + 10) % 10 - 5;
+        const int dz = ((z % 10) + 10) % 10 - 5;
+        const double off = std::hypot(dx, dz);
+        if (off <= 4)
+            out.push_back({22.5 - off, kTree});
+    });
 }
 
 }  // namespace
@@ -272,34 +256,77 @@ TEST_CASE("a flat crown next to a higher top leaves the trunk to it",
     CHECK(to_text(find_trunks(land)) == " (30, 30)");
 }
 
-TEST_CASE(
-    "in a wood of plateaus of any shape each highest one keeps a trunk, and a small one has no "
-    "second",
-    "[voxelserver][voxelize][vegetation]") {
-    const auto seed = static_cast<std::uint32_t>(GENERATE(range(1, 6)));
-    MadeLand land([&](int x, int z, Returns& out) {
-        const bool wood = x >= 4 && x < 60 && z >= 4 && z < 60;
-        if (wood)
-            out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, seed)), kTree});
-        else
-            out.push_back({kGround, kGroundClass});
+TEST_CASE("foliage belongs to the tree whose top lies uphill", "[voxelserver][voxelize][trees]") {
+    MadeLand land = orchard();
+    const Window window = land.window({0, 0});
+    TreePlaces trees(window, asprs(), 1);
+    std::set<std::array<std::int32_t, 2>> tops;
+    for (int z = 10; z < 60; ++z)
+        for (int x = 10; x < 60; ++x)
+            if (std::hypot(x % 10 - 5, z % 10 - 5) <= 4) {
+                const auto top = trees.at(x, z);
+                INFO(x << ", " << z);
+                REQUIRE(top == std::array<std::int32_t, 2>{x / 10 * 10 + 5, z / 10 * 10 + 5});
+                tops.insert(top);
+            }
+    CHECK(tops.size() == 25);
+}
+
+TEST_CASE("where no plants are around a column is its own place",
+          "[voxelserver][voxelize][trees]") {
+    MadeLand land([](int, int, Returns& out) { out.push_back({10.5, kGroundClass}); });
+    const Window window = land.window({0, 0});
+    TreePlaces trees(window, asprs(), 1);
+    CHECK(trees.at(7, 9) == std::array<std::int32_t, 2>{7, 9});
+}
+
+TEST_CASE("a voxel is isolated when nothing lies within two voxels sideways and three up and down",
+          "[voxelserver][voxelize][isolated]") {
+    struct Case {
+        const char* name;
+        int dx;
+        int dz;
+        int dy;
+        std::uint8_t what;
+        bool isolated;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"alone", 0, 0, 0, kTree, true},
+        {"a return above", 0, 0, 3, kTree, false},
+        {"a return far above", 0, 0, 4, kTree, true},
+        {"a return below", 0, 0, -3, kTree, false},
+        {"a return far below", 0, 0, -4, kTree, true},
+        {"beside it", 1, 0, 0, kTree, false},
+        {"two away", 2, 0, 0, kTree, false},
+        {"three away", 3, 0, 0, kTree, true},
+        {"the far corner", -2, 2, 3, kTree, false},
+        {"beyond the far corner", -2, 3, 3, kTree, true},
+        {"beyond the far corner's height", -2, 2, 4, kTree, true},
+        {"a roof", 1, -2, -3, kBuilding, false},
+        {"a deck", -1, 0, 2, kBridge, false},
+        {"the ground", 0, 2, -2, kGroundClass, false},
+        {"the ground far below", 0, 0, -20, kGroundClass, true},
+        {"a wire", 0, -2, 1, kWire, false},
+    }));
+    // In the middle of a patch, and over its borders.
+    const auto [x, z] = GENERATE(table<int, int>({{30, 30}, {-1, 64}}));
+    DYNAMIC_SECTION(c.name << ", at " << x << " " << z) {
+        MadeLand land(
+            [&, px = x, pz = z](std::int32_t cx, std::int32_t cz, MadeLand::Returns& out) {
+                if (cx == px && cz == pz)
+                    out.push_back({50.5, kTree});
+                if (cx == px + c.dx && cz == pz + c.dz && (c.dx != 0 || c.dz != 0 || c.dy != 0))
+                    out.push_back({50.5 + c.dy, c.what});
+            });
+        CHECK(isolated(land.window({0, 0}), x, z, 50) == c.isolated);
+    }
+}
+
+TEST_CASE("several returns in one voxel do not hold each other up",
+          "[voxelserver][voxelize][isolated]") {
+    MadeLand land([](std::int32_t x, std::int32_t z, MadeLand::Returns& out) {
+        if (x == 9 && z == 9)
+            out.insert(out.end(), {{50.1, kTree}, {50.5, kTree}, {50.9, kUnsorted}});
     });
-    const auto crowns = find_crowns(land);
-    Grid<char, 2> met(0);
-    int highest = 0;
-    Margined<Crown>::each([&](int first_x, int first_z) {
-        if (!crowns.at(first_x, first_z).seen() || met.at(first_x, first_z)++ != 0)
-            return;
-        const Plateau plateau = plateau_at(crowns, first_x, first_z, met);
-        INFO("seed " << seed << ", plateau with " << first_x << " " << first_z << ", "
-                     << plateau.wide << " x " << plateau.deep);
-        constexpr int kSight = 5;
-        if (std::max(plateau.wide, plateau.deep) <= kSight + 1)
-            REQUIRE(plateau.trunks <= 1);
-        if (plateau.hidden)
-            return;
-        ++highest;
-        REQUIRE(plateau.trunks >= 1);
-    });
-    CHECK(highest > 10);
+    CHECK(isolated(land.window({0, 0}), 9, 9, 50));
 }

@@ -12,15 +12,11 @@
 #include "common/geo/crs.hpp"
 #include "common/util/stage_times.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/place.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/make/voxelize/world/lidar_world.hpp"
 
 namespace terravox::test {
-
-/// Somewhere in France (EPSG:2154): coordinates of the tests count from here.
-inline constexpr double kEast0 = 770'000;
-inline constexpr double kNorth0 = 6'277'000;
-inline constexpr const char* kCrs = "EPSG:2154";
 
 inline std::int32_t voxel_x(double east) {
     return static_cast<std::int32_t>(std::floor(kEast0 + east));
@@ -29,16 +25,22 @@ inline std::int32_t voxel_z(double north) {
     return static_cast<std::int32_t>(std::floor(-(kNorth0 + north)));
 }
 
-/// A survey made up in a test: points by metres east and north of the corner.
+/// A survey made up in a test: points by metres east and north of a corner.
 class Cloud {
 public:
+    explicit Cloud(double east0 = kEast0, double north0 = kNorth0)
+        : m_east0(east0), m_north0(north0) {}
+
     struct Point {
         double east;
         double north;
         double height;
         std::uint8_t source_class;
         std::array<std::uint16_t, 3> rgb{};
+        std::uint16_t intensity = 0;
+        std::uint16_t line = 0;  ///< of the flight
     };
+    void add(const Point& point) { m_points.push_back(point); }
     void add(double east, double north, double height, int source_class,
              std::array<std::uint16_t, 3> rgb = {}) {
         m_points.push_back({east, north, height, static_cast<std::uint8_t>(source_class), rgb});
@@ -61,7 +63,7 @@ public:
         lidar::LasWriterOptions options;
         options.point_format = format;
         options.scale = {0.001, 0.001, 0.001};
-        options.offset = {kEast0, kNorth0, 0};
+        options.offset = {m_east0, m_north0, 0};
         if (!crs.empty())
             options.wkt = geo::Crs::from_text(crs).wkt();
         lidar::LasWriter writer(file, options);
@@ -69,17 +71,21 @@ public:
             if (keep && !keep(p))
                 continue;
             lidar::LasWritePoint out;
-            out.x = kEast0 + p.east;
-            out.y = kNorth0 + p.north;
+            out.x = m_east0 + p.east;
+            out.y = m_north0 + p.north;
             out.z = p.height;
             out.classification = p.source_class;
             out.rgb = p.rgb;
+            out.intensity = p.intensity;
+            out.point_source = p.line;
             writer.write(out);
         }
         writer.close();
     }
 
 private:
+    double m_east0;
+    double m_north0;
     std::vector<Point> m_points;
 };
 

@@ -11,20 +11,11 @@ using voxel::Material;
 
 namespace {
 
-struct Echo {
-    double east;
-    double north;
-    double height;
-    std::uint8_t source_class;
-    double light;
-    std::uint16_t line;
-};
-
 /// 300 x 200 m: two streets that cross in a meadow, fields of bare soil, houses with tiles and with
 /// slate. Three flight lines that overlap.
-const std::vector<Echo>& village() {
-    static const std::vector<Echo> made = [] {
-        std::vector<Echo> out;
+const Cloud& village() {
+    static const Cloud made = [] {
+        Cloud out;
         std::mt19937 random(5);
         const auto unit = [&] { return static_cast<double>(random() % 100'000) / 100'000; };
         for (int i = 0; i < 360'000; ++i) {
@@ -32,45 +23,31 @@ const std::vector<Echo>& village() {
             const double e = std::clamp(100.0 * (line - 1) - 30 + unit() * 160, 0.02, 299.98);
             const double n = 0.02 + unit() * 199.96;
             const double noise = 0.85 + 0.3 * unit();
+            const std::array<double, 3> gains{1, 0.6, 1.5};  // of the flight lines
+            const auto add = [&](double height, std::uint8_t source_class, double light) {
+                out.add({e,
+                         n,
+                         height,
+                         source_class,
+                         {},
+                         static_cast<std::uint16_t>(light * noise * gains[line - 1U]),
+                         line});
+            };
             const bool road = std::abs(e - 150) < 5 || std::abs(n - 100) < 5;
             const double in_e = std::fmod(e, 60);
             const double in_n = std::fmod(n, 50);
             if (!road && in_e > 20 && in_e < 38 && in_n > 15 && in_n < 27) {
                 const bool tiles = static_cast<int>(e / 60 + n / 50) % 2 == 0;
                 const double height = 30 - 0.7 * std::abs(in_n - 21);
-                out.push_back({e, n, height, 6, (tiles ? 26'000 : 9000) * noise, line});
+                add(height, 6, tiles ? 26'000 : 9000);
                 continue;
             }
             const bool bare = e > 240 && n > 120;
-            out.push_back({e, n, 20.4, 2, (road ? 8000 : bare ? 19'000 : 34'000) * noise, line});
+            add(20.4, 2, road ? 8000 : bare ? 19'000 : 34'000);
         }
         return out;
     }();
     return made;
-}
-
-using Keep = std::function<bool(const Echo&)>;
-
-void write(const std::filesystem::path& file, const std::array<double, 3>& gains = {1, 1, 1},
-           const Keep& keep = {}) {
-    lidar::LasWriterOptions options;
-    options.scale = {0.001, 0.001, 0.001};
-    options.offset = {kEast0, kNorth0, 0};
-    options.wkt = geo::Crs::from_text(kCrs).wkt();
-    lidar::LasWriter writer(file, options);
-    for (const Echo& echo : village()) {
-        if (keep && !keep(echo))
-            continue;
-        lidar::LasWritePoint out;
-        out.x = kEast0 + echo.east;
-        out.y = kNorth0 + echo.north;
-        out.z = echo.height;
-        out.classification = echo.source_class;
-        out.point_source = echo.line;
-        out.intensity = static_cast<std::uint16_t>(echo.light * gains[echo.line - 1U]);
-        writer.write(out);
-    }
-    writer.close();
 }
 
 Material material_at(OpenWorld& world, double east, double north) {
@@ -95,7 +72,7 @@ double difference(OpenWorld& a, OpenWorld& b) {
 TEST_CASE("a village without colours has streets, meadows, soil, tiles and slate, all guessed",
           "[voxelserver][voxelize][guesses]") {
     const TemporaryFolder folder;
-    write(folder.path() / "all.laz", {1, 0.6, 1.5});
+    village().write(folder.path() / "all.laz");
     OpenWorld world(folder.path() / "all.laz");
     CHECK(material_at(world, 150.5, 60.5) == Material::kRoad);
     CHECK(material_at(world, 60.5, 100.5) == Material::kRoad);
@@ -117,10 +94,12 @@ TEST_CASE("one file or two that touch have the same materials",
           "[voxelserver][voxelize][guesses][seamless]") {
     const TemporaryFolder one;
     const TemporaryFolder two;
-    const std::array<double, 3> gains{1, 0.6, 1.5};
-    write(one.path() / "all.laz", gains);
-    write(two.path() / "west.laz", gains, [](const Echo& e) { return e.east < 131.3; });
-    write(two.path() / "east.laz", gains, [](const Echo& e) { return e.east >= 131.3; });
+    using Point = Cloud::Point;
+    village().write(one.path() / "all.laz");
+    village().write(two.path() / "west.laz", kCrs, 6,
+                    [](const Point& p) { return p.east < 131.3; });
+    village().write(two.path() / "east.laz", kCrs, 6,
+                    [](const Point& p) { return p.east >= 131.3; });
     OpenWorld whole(one.path());
     OpenWorld cut(two.path());
     CHECK(difference(whole, cut) < 0.002);

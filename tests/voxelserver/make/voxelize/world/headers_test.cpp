@@ -13,7 +13,7 @@ using Bounds = std::array<double, 6>;  // least x, y, z, greatest x, y, z; metre
                                        // heights as they are
 
 void state_bounds(const std::filesystem::path& file, const Bounds& b) {
-    std::string bytes = file_bytes(file);
+    std::string bytes = read_content(file);
     const std::array<double, 3> corner{kEast0, kNorth0, 0};
     for (std::size_t a = 0; a < 3; ++a) {
         const double least = b[a] + corner[a];
@@ -21,7 +21,7 @@ void state_bounds(const std::filesystem::path& file, const Bounds& b) {
         std::memcpy(bytes.data() + 179 + 16 * a, &greatest, 8);
         std::memcpy(bytes.data() + 187 + 16 * a, &least, 8);
     }
-    write_bytes(file, bytes);
+    write_content(file, bytes);
 }
 
 /// 200 x 160 m of gentle land.

@@ -1,7 +1,6 @@
 #include "voxelserver/make/voxelize/points/known_squares.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
@@ -9,6 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/voxelserver/make/voxelize/world/patchwork.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
 
@@ -19,31 +19,20 @@ using voxelize::KnownSquares;
 
 namespace {
 
-void write(const std::filesystem::path& file, const std::string& bytes) {
-    std::ofstream(file, std::ios::binary) << bytes;
-}
-
 /// Echoes of two flight lines, whose scale hangs on those of the files around.
 std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -1) {
     for (int i = 0; i < 4; ++i) {
-        lidar::LasWriterOptions options;
-        options.point_format = 6;
-        options.scale = {0.001, 0.001, 0.001};
-        options.offset = {kEast0, kNorth0, 0};
-        options.wkt = geo::Crs::from_text(kCrs).wkt();
-        lidar::LasWriter writer(folder.path() / ("e" + std::to_string(i) + ".laz"), options);
+        Cloud cloud;
         std::mt19937 random(static_cast<unsigned>(i) + (i == changed ? 50 : 1));
         for (int k = 0; k < 6000; ++k) {
-            lidar::LasWritePoint point;
-            point.x = kEast0 + i * 300 + 0.5 + static_cast<double>(random() % 128'000) / 1000;
-            point.y = kNorth0 + static_cast<double>(random() % 128'000) / 1000;
-            point.z = 300;
-            point.classification = 2;
+            Cloud::Point point{.height = 300, .source_class = 2};
+            point.east = i * 300 + 0.5 + static_cast<double>(random() % 128'000) / 1000;
+            point.north = static_cast<double>(random() % 128'000) / 1000;
             point.intensity = static_cast<std::uint16_t>(500 + random() % 3000);
-            point.point_source = static_cast<std::uint16_t>(1 + random() % 2);
-            writer.write(point);
+            point.line = static_cast<std::uint16_t>(1 + random() % 2);
+            cloud.add(point);
         }
-        writer.close();
+        cloud.write(folder.path() / ("e" + std::to_string(i) + ".laz"));
     }
     return folder.path();
 }
@@ -81,7 +70,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
     const auto without = patchwork.options();
     auto with = without;
     with.known_squares = patchwork.root() / "squares.known";
-    write(with.known_squares, OpenWorld(without).world().known_squares({}));
+    write_content(with.known_squares, OpenWorld(without).world().known_squares({}));
     SECTION("nothing has changed") {
         check_same_world(with, without);
     }
@@ -100,7 +89,7 @@ TEST_CASE("a world opened with what is known of its files is the same",
     }
     SECTION("the file is damaged, of other filters, or absent") {
         const std::string bytes = OpenWorld(without).world().known_squares({});
-        write(with.known_squares, bytes.substr(0, bytes.size() / 2));
+        write_content(with.known_squares, bytes.substr(0, bytes.size() / 2));
         check_same_world(with, without);
         std::filesystem::remove(with.known_squares);
         check_same_world(with, without);
@@ -121,10 +110,10 @@ TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]
         known.add(one);
     }
     options.known_squares = patchwork.root() / "squares.known";
-    write(options.known_squares, known.to_bytes(usual_way()));
+    write_content(options.known_squares, known.to_bytes(usual_way()));
     CHECK(OpenWorld(options).info().bounds.max[1] >= world.info().bounds.max[1] + 999);
     // Not of another way of opening.
-    write(options.known_squares, known.to_bytes({1, 2}));
+    write_content(options.known_squares, known.to_bytes({1, 2}));
     CHECK(OpenWorld(options).info().bounds.max[1] == world.info().bounds.max[1]);
 }
 
@@ -176,7 +165,7 @@ TEST_CASE("the scale of intensities is known while no file near by has changed",
     {
         OpenWorld world(without);
         REQUIRE(world.world().stats().flight_lines == 2);
-        write(with.known_squares, world.world().known_squares({}));
+        write_content(with.known_squares, world.world().known_squares({}));
     }
     check_same_world(with, without);
     for (int changed = 0; changed < 4; ++changed) {
@@ -197,7 +186,7 @@ TEST_CASE("files whose intensities mean something else than then are found",
         const std::vector<grid::ColumnRect> changed = {world.world().facts().squares.back().bounds};
         return world.world().rescaled_files(changed, scales_are_known);
     };
-    write(options.known_squares, OpenWorld(options).world().known_squares({}));
+    write_content(options.known_squares, OpenWorld(options).world().known_squares({}));
     CHECK((rescaled(true) == Files{}));
     // Squares are 300 m apart, and share what lies within 500 m.
     CHECK((rescaled(false) == Files{1, 2, 3}));
@@ -206,14 +195,14 @@ TEST_CASE("files whose intensities mean something else than then are found",
     const auto written = std::filesystem::last_write_time(file(0));
     for (int i = 0; i < 3; ++i)
         std::filesystem::last_write_time(file(i), written);
-    write(options.known_squares, OpenWorld(options).world().known_squares({}));
+    write_content(options.known_squares, OpenWorld(options).world().known_squares({}));
     with_echoes(folder, 3);
     for (int i = 0; i < 3; ++i)
         std::filesystem::last_write_time(file(i), written);
     CHECK((rescaled(true) == Files{1, 2, 3}));
     CHECK((rescaled(false) == Files{1, 2, 3}));
     SECTION("not before it is noted") {
-        write(options.known_squares, OpenWorld(options).world().known_squares({}));
+        write_content(options.known_squares, OpenWorld(options).world().known_squares({}));
         CHECK((rescaled(true) == Files{}));
     }
     SECTION("none where materials are not guessed") {

@@ -1,7 +1,7 @@
 // Files and images without a place on Earth that are named like squares of a source.
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/make/voxelize/geo_image.hpp"
+#include "tests/voxelserver/image_file.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 
 using namespace terravox;
@@ -15,36 +15,26 @@ constexpr double kSouth = 101'000;
 
 /// 60 m in the north-west corner of the square 462_101.
 void write_corner(const std::filesystem::path& file, const std::string& crs = {}) {
-    lidar::LasWriterOptions options;
-    options.offset = {kWest, kSouth, 0};
-    if (!crs.empty())
-        options.wkt = geo::Crs::from_text(crs).wkt();
-    lidar::LasWriter writer(file, options);
-    for (double n = 940.25; n < 1000; n += 0.5)
-        for (double e = 0.25; e < 60; e += 0.5) {
-            lidar::LasWritePoint point;
-            point.x = kWest + e;
-            point.y = kSouth + n;
-            point.z = 400.5;
-            point.classification = 2;
-            writer.write(point);
-        }
-    writer.close();
+    Cloud cloud(kWest, kSouth);
+    cloud.cover(0, 940, 60, 1000, 0.5, 2, [](double, double) { return 400.5; });
+    cloud.write(file, crs);
 }
 
 /// 100 x 100 pixels without a place: red roofs' colour in the north-west pixel of 10 m, else that
 /// of a meadow.
 void write_png(const std::filesystem::path& file) {
     const auto tiff = file.parent_path() / "placed.tif";
-    write_geo_image(tiff, {.geo = {0, 1, 0, 0, 0, -1}}, [](int x, int y, int band) {
+    ImageFile image;
+    image.value = [](int x, int y, int band) {
         const bool roof = x == 0 && y == 0;
         return roof ? std::array{200, 20, 20}[static_cast<std::size_t>(band)]
                     : std::array{0x70, 0x89, 0x4a}[static_cast<std::size_t>(band)];
-    });
+    };
+    write_image(tiff, image);
     {
-        const GDALDatasetUniquePtr image(GDALDataset::Open(tiff.c_str()));
+        const GDALDatasetUniquePtr placed(GDALDataset::Open(tiff.c_str()));
         REQUIRE(GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
-            file.c_str(), image.get(), 0, nullptr, nullptr, nullptr)));
+            file.c_str(), placed.get(), 0, nullptr, nullptr, nullptr)));
     }
     std::filesystem::remove(tiff);
     std::filesystem::remove(file.string() + ".aux.xml");

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
-#include "tests/voxelserver/data/imagery/one_colour.hpp"
+#include "tests/voxelserver/image_file.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "voxelserver/make/voxelize/world/world_facts.hpp"
 
@@ -76,7 +76,7 @@ public:
     void image(const std::string& name, double east, double north, double width, double height,
                std::array<int, 3> colour) const {
         std::filesystem::create_directories(images());
-        write_one_colour(images() / name, kEast0 + east, kNorth0 + north, width, height, colour);
+        write_one_colour(images() / name, east, north, width, height, colour);
     }
 
     [[nodiscard]] voxelize::LidarWorldOptions options() const {

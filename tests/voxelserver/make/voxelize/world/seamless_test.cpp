@@ -6,7 +6,7 @@
 
 #include "common/voxel/box_builder.hpp"
 #include "tests/catch.hpp"
-#include "tests/voxelserver/make/voxelize/geo_image.hpp"
+#include "tests/voxelserver/image_file.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 
 using namespace terravox;
@@ -72,15 +72,17 @@ void write_images(const fs::path& folder) {
     };
     for (const Image& one : {Image{"coarse.tif", -10, 140, 0.8, 215, 190},
                              Image{"fine.tif", 30, 100, 0.3, 200, 230}}) {
-        GeoImage image;
+        ImageFile image;
         image.width = one.width;
         image.height = one.height;
         image.geo = {kEast0 + one.east, one.pixel_m, 0, kNorth0 + one.north, 0, -one.pixel_m};
-        write_geo_image(folder / one.name, image, [&](int x, int y, int band) {
+        image.value = [&](int x, int y, int band) {
             const double e = one.east + x * one.pixel_m;
             const double n = one.north - y * one.pixel_m;
-            return 128 + 60 * std::sin(e / (5 + 3 * band)) + 60 * std::cos(n / (9 - 2 * band));
-        });
+            return static_cast<int>(128 + 60 * std::sin(e / (5 + 3 * band)) +
+                                    60 * std::cos(n / (9 - 2 * band)));
+        };
+        write_image(folder / one.name, image);
     }
 }
 

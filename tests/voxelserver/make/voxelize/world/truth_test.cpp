@@ -139,27 +139,15 @@ TEST_CASE("a survey in feet is as wide and as high as it is in metres",
 TEST_CASE("Web Mercator's stretched metres become metres", "[voxelserver][voxelize]") {
     // A square of 100 m at Bled: 100 / cos(46.36 degrees) units of EPSG:3857.
     const double stretch = 1 / std::cos(46.364 * 3.14159265358979 / 180);
-    lidar::LasWriterOptions options;
-    options.offset = {1'568'800, 5'837'000, 0};
-    options.wkt = geo::Crs::from_text("EPSG:3857").wkt();
     const TemporaryFolder folder;
     double x0 = 14.0937;
     double y0 = 46.364;
     geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_text("EPSG:3857"))
         .apply({&x0, 1}, {&y0, 1});
-    {
-        lidar::LasWriter writer(folder.path() / "mercator.laz", options);
-        for (int n = 0; n < 200; ++n)
-            for (int e = 0; e < 200; ++e) {
-                lidar::LasWritePoint p;
-                p.x = x0 + (e + 0.5) / 2 * stretch;
-                p.y = y0 + (n + 0.5) / 2 * stretch;
-                p.z = 500.5;
-                p.classification = 2;
-                writer.write(p);
-            }
-        writer.close();
-    }
+    Cloud cloud(x0, y0);
+    cloud.cover(0, 0, 100 * stretch, 100 * stretch, stretch / 2, 2,
+                [](double, double) { return 500.5; });
+    cloud.write(folder.path() / "mercator.laz", "EPSG:3857");
     OpenWorld world(folder.path() / "mercator.laz");
     const auto& b = world.info().bounds;
     CHECK(std::abs(b.max[0] - b.min[0] - 100) <= 2);

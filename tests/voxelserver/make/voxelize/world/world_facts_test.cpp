@@ -6,18 +6,18 @@
 #include "common/util/error.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "tests/catch.hpp"
+#include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "tests/voxelserver/make/voxelize/world/patchwork.hpp"
+#include "voxelserver/make/voxelize/points/sources.hpp"
+#include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 #include "voxelserver/make/voxelize/world/world_facts.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
+using namespace terravox::voxelize;
 namespace fs = std::filesystem;
 
 namespace {
-
-bool same_print(const voxel::Fingerprint& a, const voxel::Fingerprint& b) {
-    return a == b;
-}
 
 bool same_info(const voxel::WorldInfo& a, const voxel::WorldInfo& b) {
     const bool centre = a.centre.has_value() == b.centre.has_value() &&
@@ -69,7 +69,7 @@ TEST_CASE("facts that were kept answer as the opened world does",
                                        bz + 1 + static_cast<std::int32_t>(random() % 4)};
         INFO("level " << level << ", " << bx << ", " << bz);
         CHECK(facts.column(level, bx, bz) == world.column(level, bx, bz));
-        CHECK(same_print(facts.fingerprint(reach), world.fingerprint(reach)));
+        CHECK((facts.fingerprint(reach) == world.fingerprint(reach)));
         fingerprints.insert(facts.fingerprint(reach));
     }
     CHECK(fingerprints.size() > 6);
@@ -204,4 +204,42 @@ TEST_CASE("worlds without a name say why", "[voxelserver][voxelize][facts]") {
     CHECK_THROWS_AS(voxelize::world_name(options), util::UsageError);
     options.files = {folder.path()};
     CHECK_THROWS_AS(voxelize::world_name(options), util::UsageError);
+}
+
+TEST_CASE("the fingerprint of all boxes is another for another frame, water, bed and lowest box",
+          "[voxelserver][voxelize][fingerprint]") {
+    const geo::Crs crs = geo::Crs::from_text(kCrs);
+    Sources sources{.frame = grid::Frame(crs, 1, 0, 0),
+                    .files = {},
+                    .bounds = {},
+                    .typical_heights = {},
+                    .named_squares = {},
+                    .known_before = {},
+                    .known = {}};
+    const ClassTable classes;
+    const Settings settings;
+    int cell_voxels = 4;
+    const auto fingerprint = [&] {
+        return fingerprint_everywhere(sources, classes, settings, cell_voxels);
+    };
+    const voxel::Fingerprint before = fingerprint();
+    sources.highest_y = 7;
+    sources.lowest_y = 3;
+    CHECK(fingerprint() == before);
+    SECTION("the size of a voxel") {
+        sources.frame = grid::Frame(crs, 0.5, 0, 0);
+    }
+    SECTION("points of water") {
+        sources.has_water_class = true;
+    }
+    SECTION("from where the terrain is solid") {
+        sources.floor_y = -1;
+    }
+    SECTION("the lowest box") {
+        sources.lowest_y = -1;
+    }
+    SECTION("cells of water") {
+        cell_voxels = 8;
+    }
+    CHECK_FALSE(fingerprint() == before);
 }

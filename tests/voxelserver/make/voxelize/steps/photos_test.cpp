@@ -1,11 +1,14 @@
-#include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "tests/catch.hpp"
+#include "voxelserver/make/voxelize/steps/photo_light.hpp"
+#include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
 
 using namespace terravox;
+using voxelize::PhotoLight;
 using voxelize::PhotoMosaic;
 
 namespace {
@@ -35,6 +38,17 @@ float weight(const PhotoMosaic& mosaic, std::size_t image, std::size_t within, s
         if (one.image == image)
             return one.weight;
     return 0;
+}
+
+PhotoLight made_light() {
+    PhotoLight out;
+    out.light.sun = sunlight::Sun{150, 40};
+    out.light.sky = {0.2F, 0.25F, 0.3F};
+    out.light.veil = {0.01F, 0.02F, 0};
+    out.light.gain = {1.25F, 1, 0.5F};
+    out.light.typical = {0, 0.1F, 0.2F, 0.3F, 0.4F};
+    out.estimate = {{151, 41}, -0.5, 0.25};
+    return out;
 }
 
 }  // namespace
@@ -87,44 +101,6 @@ TEST_CASE("an image without columns counts nowhere", "[voxelserver][voxelize][ph
     const PhotoMosaic mosaic(list_images({{0, 0, 0, 0}, {0, 0, 100, 100}}));
     CHECK(weight(mosaic, 0, 1, 0, 0) == 0);
     CHECK(mosaic.around(1) == std::vector<std::size_t>{1});
-}
-
-TEST_CASE("images of all sizes are found around each other",
-          "[voxelserver][voxelize][photo-mosaic]") {
-    std::vector<grid::ColumnRect> images;
-    std::uint32_t random = 5;
-    const auto number = [&](std::int32_t end) {
-        random = random * 1664525U + 1013904223U;
-        return static_cast<std::int32_t>((random >> 8) % static_cast<std::uint32_t>(end));
-    };
-    for (int i = 0; i < 90; ++i) {
-        const std::int32_t x = number(2000) - 1000;
-        const std::int32_t z = number(2000) - 1000;
-        const grid::ColumnRect image{x, z, x + 1 + number(i % 7 == 0 ? 1500 : 90),
-                                     z + 1 + number(200)};
-        // All in one mosaic: none lies on another.
-        if (std::none_of(images.begin(), images.end(),
-                         [&](const grid::ColumnRect& other) { return other.overlaps(image); }))
-            images.push_back(image);
-    }
-    REQUIRE(images.size() > 40);
-    const PhotoMosaic mosaic(list_images(images));
-    // Where an image counts (its middle, less and plus its length) overlaps the other image; all
-    // coordinates are doubled.
-    const auto meets = [](std::int32_t min, std::int32_t max, std::int32_t own_min,
-                          std::int32_t own_max) {
-        return 2 * own_max > min + max - 2 * (max - min) &&
-               2 * own_min < min + max + 2 * (max - min);
-    };
-    for (std::size_t own = 0; own < images.size(); ++own) {
-        std::vector<std::size_t> wanted;
-        for (std::size_t i = 0; i < images.size(); ++i)
-            if (i == own ||
-                (meets(images[i].min_x, images[i].max_x, images[own].min_x, images[own].max_x) &&
-                 meets(images[i].min_z, images[i].max_z, images[own].min_z, images[own].max_z)))
-                wanted.push_back(i);
-        CHECK(mosaic.around(own) == wanted);
-    }
 }
 
 TEST_CASE("years of one place are mosaics of their own", "[voxelserver][voxelize][photo-mosaic]") {
@@ -187,4 +163,49 @@ TEST_CASE("images that overlap at their edges are one mosaic, in any order",
     for (std::size_t i = 0; i < rects.size(); ++i)
         CHECK(mosaic.around(i).size() >= 4);
     CHECK(mosaic.around(4).size() + mosaic.around(8).size() == 9 + 4);
+}
+
+TEST_CASE("the light of a photograph is read as it was written",
+          "[voxelserver][voxelize][photo-light]") {
+    PhotoLight light = made_light();
+    SECTION("with a sun") {}
+    SECTION("without one") {
+        light.light.sun.reset();
+    }
+    const auto read = voxelize::parse_photo_light(to_bytes(light));
+    REQUIRE(read);
+    REQUIRE(read->light.sun.has_value() == light.light.sun.has_value());
+    CHECK(read->light.typical == light.light.typical);
+    CHECK(read->estimate.sun.azimuth_deg == light.estimate.sun.azimuth_deg);
+    CHECK(read->estimate.margin == light.estimate.margin);
+    CHECK(to_bytes(*read) == to_bytes(light));
+}
+
+TEST_CASE("what is no light of a photograph is not taken for one",
+          "[voxelserver][voxelize][photo-light]") {
+    const std::string good = to_bytes(made_light());
+    for (std::size_t length = 0; length < good.size(); ++length)
+        CHECK_FALSE(voxelize::parse_photo_light(std::string_view(good).substr(0, length)));
+    CHECK_FALSE(voxelize::parse_photo_light(good + "x"));
+    std::string other_version = good;
+    ++other_version[0];
+    CHECK_FALSE(voxelize::parse_photo_light(other_version));
+
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    std::vector<PhotoLight> wrong(11, made_light());
+    wrong[0].light.sky[1] = 0;
+    wrong[1].light.sky[1] = kNan;
+    wrong[2].light.veil[2] = -0.1F;
+    wrong[3].light.gain[0] = 0;
+    wrong[4].light.gain[0] = std::numeric_limits<float>::infinity();
+    wrong[5].light.typical[3] = kNan;
+    wrong[6].light.sun->altitude_deg = 0;
+    wrong[7].light.sun->azimuth_deg = kNan;
+    wrong[8].estimate.correlation = 2;
+    wrong[9].estimate.correlation = static_cast<double>(kNan);
+    wrong[10].estimate.margin = -1;
+    for (std::size_t i = 0; i < wrong.size(); ++i) {
+        INFO("case " << i);
+        CHECK_FALSE(voxelize::parse_photo_light(to_bytes(wrong[i])));
+    }
 }
