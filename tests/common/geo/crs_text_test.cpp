@@ -8,6 +8,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/open_watch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -15,6 +16,7 @@ using namespace terravox;
 using namespace terravox::geo;
 using terravox::test::contains;
 using terravox::test::OpenWatch;
+using terravox::test::replaced;
 using terravox::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
@@ -52,12 +54,6 @@ std::string bound(const std::string& method) {
 void use(const std::string& text, bool as_a_person) {
     const Crs crs = as_a_person ? Crs::from_text(text) : Crs::from_wkt(text);
     (void)to_lat_lon(crs, 5, 5);
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& with) {
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
-        text.replace(at, what.size(), with);
-    return text;
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
-#include "common/geo/gdal_messages.hpp"
-
 #include <gdal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
@@ -13,6 +10,7 @@
 #include <thread>
 
 #include "common/geo/gdal.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/child_process.hpp"
 #include "tests/common/emulated.hpp"
@@ -165,4 +163,13 @@ TEST_CASE("what a file says in a message of GDAL does not speak to the terminal"
                      "field 'a\x1b[2J\r\xe2\x80\xae\nERROR 1: forged' is too long");
         }).error_output;
     CHECK(printed == "Warning 1: field 'a\\x1b[2J\\r\\u202e\\nERROR 1: forged' is too long\n");
+}
+
+TEST_CASE("GDAL keeps no more of images than its limit", "[common][geo][gdal]") {
+    if (std::getenv("GDAL_CACHEMAX") != nullptr)
+        return;  // the user's own limit takes precedence
+    geo::start_gdal();
+    geo::start_gdal();
+    CHECK(GDALGetCacheMax64() == geo::kGdalCache_bytes);
+    CHECK(GDALGetDriverByName("GTiff") != nullptr);
 }

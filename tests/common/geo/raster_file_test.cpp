@@ -18,13 +18,16 @@
 #include "common/geo/raster_gate.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/open_watch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
 using terravox::test::OpenWatch;
+using terravox::test::replaced;
 using terravox::test::TemporaryFolder;
+using terravox::test::write_content;
 namespace fs = std::filesystem;
 
 namespace {
@@ -69,16 +72,6 @@ void cut_last_directory(const fs::path& file) {
             return;
     }
     FAIL("no length of " << file << " loses a directory");
-}
-
-void write(const fs::path& file, const std::string& text) {
-    std::ofstream(file, std::ios::binary) << text;
-}
-
-std::string with_replaced(std::string text, const std::string& what, const std::string& with) {
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
-        text.replace(at, what.size(), with);
-    return text;
 }
 
 std::string vrt(const std::string& inside) {
@@ -134,7 +127,7 @@ struct Place {
     }
     /// HERE and SECRET stand for paths.
     [[nodiscard]] std::string filled(const std::string& text) const {
-        return with_replaced(with_replaced(text, "SECRET", secret.string()), "HERE", here.string());
+        return replaced(replaced(text, "SECRET", secret.string()), "HERE", here.string());
     }
 };
 
@@ -176,9 +169,9 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
     const Place place;
     fs::create_symlink(place.secret, place.here / "link.tif");
     fs::create_directory_symlink(place.elsewhere, place.here / "door");
-    write(place.here / "inner.vrt", place.filled(band(source("SECRET", false))));
-    write(place.here / "one.vrt", band(source("two.vrt")));
-    write(place.here / "two.vrt", band(source("one.vrt")));
+    write_content(place.here / "inner.vrt", place.filled(band(source("SECRET", false))));
+    write_content(place.here / "one.vrt", band(source("two.vrt")));
+    write_content(place.here / "two.vrt", band(source("one.vrt")));
     ::mkfifo((place.here / "pipe.tif").c_str(), 0600);
     struct Case {
         const char* name;
@@ -261,7 +254,7 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
     }));
     DYNAMIC_SECTION(c.name) {
         const fs::path file = place.here / "all.vrt";
-        write(file, place.filled(c.text));
+        write_content(file, place.filled(c.text));
         const OpenWatch watch(place.secret);
         const std::string said = shown(file);
         CHECK_THAT(said, contains(c.said) && contains(file.string()));
@@ -272,7 +265,7 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it",
 
 TEST_CASE("mosaics of files next to and below them are read", "[common][geo][raster]") {
     const Place place;
-    write(place.here / "inner.vrt", band(source("below/b.tif")));
+    write_content(place.here / "inner.vrt", band(source("below/b.tif")));
     struct Case {
         const char* name;
         std::string text;
@@ -297,18 +290,18 @@ TEST_CASE("mosaics of files next to and below them are read", "[common][geo][ras
               "yOff=\"0\" xSize=\"64\" ySize=\"64\"/><NODATA>0</NODATA></ComplexSource>")},
     }));
     DYNAMIC_SECTION(c.name) {
-        write(place.here / "all.vrt", place.filled(c.text));
+        write_content(place.here / "all.vrt", place.filled(c.text));
         CHECK(shown(place.here / "all.vrt") == "7");
         fs::create_symlink(place.here / "all.vrt", place.elsewhere / "named.vrt");
         CHECK(shown(place.elsewhere / "named.vrt") == "7");  // a user's own link
     }
     SECTION("a source that is not there is damage") {
-        write(place.here / "all.vrt", band(source("none.tif")));
+        write_content(place.here / "all.vrt", band(source("none.tif")));
         CHECK(shown(place.here / "all.vrt") == "damaged");
     }
     SECTION("a source that lost its end is damage") {
         write_with_overviews(place.here / "long.tif");
-        write(place.here / "all.vrt", band(source("long.tif")));
+        write_content(place.here / "all.vrt", band(source("long.tif")));
         CHECK(shown(place.here / "all.vrt") == "7");
         cut_last_directory(place.here / "long.tif");
         CHECK(shown(place.here / "all.vrt") == "damaged");
@@ -322,7 +315,7 @@ TEST_CASE("mosaics of files next to and below them are read", "[common][geo][ras
         CHECK(shown(place.here / "a.tif") == "7");
     }
     SECTION("its overviews") {
-        write(place.here / "all.vrt", band(source("a.tif")));
+        write_content(place.here / "all.vrt", band(source("a.tif")));
         write_tiff(place.here / "all.vrt.ovr", 9);
         CHECK(shown(place.here / "all.vrt") == "7 9");
     }
@@ -334,16 +327,16 @@ TEST_CASE("what a raster is, its name and its driver tell, not its text",
     const OpenWatch watch(place.secret);
     SECTION("a virtual raster by another name") {
         const char* name = GENERATE("x.tif", "x.png", "x", "x.vrt.tif");
-        write(place.here / name, place.filled(band(source("a.tif"))));
+        write_content(place.here / name, place.filled(band(source("a.tif"))));
         CHECK_THAT(shown(place.here / name), contains("a virtual raster that is not named .vrt"));
     }
     SECTION("a virtual raster as another's overviews") {
-        write(place.here / "a.tif.ovr", place.filled(band(source("SECRET", false))));
+        write_content(place.here / "a.tif.ovr", place.filled(band(source("SECRET", false))));
         CHECK(shown(place.here / "a.tif") == "7");
     }
     SECTION("a virtual raster by another name as a source") {
-        write(place.here / "b.tif", place.filled(band(source("SECRET", false))));
-        write(place.here / "all.vrt", band(source("b.tif")));
+        write_content(place.here / "b.tif", place.filled(band(source("SECRET", false))));
+        write_content(place.here / "all.vrt", band(source("b.tif")));
         CHECK(shown(place.here / "all.vrt") == "damaged");
     }
     SECTION("formats that lead elsewhere") {
@@ -362,7 +355,7 @@ TEST_CASE("what a raster is, its name and its driver tell, not its text",
             {"a raw file of Erdas", "EHFA_HEADER_TAG"},
             {"nothing", ""},
         }));
-        write(place.here / "x.tif", c.text);
+        write_content(place.here / "x.tif", c.text);
         INFO(c.name);
         CHECK_THAT(shown(place.here / "x.tif"),
                    contains("no raster that can be read") && contains("allowed: GeoTIFF"));
@@ -391,7 +384,7 @@ TEST_CASE("side files are files beside the raster, and name no others",
         const char* said;
     };
     const auto text = [](const char* file, const std::string& content) {
-        return [=](const Place& at) { write(at.here / file, at.filled(content)); };
+        return [=](const Place& at) { write_content(at.here / file, at.filled(content)); };
     };
     const auto link = [](const char* file) {
         return [=](const Place& at) { fs::create_symlink(at.secret, at.here / file); };
@@ -407,23 +400,22 @@ TEST_CASE("side files are files beside the raster, and name no others",
          "a.prj is no file next to"},
         {"a system with a grid",
          text("a.tif.aux.xml",
-              with_replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
+              replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
          "nadgrids"},
         {"a system from a file",
-         text("a.tif.aux.xml", with_replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
+         text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
         {"a system of places",
-         text("a.tif.aux.xml",
-              with_replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")),
+         text("a.tif.aux.xml", replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")),
          "init"},
         {"overviews by name",
-         text("a.tif.aux.xml", with_replaced(pam, "TEXT",
-                                             "<Metadata domain=\"OVERVIEWS\"><MDI "
-                                             "key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
+         text("a.tif.aux.xml", replaced(pam, "TEXT",
+                                        "<Metadata domain=\"OVERVIEWS\"><MDI "
+                                        "key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
          "for its overviews"},
         {"places by name",
-         text("a.tif.aux.xml", with_replaced(pam, "TEXT",
-                                             "<Metadata domain=\"GEOLOCATION\"><MDI "
-                                             "key=\"X_DATASET\">SECRET</MDI></Metadata>")),
+         text("a.tif.aux.xml", replaced(pam, "TEXT",
+                                        "<Metadata domain=\"GEOLOCATION\"><MDI "
+                                        "key=\"X_DATASET\">SECRET</MDI></Metadata>")),
          "for its geolocation"},
         {"a grid in a .prj",
          text("a.prj",
@@ -466,7 +458,7 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
          "key=\"OVERVIEW_FILE\">/vsicurl/ADDRESS</MDI></Metadata></PAMDataset>"},
     }));
     DYNAMIC_SECTION(c.name) {
-        write(place.here / c.file, with_replaced(c.text, "ADDRESS", listener.url()));
+        write_content(place.here / c.file, replaced(c.text, "ADDRESS", listener.url()));
         CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt"
                                                        : place.here / "a.tif")
                   .starts_with("read "));
@@ -519,7 +511,8 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
             values<std::pair<const char*, const char*>>({{"PNG", "x.png"}, {"JPEG", "x.jpg"}}));
         copied(c.first, place.here / c.second);
         fs::remove(place.here / (std::string(c.second) + ".aux.xml"));
-        write((place.here / c.second).replace_extension(".wld"), "2\n0\n0\n-2\n1000\n2000\n");
+        write_content((place.here / c.second).replace_extension(".wld"),
+                      "2\n0\n0\n-2\n1000\n2000\n");
         const GDALDatasetUniquePtr data = geo::open_raster(place.here / c.second, "read");
         std::array<double, 6> at{};
         CHECK(data->GetGeoTransform(at.data()) == CE_None);
@@ -563,7 +556,7 @@ TEST_CASE("a grid of text that ends early is refused at once", "[common][geo][ra
                 text += std::to_string(row) + (column % 7 == 6 ? "\r\n" : " ");
             text += "\n";
         }
-        write(place.here / "x.asc", text);
+        write_content(place.here / "x.asc", text);
         return place.here / "x.asc";
     };
     const GDALDatasetUniquePtr whole = geo::open_raster(grid(900), "read");

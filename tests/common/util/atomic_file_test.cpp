@@ -7,10 +7,10 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/flushes.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -18,15 +18,11 @@
 using namespace terravox;
 using namespace terravox::util;
 using terravox::test::contains;
+using terravox::test::read_content;
 using terravox::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string read_text(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::size_t entries_in(const fs::path& folder) {
     return static_cast<std::size_t>(
@@ -49,9 +45,9 @@ TEST_CASE("a file appears under its name only when it is committed",
         CHECK_FALSE(fs::exists(target));
         CHECK(file.target() == target);
         file.commit();
-        CHECK(read_text(target) == "whole");
+        CHECK(read_content(target) == "whole");
     }
-    CHECK(read_text(target) == "whole");
+    CHECK(read_content(target) == "whole");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -67,7 +63,7 @@ TEST_CASE("bytes are appended until the file is committed", "[common][util][atom
     file.append(to_bytes("three"));
     CHECK_FALSE(fs::exists(target));
     file.commit();
-    CHECK(read_text(target) == "one two three");
+    CHECK(read_content(target) == "one two three");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -94,13 +90,13 @@ TEST_CASE("a file that is committed as new replaces none", "[common][util][atomi
         file.append(to_bytes("first"));
         file.commit_as_new();
     }
-    CHECK(read_text(target) == "first");
+    CHECK(read_content(target) == "first");
     {
         AtomicFile file(target);
         file.append(to_bytes("second"));
         CHECK_THROWS_AS(file.commit_as_new(), UsageError);
     }
-    CHECK(read_text(target) == "first");
+    CHECK(read_content(target) == "first");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -122,7 +118,7 @@ TEST_CASE("what lies at the name of a temporary file is not written to",
         fs::create_hard_link(precious, file.temporary_path());
         CHECK_THROWS_WITH(file.append(to_bytes("new")), contains("File exists"));
     }
-    CHECK(read_text(precious) == "as it was");
+    CHECK(read_content(precious) == "as it was");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -163,7 +159,7 @@ TEST_CASE("without a commit nothing stays behind, and an older file keeps its co
         std::ofstream(file.temporary_path()) << "half";
         CHECK(entries_in(folder.path()) == 2);
     }
-    CHECK(read_text(target) == "older");
+    CHECK(read_content(target) == "older");
     CHECK(entries_in(folder.path()) == 1);
 }
 
@@ -179,17 +175,10 @@ TEST_CASE("the temporary file keeps folder and extension, and is one of its kind
     CHECK_THAT(a.temporary_path().filename().string(), contains(".part-"));
 }
 
-TEST_CASE("missing folders are made", "[common][util][atomic_file]") {
-    const TemporaryFolder folder;
-    const auto target = folder.path() / "deep" / "er" / "box.bin";
-    write_file_atomically(target, to_bytes("abc"));
-    CHECK(read_text(target) == "abc");
-}
-
 TEST_CASE("whole files are written, empty and large, over older ones",
           "[common][util][atomic_file]") {
     const TemporaryFolder folder;
-    const auto target = folder.path() / "box.bin";
+    const auto target = folder.path() / "deep" / "er" / "box.bin";  // the folders are made
     for (const std::size_t size :
          {std::size_t{0}, std::size_t{1}, std::size_t{5'000'000}, std::size_t{3}}) {
         std::string content(size, 'x');
@@ -197,8 +186,8 @@ TEST_CASE("whole files are written, empty and large, over older ones",
             content[i] = static_cast<char>('a' + i % 26);
         write_file_atomically(target, to_bytes(content));
         INFO(size << " bytes");
-        CHECK(read_text(target) == content);
-        CHECK(entries_in(folder.path()) == 1);
+        CHECK(read_content(target) == content);
+        CHECK(entries_in(target.parent_path()) == 1);
     }
 }
 
@@ -238,6 +227,10 @@ TEST_CASE("a place that cannot be written to is named before any work is done",
                           contains("write " + target.string()) && contains(c.said));
         CHECK(entries_in(folder.path()) == entries);
     }
+    CHECK_THROWS_AS(check_writable(folder.path()), util::UsageError);
+    CHECK_THROWS_AS(AtomicFile(""), util::UsageError);
+    CHECK_NOTHROW(check_writable(folder.path() / "new.png"));
+    CHECK_FALSE(fs::exists(folder.path() / "new.png"));
 }
 
 TEST_CASE("links are followed to what they lead to, be it there or not",
@@ -269,7 +262,7 @@ TEST_CASE("what a link leads to is written, and the link stays", "[common][util]
         fs::create_symlink(fs::path("disk") / name, link);
         write_file_atomically(link, to_bytes("text"));
         CHECK(fs::is_symlink(link));
-        CHECK(read_text(at / "disk" / name) == "text");
+        CHECK(read_content(at / "disk" / name) == "text");
     }
     CHECK(entries_in(at / "disk") == 2);
     CHECK(entries_in(at) == 3);
@@ -285,8 +278,8 @@ TEST_CASE("a link can be replaced instead, and leads to what it led to",
         fs::create_symlink(to, at / "plan.json");
         write_file_atomically(at / "plan.json", "{}", Links::kReplace);
         CHECK(fs::is_regular_file(fs::symlink_status(at / "plan.json")));
-        CHECK(read_text(at / "plan.json") == "{}");
-        CHECK(read_text(at / "precious") == "as it was");
+        CHECK(read_content(at / "plan.json") == "{}");
+        CHECK(read_content(at / "precious") == "as it was");
         CHECK_FALSE(fs::exists(at / "nothing"));
         fs::remove(at / "plan.json");
     }
@@ -320,22 +313,10 @@ TEST_CASE("a link of another user is followed only out of a folder that is their
                               contains((at / "precious").string()));
         CHECK_THROWS_AS(check_writable(link), Error);
     }
-    CHECK(read_text(at / "precious") == "as it was");
+    CHECK(read_content(at / "precious") == "as it was");
     set_folder(kOther, 0755);
     write_file_atomically(link, "new");
-    CHECK(read_text(at / "precious") == "new");
-}
-
-TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
-    CHECK_THROWS_AS(AtomicFile(""), util::UsageError);
-}
-
-TEST_CASE("a folder as the target is a usage error, not a disk error",
-          "[common][util][atomic_file]") {
-    const TemporaryFolder folder;
-    CHECK_THROWS_AS(check_writable(folder.path()), util::UsageError);
-    CHECK_NOTHROW(check_writable(folder.path() / "new.png"));
-    CHECK(entries_in(folder.path()) == 0);
+    CHECK(read_content(at / "precious") == "new");
 }
 
 TEST_CASE("a commit without a written file fails and names the target",
@@ -354,5 +335,5 @@ TEST_CASE("a name without a folder is written in the current folder",
     fs::current_path(folder.path());
     write_file_atomically("plain.txt", to_bytes("here"));
     fs::current_path(before);
-    CHECK(read_text(folder.path() / "plain.txt") == "here");
+    CHECK(read_content(folder.path() / "plain.txt") == "here");
 }

@@ -1,14 +1,16 @@
-#include "common/util/command_line.hpp"
-
+#include <algorithm>
 #include <CLI/CLI.hpp>
-
 #include <iterator>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "common/util/command_line.hpp"
 #include "common/util/error.hpp"
 #include "common/util/program.hpp"
+#include "common/util/text.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;
@@ -81,6 +83,24 @@ struct Program {
     bool is_quiet = false;
     bool is_verbose = false;
 };
+
+nlohmann::json make_table(const CLI::App& app) {
+    return nlohmann::json::parse(util::option_tables(app));
+}
+
+/// The option with this name, or the positional one of this name.
+nlohmann::json find_option(const nlohmann::json& table, const std::string& name) {
+    for (const nlohmann::json& option : table["options"]) {
+        const auto names = option["names"].get<std::vector<std::string>>();
+        if (option["positional"] == name ||
+            std::find(names.begin(), names.end(), name) != names.end())
+            return option;
+    }
+    return nullptr;
+}
+
+const std::vector<std::string> kKnown = {"render",  "convert",  "serve",         "survey",
+                                         "--ortho", "--output", "--output-size", "material"};
 
 }  // namespace
 
@@ -204,4 +224,160 @@ TEST_CASE("help of a command without such a group is whole", "[common][util][com
     CHECK_THAT(program.help({"render", "--help"}), contains("--zoom") && contains("--ortho"));
     CHECK(program.help({"render", "--help", "x"}) == program.help({"render", "--help"}));
     CHECK_THAT(program.help({"--help"}), contains("Render a world") && contains("Measure a world"));
+}
+
+TEST_CASE("a table holds what help says of a program and its commands",
+          "[common][util][option_tables]") {
+    CLI::App app{"makes things", "thing"};
+    std::string text = "blue";
+    std::vector<std::string> inputs;
+    bool is_wet = false;
+    CLI::App* const command = app.add_subcommand("paint", "paints a thing");
+    command->footer("It dries.");
+    command->add_option("-c,--colour,--color", text, "its colour")->capture_default_str();
+    command->add_option("inputs", inputs, "things")->required();
+    command->add_flag("--wet", is_wet, "still wet")->group("State");
+    command->add_option("--old-name", text, "former name")->group("");
+
+    const nlohmann::json table = make_table(app);
+    CHECK(table["name"] == "thing");
+    CHECK(table["description"] == "makes things");
+    REQUIRE(table["commands"].size() == 1);
+    const nlohmann::json& paint = table["commands"][0];
+    CHECK(paint["name"] == "paint");
+    CHECK(paint["footer"] == "It dries.");
+
+    const nlohmann::json colour = find_option(paint, "--colour");
+    CHECK(colour["names"] == std::vector<std::string>{"-c", "--colour", "--color"});
+    CHECK(colour["default"] == "blue");
+    CHECK(colour["value"] == "TEXT");
+    CHECK(colour["repeats"] == false);
+    CHECK(colour["required"] == false);
+    const nlohmann::json input = find_option(paint, "inputs");
+    CHECK(input["names"].empty());
+    CHECK(input["repeats"] == true);
+    CHECK(input["required"] == true);
+    const nlohmann::json wet = find_option(paint, "--wet");
+    CHECK(wet["value"] == "");
+    CHECK(wet["group"] == "State");
+    CHECK(find_option(paint, "--old-name") == nullptr);
+    CHECK(find_option(paint, "--help") != nullptr);
+}
+
+TEST_CASE("the values of an option are found where help lists them",
+          "[common][util][option_tables]") {
+    struct Case {
+        const char* name;
+        const char* type;
+        const char* text;
+        std::vector<std::string> words;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a switch", "yes|no", "whether", {"yes", "no"}},
+        {"a list", "TEXT", "trace, debug or off", {"trace", "debug", "off"}},
+        {"in brackets", "VALUE", "tone (auto, b-c, d2), default 'auto'", {"auto", "b-c", "d2"}},
+        {"behind others", "VALUE", "x (1 to 2) (crs, voxel)", {"crs", "voxel"}},
+        {"a range", "VALUE", "size (0 to 1), default 0.5", {}},
+        {"one word", "VALUE", "size (metres)", {}},
+        {"sentences", "VALUE", "a folder (made when missing, else read)", {}},
+        {"not closed", "VALUE", "size (a, b", {}},
+        {"examples", "TEXT", "an address (east, north)", {}},
+        {"nothing", "TEXT", "", {}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        CLI::App app;
+        std::string value;
+        app.add_option("--option", value, c.text)->type_name(c.type);
+        CHECK(find_option(make_table(app), "--option")["words"] == c.words);
+    }
+    SECTION("checked words") {
+        CLI::App app;
+        std::string value;
+        app.add_option("--option", value, "a surface")->check(CLI::IsMember({"dtm", "dsm"}));
+        CHECK(find_option(make_table(app), "--option")["words"] ==
+              std::vector<std::string>{"dtm", "dsm"});
+    }
+}
+
+TEST_CASE("only the whole command line asks for tables", "[common][util][option_tables]") {
+    const char* const alone[] = {"program", "--option-tables"};
+    const char* const second[] = {"program", "render", "--option-tables"};
+    CHECK(util::wants_option_tables(2, alone));
+    CHECK_FALSE(util::wants_option_tables(3, second));
+    CHECK_FALSE(util::wants_option_tables(1, alone));
+}
+
+TEST_CASE("a range is one number or two", "[util][range]") {
+    CHECK(util::parse_range("--frames", "4-9", {0, 9}) == util::IntRange{4, 9});
+    CHECK(util::parse_range("--frames", "0", {0, 9}) == util::IntRange{0, 0});
+    const auto wrong =
+        GENERATE(values<std::string>({"", "-", "4-", "-4", "9-4", "4-10", "x", "4-9x", "4 9",
+                                      "99999999999", "4-99999999999", "1.5", "0x3", "4--9", "+4"}));
+    DYNAMIC_SECTION("not '" << wrong << "'") {
+        CHECK_THROWS_AS(util::parse_range("--frames", wrong, {0, 9}), util::UsageError);
+        CHECK_THROWS_WITH(util::parse_range("--frames", wrong, {0, 9}),
+                          test::contains("from 0 to 9"));
+    }
+}
+
+TEST_CASE("a number's text is the shortest that reads back as it", "[common][util][text]") {
+    using namespace terravox::util;
+    CHECK(number_text(0.1) == "0.1");
+    CHECK(number_text(0.1F) == "0.1");
+    CHECK(number_text(100000.0) == "1e+05");
+    CHECK(number_text(1.0 / 3) == "0.3333333333333333");
+    CHECK(number_text(-std::numeric_limits<double>::denorm_min()) == "-5e-324");
+    CHECK(number_text(1.0 / 3, 6) == "0.333333");
+    CHECK(number_text(1234567.0, 6) == "1.23457e+06");
+    CHECK(number_text(2.0, 15) == "2");
+    CHECK(number_text(std::numeric_limits<double>::infinity(), 15) == "inf");
+    CHECK(plain_number_text(100000.0) == "100000");
+    CHECK(plain_number_text(1e-7) == "0.0000001");
+    CHECK(plain_number_text(1e-300) == "1e-300");
+}
+
+TEST_CASE("the distance of two texts counts the edits between them", "[common][util][near_words]") {
+    CHECK(util::edit_distance("kitten", "sitting") == 3);
+    CHECK(util::edit_distance("", "abc") == 3);
+    CHECK(util::edit_distance("abc", "abc") == 0);
+    CHECK(util::edit_distance("abc", "acb") == 1);
+    CHECK(util::edit_distance("ca", "abc") == 3);  // no byte is changed twice
+}
+
+TEST_CASE("a mistyped word is near the one that was meant", "[common][util][near_words]") {
+    struct Case {
+        const char* name;
+        const char* mistyped;
+        std::vector<std::string> near;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a letter left out", "rendr", {"render"}},
+        {"a letter too many", "rennder", {"render"}},
+        {"another letter", "sender", {"render"}},
+        {"neighbours swapped", "--otrho", {"--ortho"}},
+        {"capital letters", "Render", {"render"}},
+        {"one hyphen", "-ortho", {"--ortho"}},
+        {"no hyphen", "output", {"--output"}},
+        {"a short form", "--out", {"--output"}},
+        {"the beginning of a long word", "mater", {"material"}},
+        {"the beginning of too short a word", "ma", {}},
+        {"two equally near", "serv", {"serve"}},
+        {"as near to two", "surve", {"serve", "survey"}},
+        {"three letters of a short word", "sky", {}},
+        {"nothing alike", "--frobnicate", {}},
+        {"nothing", "", {}},
+        {"hyphens alone", "--", {}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        CHECK(util::near_words(c.mistyped, kKnown) == c.near);
+    }
+}
+
+TEST_CASE("a message names what was meant and what is allowed", "[common][util][near_words]") {
+    const std::vector<std::string> known = {"serve", "survey"};
+    CHECK(util::did_you_mean("surve", known) == "; did you mean serve or survey?");
+    CHECK(util::did_you_mean("survei", known) == "; did you mean survey?");
+    CHECK(util::did_you_mean("paint", known).empty());
+    CHECK(util::allowed_words("survei", known) == "; did you mean survey? allowed: serve, survey");
+    CHECK(util::allowed_words("paint", known) == "; allowed: serve, survey");
 }

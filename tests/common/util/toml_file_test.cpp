@@ -108,28 +108,3 @@ TEST_CASE("reading ends even where the error callback returns", "[common][util][
     CHECK_THROWS_AS(util::read_toml(folder.path() / "a.toml", [](const std::string&) {}),
                     util::Error);
 }
-
-TEST_CASE("the value of a TOML field for a message", "[common][util][toml]") {
-    struct Case {
-        const char* toml;
-        std::string expected;
-    };
-    const std::vector<Case> cases = {
-        {"a = 7", "7"},
-        {"a = -0.25", "-0.25"},
-        {"a = 2.0", "2.0"},
-        {"a = 1e300", "1e+300"},
-        {"a = inf", "inf"},
-        {"a = true", "true"},
-        {"a = \"film\"", "'film'"},
-        {"a = [1, 2]", "a list"},
-        {"a = { b = 1 }", "a table"},
-        {"a = 2026-06-21", "a date or time"},
-    };
-    for (const Case& c : cases) {
-        INFO(c.toml);
-        CHECK(util::toml_value(*toml::parse(c.toml).get("a")) == c.expected);
-    }
-    const toml::table all = toml::parse("a = \"" + std::string(1000, 'x') + "\"");
-    CHECK(util::toml_value(*all.get("a")) == "'" + std::string(60, 'x') + "...'");
-}

@@ -1,13 +1,16 @@
-#include "common/voxel/world.hpp"
-
 #include <limits>
 
 #include "common/util/error.hpp"
+#include "common/voxel/side_car.hpp"
+#include "common/voxel/world.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
+#include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
 using namespace terravox::voxel;
 using terravox::test::contains;
+using terravox::test::replaced;
 
 namespace {
 
@@ -27,11 +30,25 @@ WorldInfo full() {
     return info;
 }
 
-// The text with one replacement, which must have happened.
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-    const auto at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
+SideCar example() {
+    WorldInfo info;
+    info.title = "Town";
+    info.crs = "EPSG:3794";
+    info.crs_wkt = "PROJCRS[]";
+    info.voxel_m = 0.5;
+    info.crs_units_per_voxel = 0.5;
+    info.licence = "CC BY";
+    info.attribution = "those who flew";
+    info.centre = geo::MapPlace{{46, 14}, -0.72};
+    SideCar car = make_side_car(info, 2, {512, -16, -1024});
+    car.blocks = {{"minecraft:bricks", Material::kRoof}, {"minecraft:stone", Material::kRock}};
+    return car;
+}
+
+std::string written(const SideCar& car) {
+    const test::TemporaryFolder folder;
+    write_side_car(folder.path() / "car.json", car);
+    return test::read_content(folder.path() / "car.json");
 }
 
 }  // namespace
@@ -66,7 +83,7 @@ TEST_CASE("a world without typical heights has none in JSON, and those of no wor
     for (const char* heights : {"{\"max\":-20,\"min\":-20}", "{\"max\":1073741825,\"min\":0}",
                                 "{\"max\":1,\"min\":-1073741825}", "{\"max\":1}", "5"}) {
         INFO(heights);
-        const std::string bad = changed(text, "{\"max\":2600,\"min\":-20}", heights);
+        const std::string bad = replaced(text, "{\"max\":2600,\"min\":-20}", heights);
         CHECK_THROWS_AS(world_from_json(bad, "test"), util::Error);
     }
 }
@@ -88,7 +105,7 @@ TEST_CASE("a camera shows what is framed at typical heights, or all where nothin
 TEST_CASE("where a world's centre does not say how its map is turned, north is true north",
           "[common][voxel][world_json]") {
     const std::string text = world_to_json(full());
-    const std::string old = changed(text, "\"convergence_deg\":-0.3333333333333333,", "");
+    const std::string old = replaced(text, "\"convergence_deg\":-0.3333333333333333,", "");
     const WorldInfo out = world_from_json(old, "test");
     REQUIRE(out.centre);
     CHECK(out.centre->lat_deg == full().centre->lat_deg);
@@ -99,9 +116,9 @@ TEST_CASE("a world's centre beyond the Earth is refused", "[common][voxel][world
     const std::string text = world_to_json(full());
     for (const char* lat : {"90.1", "-1e300", "\"46\"", "null"}) {
         INFO(lat);
-        CHECK_THROWS_AS(world_from_json(changed(text, "46.36364", lat), "test"), util::Error);
+        CHECK_THROWS_AS(world_from_json(replaced(text, "46.36364", lat), "test"), util::Error);
     }
-    CHECK_THROWS_AS(world_from_json(changed(text, "-0.3333333333333333", "1e9"), "test"),
+    CHECK_THROWS_AS(world_from_json(replaced(text, "-0.3333333333333333", "1e9"), "test"),
                     util::Error);
 }
 
@@ -135,26 +152,26 @@ TEST_CASE("text that is no world is refused, naming where it came from",
         {"a list", "[]", "not the reply of a voxel server"},
         {"an empty object", "{}", "not the reply of a voxel server"},
         {"cut short", good.substr(0, good.size() / 2), "not the reply of a voxel server"},
-        {"another version", changed(good, "\"version\":2", "\"version\":3"),
+        {"another version", replaced(good, "\"version\":2", "\"version\":3"),
          "version 3; allowed: 2"},
-        {"a version that is text", changed(good, "\"version\":2", "\"version\":\"2\""),
+        {"a version that is text", replaced(good, "\"version\":2", "\"version\":\"2\""),
          "not the reply of a voxel server"},
-        {"levels: none", changed(good, "\"levels\":17", "\"levels\":0"), "levels = 0"},
-        {"levels: too many", changed(good, "\"levels\":17", "\"levels\":22"), "levels = 22"},
-        {"voxels of no size", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":0"), "voxel_m = 0"},
-        {"negative voxels", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":-1"), "voxel_m = -1"},
-        {"voxels that are null (NaN)", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":null"),
+        {"levels: none", replaced(good, "\"levels\":17", "\"levels\":0"), "levels = 0"},
+        {"levels: too many", replaced(good, "\"levels\":17", "\"levels\":22"), "levels = 22"},
+        {"voxels of no size", replaced(good, "\"voxel_m\":0.1", "\"voxel_m\":0"), "voxel_m = 0"},
+        {"negative voxels", replaced(good, "\"voxel_m\":0.1", "\"voxel_m\":-1"), "voxel_m = -1"},
+        {"voxels that are null (NaN)", replaced(good, "\"voxel_m\":0.1", "\"voxel_m\":null"),
          "not the reply of a voxel server"},
-        {"bounds beyond 2^30", changed(good, "462000000", "1073741825"), "bounds beyond 2^30"},
-        {"bounds of two axes", changed(good, "462000000,", ""), "not the reply of a voxel server"},
-        {"boxes of another size", changed(good, "[64,256,64]", "[32,256,32]"),
+        {"bounds beyond 2^30", replaced(good, "462000000", "1073741825"), "bounds beyond 2^30"},
+        {"bounds of two axes", replaced(good, "462000000,", ""), "not the reply of a voxel server"},
+        {"boxes of another size", replaced(good, "[64,256,64]", "[32,256,32]"),
          "boxes of another size"},
-        {"a title that is a number", changed(good, "\"licence\":\"CC BY 4.0\"", "\"licence\":4"),
+        {"a title that is a number", replaced(good, "\"licence\":\"CC BY 4.0\"", "\"licence\":4"),
          "not the reply of a voxel server"},
-        {"half a centre", changed(good, "\"lat_deg\"", "\"latitude\""),
+        {"half a centre", replaced(good, "\"lat_deg\"", "\"latitude\""),
          "not the reply of a voxel server"},
         {"crs units of zero",
-         changed(good, "\"crs_units_per_voxel\":0.3333333333333333", "\"crs_units_per_voxel\":0"),
+         replaced(good, "\"crs_units_per_voxel\":0.3333333333333333", "\"crs_units_per_voxel\":0"),
          "crs_units_per_voxel"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -167,7 +184,7 @@ TEST_CASE("text that is no world is refused, naming where it came from",
 TEST_CASE("bounds that 32 bits cannot hold are refused and not cut",
           "[common][voxel][world_json]") {
     CHECK_THROWS_AS(
-        world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"),
+        world_from_json(replaced(world_to_json(full()), "462000000", "99999999999999"), "test"),
         util::Error);
 }
 
@@ -207,5 +224,43 @@ TEST_CASE(
             CHECK_THROWS_WITH(world_from_json(world_to_json(info), "http://there:1"),
                               contains("http://there:1") &&
                                   contains("boxes of the coarsest level; allowed: up to 16384"));
+    }
+}
+
+TEST_CASE("a side-car is read back as it was written, in voxels of its level",
+          "[common][voxel][side_car]") {
+    const SideCar in = side_car_from_json(written(example()), "car.json");
+    CHECK(in.world.title == "Town");
+    CHECK(in.world.voxel_m == 2);
+    CHECK(in.world.crs_units_per_voxel == 2);
+    CHECK(in.offset == std::array<std::int32_t, 3>{512, -16, -1024});
+    CHECK(in.blocks == example().blocks);
+    REQUIRE(in.world.centre);
+    CHECK(in.world.centre->lat_deg == 46);
+    CHECK(in.world.centre->convergence_deg == -0.72);
+    CHECK(in.world.crs == "EPSG:3794");
+    CHECK(in.world.crs_wkt == "PROJCRS[]");
+    CHECK(in.world.licence == "CC BY");
+    CHECK(in.world.attribution == "those who flew");
+}
+
+TEST_CASE("a wrong side-car is refused by file and value", "[common][voxel][side_car]") {
+    struct Case {
+        const char *name, *from, *to, *said;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"another version", "\"version\": 1", "\"version\": 7", "version 7; allowed: 1"},
+        {"no material", "\"roof\"", "\"cheese\"", "stands for 'cheese'"},
+        {"an offset beyond", "512", "9876543210", "offset 9876543210"},
+        {"an offset that is no number", "512", "\"far\"", "car.json"},
+        {"voxels of nothing", "\"voxel_m\": 2.0", "\"voxel_m\": 0", "voxel_m = 0"},
+        {"voxels of less", "\"crs_units_per_voxel\": 2.0", "\"crs_units_per_voxel\": -1",
+         "crs_units_per_voxel"},
+        {"not JSON", "{", "", "car.json"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const std::string text = test::replaced(written(example()), c.from, c.to);
+        CHECK_THROWS_WITH(side_car_from_json(text, "car.json"), contains(c.said));
+        CHECK_THROWS_AS(side_car_from_json(text, "car.json"), util::Error);
     }
 }
