@@ -1,5 +1,4 @@
-#include "voxelserver/data/water/body_finder.hpp"
-
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -7,6 +6,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/data/water/landscapes.hpp"
+#include "voxelserver/data/water/body_finder.hpp"
 
 using namespace terravox;
 using namespace terravox::water;
@@ -45,7 +45,13 @@ private:
     std::vector<WaterCell> m_cells;
 };
 
-using Picture = std::map<std::pair<int, int>, std::vector<float>>;
+// What a patch is told: the levels of its cells, and how far they reach together.
+struct Told {
+    std::vector<float> levels;
+    voxel::InputExtent reach;
+};
+
+using Picture = std::map<std::pair<int, int>, Told>;
 
 bool same(const std::vector<float>& a, const std::vector<float>& b) {
     if (a.size() != b.size())
@@ -64,38 +70,60 @@ std::vector<std::pair<int, int>> list_patches(int from, int to) {
     return out;
 }
 
-std::vector<float> patch_levels(WaterBodies& bodies, std::pair<int, int> p, int side = kSide) {
-    std::vector<float> out;
+Told ask(WaterBodies& bodies, std::pair<int, int> p, int side = kSide) {
+    Told out;
     for (int z = 0; z < side; ++z)
         for (int x = 0; x < side; ++x)
-            out.push_back(bodies.level(p.first * side + x, p.second * side + z));
+            out.levels.push_back(bodies.level(p.first * side + x, p.second * side + z, &out.reach));
     return out;
 }
 
-std::size_t wet_cells(const std::vector<float>& levels) {
-    return static_cast<std::size_t>(
-        std::count_if(levels.begin(), levels.end(), [](float l) { return !std::isnan(l); }));
+std::size_t wet_cells(const Told& told) {
+    return static_cast<std::size_t>(std::count_if(told.levels.begin(), told.levels.end(),
+                                                  [](float l) { return !std::isnan(l); }));
 }
 
 Picture picture(WaterBodies& bodies, std::vector<std::pair<int, int>> order) {
     Picture out;
     for (const auto& p : order)
-        out[p] = patch_levels(bodies, p);
+        out[p] = ask(bodies, p);
     return out;
 }
 
 void check_same(const Picture& a, const Picture& b) {
     REQUIRE(a.size() == b.size());
-    for (const auto& [patch, levels] : a) {
+    for (const auto& [patch, told] : a) {
         INFO("patch " << patch.first << ", " << patch.second);
-        REQUIRE(same(levels, b.at(patch)));
+        REQUIRE(same(told.levels, b.at(patch).levels));
+        REQUIRE(told.reach == b.at(patch).reach);
     }
+}
+
+constexpr int kReachSide = 8;  // cells along a patch
+
+using Wet = bool (*)(std::int32_t, std::int32_t);
+
+/// Water where `wet` says so, flat ground elsewhere; nothing beyond 12 patches.
+FunctionSource::Make made(Wet wet) {
+    return [wet](std::int32_t x, std::int32_t z) {
+        if (std::abs(x >> 3) > 12 || std::abs(z >> 3) > 12)
+            return WaterCell{};
+        return wet(x, z) ? water_at(5, 4) : ground_at(7, 16);
+    };
+}
+
+WaterOptions reach_options(std::size_t max_patches = 16384) {
+    WaterOptions out;
+    out.cell_voxels = 64 / kReachSide;
+    out.max_body_patches = max_patches;
+    return out;
 }
 
 }  // namespace
 
-TEST_CASE("levels depend neither on which request comes first, nor on threads, nor on memory",
-          "[water][finder]") {
+TEST_CASE(
+    "levels and reaches depend neither on which request comes first, nor on threads, nor on memory",
+    "[water][finder]") {
     const Scene scene(5);
     const auto cells = std::ref(scene);
     FunctionSource reference_source(kSide, cells);
@@ -113,8 +141,8 @@ TEST_CASE("levels depend neither on which request comes first, nor on threads, n
         const auto x = static_cast<std::int32_t>(random() % 500) - 250;
         const auto z = static_cast<std::int32_t>(random() % 500) - 250;
         const float level = bodies.level(x, z);
-        const float other =
-            expected.at({x >> 5, z >> 5})[static_cast<std::size_t>((z & 31) * 32 + (x & 31))];
+        const float other = expected.at({x >> 5, z >> 5})
+                                .levels[static_cast<std::size_t>((z & 31) * 32 + (x & 31))];
         INFO("cell " << x << ", " << z << ": " << level << " and " << other);
         REQUIRE(same({level}, {other}));
     }
@@ -145,8 +173,9 @@ TEST_CASE("a body too large for the bound is cut the same way whichever request 
     WaterBodies whole(whole_source, {});
     const Picture uncut = picture(whole, list_patches(-8, 9));
     bool differs = false;
-    for (const auto& [patch, levels] : uncut) {
-        const std::vector<float>& cut = expected.at(patch);
+    for (const auto& [patch, told] : uncut) {
+        const std::vector<float>& levels = told.levels;
+        const std::vector<float>& cut = expected.at(patch).levels;
         differs = differs || !same(cut, levels);
         // The same water, at levels that differ by what the cutting costs.
         REQUIRE(cut.size() == levels.size());
@@ -172,11 +201,11 @@ TEST_CASE("a dry patch loads no neighbour", "[water][finder]") {
         return x == 5 && z == 5 ? nothing_seen() : x == 40 && z == 20 ? water_at(3) : ground_at(10);
     });
     WaterBodies bodies(source, {});
-    CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
+    CHECK(wet_cells(ask(bodies, {0, 0})) == 0);
     CHECK(std::isnan(bodies.level(3, 31)));
     CHECK(std::isnan(bodies.level_near(6, 6)));
     CHECK(source.requested() == std::set<std::pair<std::int32_t, std::int32_t>>{{0, 0}});
-    CHECK(wet_cells(patch_levels(bodies, {1, 0})) == 1);
+    CHECK(wet_cells(ask(bodies, {1, 0})) == 1);
     CHECK(bodies.level(40, 20) == 3);
     CHECK(source.requested().size() == 2);
 }
@@ -229,7 +258,7 @@ TEST_CASE(
     CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 6 + 216) + 1);
     std::size_t cells = 0;
     for (int p = 0; p < 60 * 60; ++p)
-        cells += wet_cells(patch_levels(bodies, {p % 60, p / 60}, side));
+        cells += wet_cells(ask(bodies, {p % 60, p / 60}, side));
     CHECK(cells > 880'000);
 }
 
@@ -260,8 +289,8 @@ TEST_CASE("the finder stands up to hostile cells", "[water][finder]") {
         WaterBodies bodies(source, options);
         for (const auto& [x, z] : {std::pair{0, 0}, {1, 0}, {-40, 7}, {1000, -1000}, {16, 16}})
             CHECK(std::isnan(bodies.level(x, z)));
-        CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
-        CHECK(wet_cells(patch_levels(bodies, {-1, -1})) == 0);
+        CHECK(wet_cells(ask(bodies, {0, 0})) == 0);
+        CHECK(wet_cells(ask(bodies, {-1, -1})) == 0);
     }
     FunctionSource extreme(kSide, [](auto, auto) { return water_at(3e38f, 65535); });
     WaterOptions options;
@@ -300,4 +329,53 @@ TEST_CASE("the finder refuses options and sources it cannot work with", "[water]
     while (left > 0)
         CHECK_THROWS_AS(bodies.level(3, 3), util::Error);
     CHECK(bodies.level(3, 3) == 2);
+}
+
+TEST_CASE("a level reaches as far as its body and one patch beyond where the body touches a border",
+          "[voxelserver][water][reach]") {
+    struct Case {
+        const char* name;
+        Wet wet;
+        std::int32_t cx;
+        std::int32_t cz;
+        voxel::InputExtent reach;
+    };
+    const Wet dry = [](std::int32_t, std::int32_t) { return false; };
+    const Wet pond = [](std::int32_t x, std::int32_t z) {
+        return x > 1 && x < 6 && z > 1 && z < 6;
+    };
+    const Wet wide = [](std::int32_t x, std::int32_t z) {
+        return x > 1 && x < 8 && z > 1 && z < 6;
+    };
+    const Wet canal = [](std::int32_t x, std::int32_t z) { return z == 3 && x >= -30 && x < 42; };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"dry land: its own patch", dry, 3, 3, {0, 0, 1, 1}},
+        {"dry land south of 0", dry, -1, -9, {-1, -2, 0, -1}},
+        {"a pond within a patch", pond, 3, 3, {0, 0, 1, 1}},
+        {"a pond along a border", wide, 3, 3, {0, 0, 2, 1}},
+        {"dry land next to that pond", wide, 0, 0, {0, 0, 1, 1}},
+        {"a canal of nine patches", canal, 0, 3, {-4, 0, 6, 1}},
+        {"the other end of it", canal, 41, 3, {-4, 0, 6, 1}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        FunctionSource source(kReachSide, made(c.wet));
+        WaterBodies bodies(source, reach_options());
+        for (int i = 0; i < 2; ++i) {  // found, then remembered
+            voxel::InputExtent reach;
+            static_cast<void>(bodies.level(c.cx, c.cz, &reach));
+            INFO(reach.min_bx << ", " << reach.min_bz << " to " << reach.max_bx << ", "
+                              << reach.max_bz);
+            CHECK(reach == c.reach);
+        }
+    }
+}
+
+TEST_CASE("a body that is cut reaches everywhere", "[voxelserver][water][reach]") {
+    FunctionSource source(kReachSide, made([](std::int32_t x, std::int32_t z) {
+                              return std::abs(x) < 90 && std::abs(z) < 90;
+                          }));
+    WaterBodies bodies(source, reach_options(16));
+    voxel::InputExtent reach;
+    CHECK(bodies.level(0, 0, &reach) == 5);
+    CHECK(reach == kAnywhere);
 }

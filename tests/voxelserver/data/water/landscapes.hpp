@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "voxelserver/data/water/body_levels.hpp"
 #include "voxelserver/data/water/water_cells.hpp"
 
 namespace terravox::water::test {
@@ -203,6 +204,24 @@ inline std::vector<Landscape::Place> wave(double x0, double x1, double z0, doubl
             {x0 + i * step, z0 + amplitude * std::sin(6.283185307179586 * i * step / length)});
     return out;
 }
+/// The water of a landscape as one body, with what was seen of it.
+/// @param hidden cells of which nothing was seen, by their place
+template <class Hidden>
+Body make_body(const Landscape& land, const std::vector<WaterCell>& seen, const Hidden& hidden) {
+    Body out;
+    for (int z = 0; z < land.height(); ++z)
+        for (int x = 0; x < land.width(); ++x) {
+            if (std::isnan(land.truth(x, z)))
+                continue;
+            const WaterCell& c = seen[land.index(x, z)];
+            out.places.push_back({x, z});
+            out.samples.push_back(c.water_points > 0 && !hidden(x, z)
+                                      ? LevelSample{c.water, c.water_points}
+                                      : LevelSample{});
+        }
+    return out;
+}
+
 inline std::vector<Landscape::Place> line(Landscape::Place a, Landscape::Place b) {
     std::vector<Landscape::Place> out;
     const int steps = static_cast<int>(std::hypot(b.x - a.x, b.z - a.z) * 8) + 1;
