@@ -170,7 +170,7 @@ TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be re
          }},
     };
     const TemporaryFolder folder;
-    const Bytes good{file_bytes(kShared / "copcjs" / "ellipsoid.copc.laz")};
+    const Bytes good{read_content(kShared / "copcjs" / "ellipsoid.copc.laz")};
     const auto wanted = all_raw(lidar::read_las_info(kShared / "copcjs" / "ellipsoid.copc.laz"));
     REQUIRE(good.get<std::uint64_t>(kInfoAt + 48) >= 3 * 32);
     for (const Case& c : cases) {
@@ -178,7 +178,7 @@ TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be re
         Bytes bytes = good;
         c.lie(bytes);
         const fs::path file = folder.path() / "liar.copc.laz";
-        write_bytes(file, bytes.all);
+        write_content(file, bytes.all);
         const Outcome outcome = index_in_child(file);
         INFO(outcome.text);
         CHECK(outcome.kind == Outcome::Kind::kError);
@@ -222,14 +222,14 @@ TEST_CASE("a .lax file that lies is refused", "[voxelserver][lidar][lax][data]")
     };
     const TemporaryFolder folder;
     fs::copy_file(kShared / "lazpy/testdata/pt1_v2.laz", folder.path() / "a.laz");
-    const Bytes good{file_bytes(kShared / "lazpy/testdata/pt1_v2.lax")};
+    const Bytes good{read_content(kShared / "lazpy/testdata/pt1_v2.lax")};
     REQUIRE(good.all.substr(16, 4) == "LASQ");
     REQUIRE(good.all.substr(52, 4) == "LASV");
     for (const Case& c : cases) {
         INFO(c.name);
         Bytes bytes = good;
         c.lie(bytes);
-        write_bytes(folder.path() / "a.lax", bytes.all);
+        write_content(folder.path() / "a.lax", bytes.all);
         const Outcome outcome = index_in_child(folder.path() / "a.laz");
         INFO(outcome.text);
         CHECK(outcome.kind == Outcome::Kind::kError);

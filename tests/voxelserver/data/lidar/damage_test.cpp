@@ -76,13 +76,13 @@ bool files_are_there() {
 void check_cuts(const std::string& name, const fs::path& file) {
     const TemporaryFolder folder;
     const fs::path cut = folder.path() / "cut.laz";
-    const std::string whole = file_bytes(file);
+    const std::string whole = read_content(file);
     const auto wanted = all_raw(lidar::read_las_info(file));
     std::mt19937 random(11);
     for (int i = 0; i < 16; ++i) {
         const std::size_t length =
             i < 3 ? whole.size() - 1 - random() % 200 : random() % whole.size();
-        write_bytes(cut, whole.substr(0, length));
+        write_content(cut, whole.substr(0, length));
         const Outcome outcome = read_all(cut);
         INFO(name << ", seed 11, case " << i << ": " << length << " of " << whole.size()
                   << " bytes: " << outcome.text);
@@ -97,7 +97,7 @@ void check_cuts(const std::string& name, const fs::path& file) {
 void check_changes(const std::string& name, const fs::path& file) {
     const TemporaryFolder folder;
     const fs::path changed = folder.path() / "changed.laz";
-    const std::string whole = file_bytes(file);
+    const std::string whole = read_content(file);
     std::uint32_t points_at = 0;
     std::memcpy(&points_at, whole.data() + 96, sizeof points_at);
     std::mt19937 random(12);
@@ -115,7 +115,7 @@ void check_changes(const std::string& name, const fs::path& file) {
             description += " byte " + std::to_string(at) + " = " +
                            std::to_string(static_cast<unsigned char>(bytes[at]));
         }
-        write_bytes(changed, bytes);
+        write_content(changed, bytes);
         INFO(name << ", seed 12, case " << i << ":" << description);
         CHECK(complaint(read_all(changed), "changed.laz") == "");
         CHECK(complaint(read_index(changed)) == "");
@@ -178,7 +178,7 @@ TEST_CASE(
         }
         writer.close();
     }
-    const std::string whole = file_bytes(good);
+    const std::string whole = read_content(good);
     std::mt19937 random(15);
     // Where the packed bytes of a chunk begin: behind its first point and, from format 6 on, its
     // counts.
@@ -199,7 +199,7 @@ TEST_CASE(
         const char value = i % 3 == 0 ? char{0} : static_cast<char>(0xFF);
         std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at),
                     std::min(length, whole.size() - at), value);
-        write_bytes(changed, bytes);
+        write_content(changed, bytes);
         INFO("format " << format << ", seed 15, case " << i << ": " << length << " bytes from "
                        << at << " of " << whole.size() << " are " << int{value});
         CHECK(complaint(read_all(changed)) == "");
@@ -214,14 +214,14 @@ TEST_CASE("a .lax file cut or changed at random is refused, or loses no point",
         return;
     const TemporaryFolder folder;
     fs::copy_file(kShared / "lazpy/testdata/pt1_v2.laz", folder.path() / "a.laz");
-    const std::string whole = file_bytes(kShared / "lazpy/testdata/pt1_v2.lax");
+    const std::string whole = read_content(kShared / "lazpy/testdata/pt1_v2.lax");
     std::mt19937 random(13);
     for (int i = 0; i < 60; ++i) {
         std::string bytes = whole.substr(0, i % 3 == 0 ? random() % whole.size() : whole.size());
         const std::size_t at = bytes.empty() ? 0 : random() % bytes.size();
         if (i % 3 != 0)
             bytes[at] = static_cast<char>(i % 3 == 1 ? 0xFF : random());
-        write_bytes(folder.path() / "a.lax", bytes);
+        write_content(folder.path() / "a.lax", bytes);
         INFO("seed 13, case " << i << ": " << bytes.size() << " bytes, byte " << at << " changed");
         const Outcome outcome = read_index(folder.path() / "a.laz");
         CHECK(complaint(outcome) == "");

@@ -3,29 +3,20 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
+#include "tests/common/content.hpp"
 #include "tests/voxelserver/data/lidar/read_points.hpp"
 #include "voxelserver/data/lidar/las_file.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 
 namespace terravox::test {
 
-inline std::string file_bytes(const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
-}
-
 /// The points of an uncompressed LAS file straight from its bytes: what the reader is tested
 /// against.
 inline std::vector<pointcloud::Point> plain_points(const std::filesystem::path& path) {
-    const std::string bytes = file_bytes(path);
+    const std::string bytes = read_content(path);
     const auto at = [&]<class T>(std::size_t offset, T value) {
         std::memcpy(&value, bytes.data() + offset, sizeof value);
         return value;

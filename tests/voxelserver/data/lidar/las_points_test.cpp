@@ -88,7 +88,7 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
         return;
     DYNAMIC_SECTION(c.file) {
         const auto raw = all_raw(read_las_info(folder / c.file));
-        const std::string bytes = file_bytes(folder / c.plain);
+        const std::string bytes = read_content(folder / c.plain);
         std::uint32_t begin = 0;
         std::uint16_t record = 0;
         std::memcpy(&begin, bytes.data() + 96, 4);

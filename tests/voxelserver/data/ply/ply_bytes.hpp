@@ -2,20 +2,15 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
+#include "tests/common/content.hpp"
 #include "voxelserver/data/pointcloud/point.hpp"
 
 namespace terravox::test {
 
 enum class PlyKind { kText, kLittle, kBig };
-
-inline void write_file(const std::filesystem::path& file, const std::string& bytes) {
-    std::ofstream(file, std::ios::binary) << bytes;
-}
 
 template <class T>
 void add_number(std::string& to, T value, PlyKind kind) {

@@ -65,7 +65,7 @@ TEST_CASE("text, little-endian and big-endian files give the points that were wr
     const TemporaryFolder folder;
     // More than two parts, and more than fit a buffer.
     const auto points = made_points(120'001, 7);
-    write_file(folder.path() / "a.ply", ply_bytes(points, kind));
+    write_content(folder.path() / "a.ply", ply_bytes(points, kind));
     const PlySource source(folder.path() / "a.ply");
     REQUIRE(source.info().point_count == points.size());
     const auto found = read_all(source);
@@ -135,7 +135,7 @@ TEST_CASE("names of properties as programs write them are understood", "[voxelse
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        write_file(folder.path() / "a.ply", text_file(c.properties, c.rows, c.type));
+        write_content(folder.path() / "a.ply", text_file(c.properties, c.rows, c.type));
         const auto points = read_all(PlySource(folder.path() / "a.ply"));
         REQUIRE(points.size() == 2);
         CHECK(points[0].x == 1);
@@ -219,7 +219,7 @@ TEST_CASE("damaged files, and files that are no point clouds, are refused with t
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = folder.path() / "a.ply";
-        write_file(file, c.bytes);
+        write_content(file, c.bytes);
         CHECK_THROWS_AS(PlySource(file), util::Error);
         CHECK_THROWS_WITH(PlySource(file),
                           contains(c.said) && contains(file.string()) && !contains("\n"));
@@ -231,9 +231,9 @@ TEST_CASE("a file that becomes shorter while it is open gives an error", "[voxel
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.ply";
     const std::string bytes = ply_bytes(made_points(5000, 1), kind);
-    write_file(file, bytes);
+    write_content(file, bytes);
     const PlySource source(file);
-    write_file(file, bytes.substr(0, bytes.size() / 2));
+    write_content(file, bytes.substr(0, bytes.size() / 2));
     CHECK_THROWS_AS(read_all(source), util::Error);
 }
 
@@ -259,9 +259,10 @@ TEST_CASE("the CRS is that of a comment, else of the .prj file", "[voxelserver][
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        write_file(folder.path() / "a.ply", ply_bytes(made_points(3, 1), PlyKind::kBig, c.comment));
+        write_content(folder.path() / "a.ply",
+                      ply_bytes(made_points(3, 1), PlyKind::kBig, c.comment));
         if (!c.beside.empty())
-            write_file(folder.path() / "a.prj", c.beside);
+            write_content(folder.path() / "a.prj", c.beside);
         const PlySource source(folder.path() / "a.ply");
         REQUIRE(source.info().crs.has_value() == !c.crs.empty());
         if (!c.crs.empty())
@@ -283,7 +284,7 @@ TEST_CASE("floats too coarse for their coordinates are warned of once", "[voxels
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        write_file(folder.path() / "a.ply", text_file("", c.rows, c.type));
+        write_content(folder.path() / "a.ply", text_file("", c.rows, c.type));
         const Warnings warnings;
         const PlySource source(folder.path() / "a.ply");
         const std::string text = warnings.text();
@@ -302,7 +303,7 @@ TEST_CASE("any single wrong byte gives points or an error, never anything else",
     for (std::size_t at = 0; at < good.size(); ++at) {
         std::string bytes = good;
         bytes[at] = static_cast<char>(random());
-        write_file(folder.path() / "a.ply", bytes);
+        write_content(folder.path() / "a.ply", bytes);
         INFO("byte " << at << " is " << static_cast<int>(bytes[at]));
         try {
             const PlySource source(folder.path() / "a.ply");

@@ -52,7 +52,7 @@ TEST_CASE("a file is one of points by its first bytes or its ending", "[voxelser
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
-        write_file(folder.path() / c.file, c.bytes);
+        write_content(folder.path() / c.file, c.bytes);
         CHECK(is_point_file(folder.path() / c.file) == c.named);
         CHECK(is_point_file_of_folder(folder.path() / c.file) == c.in_folder);
     }
@@ -62,8 +62,8 @@ TEST_CASE("folders are replaced by their point files, without meshes",
           "[voxelserver][pointcloud]") {
     const TemporaryFolder folder;
     for (const char* name : {"b.laz", "a.ply", "notes.txt"})
-        write_file(folder.path() / name, name);
-    write_file(folder.path() / "mesh.ply", kMesh);
+        write_content(folder.path() / name, name);
+    write_content(folder.path() / "mesh.ply", kMesh);
     CHECK(expand_point_files({folder.path()}) ==
           std::vector<fs::path>{folder.path() / "a.ply", folder.path() / "b.laz"});
     CHECK(expand_point_files({folder.path() / "mesh.ply"}).size() == 1);
@@ -75,7 +75,7 @@ TEST_CASE("folders are replaced by their point files, without meshes",
 TEST_CASE("each format opens its own files", "[voxelserver][pointcloud]") {
     const TemporaryFolder folder;
     write_las(folder.path() / "a.laz");
-    write_file(folder.path() / "b.ply", kCloud);
+    write_content(folder.path() / "b.ply", kCloud);
     for (const char* name : {"a.laz", "b.ply"}) {
         const auto source = open_point_source(folder.path() / name);
         CHECK(source->info().path == folder.path() / name);
@@ -103,7 +103,7 @@ TEST_CASE("what cannot be opened is refused with the reason", "[voxelserver][poi
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         if (!c.bytes.empty())
-            write_file(folder.path() / c.file, c.bytes);
+            write_content(folder.path() / c.file, c.bytes);
         CHECK_THROWS_WITH(open_point_source(folder.path() / c.file), contains(c.said));
         CHECK_THROWS_AS(open_point_source(folder.path() / c.file), util::Error);
     }
@@ -111,10 +111,10 @@ TEST_CASE("what cannot be opened is refused with the reason", "[voxelserver][poi
 
 TEST_CASE("the file next to a PLY that names its CRS belongs to it", "[voxelserver][pointcloud]") {
     const TemporaryFolder folder;
-    write_file(folder.path() / "a.ply", kCloud);
+    write_content(folder.path() / "a.ply", kCloud);
     CHECK(find_side_file(folder.path() / "a.ply") == std::nullopt);
-    write_file(folder.path() / "a.prj", "");
+    write_content(folder.path() / "a.prj", "");
     CHECK(find_side_file(folder.path() / "a.ply") == folder.path() / "a.prj");
-    write_file(folder.path() / "a.laz", "LASF");
+    write_content(folder.path() / "a.laz", "LASF");
     CHECK(find_side_file(folder.path() / "a.laz") == std::nullopt);
 }
