@@ -3,12 +3,12 @@
 #include <sqlite3.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/data/sqlite/database.hpp"
 
 using namespace terravox;
 
@@ -18,13 +18,9 @@ constexpr int kMaxValue_bytes = 1000;
 
 /// A database with one table that has one row: a text of the given length.
 void make_database(const std::filesystem::path& file, int text_bytes) {
-    sqlite3* database = nullptr;
-    REQUIRE(sqlite3_open(file.string().c_str(), &database) == SQLITE_OK);
-    const std::string sql = "CREATE TABLE t (a TEXT); INSERT INTO t VALUES ('" +
-                            std::string(static_cast<std::size_t>(text_bytes), 'x') +
-                            "'); CREATE VIEW v AS SELECT load_extension('nothing') AS a";
-    REQUIRE(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
-    sqlite3_close(database);
+    test::Database(file).run("CREATE TABLE t (a TEXT); INSERT INTO t VALUES ('" +
+                             std::string(static_cast<std::size_t>(text_bytes), 'x') +
+                             "'); CREATE VIEW v AS SELECT load_extension('nothing') AS a");
 }
 
 /// @return SQLite's code of the first statement's first step

@@ -1,6 +1,5 @@
 #include "voxelserver/serve/boxes/disk_cache.hpp"
 
-#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/data/sqlite/database.hpp"
 
 using namespace terravox;
 using boxes::DiskCache;
@@ -50,16 +50,6 @@ Item item(const std::string& bytes, const InputExtent& reach = {0, 0, 1, 1},
 
 std::string to_text(const std::optional<Item>& found) {
     return !found ? "absent" : found->bytes ? *found->bytes : "air";
-}
-
-using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
-
-/// Runs a statement on a database. @return it, still open
-Database changed(const std::filesystem::path& file, const char* sql) {
-    sqlite3* database = nullptr;
-    REQUIRE(sqlite3_open(file.c_str(), &database) == SQLITE_OK);
-    REQUIRE(sqlite3_exec(database, sql, nullptr, nullptr, nullptr) == SQLITE_OK);
-    return {database, &sqlite3_close};
 }
 
 std::string noise(std::size_t bytes, unsigned seed) {
@@ -170,7 +160,7 @@ TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][d
         DiskCache cache(file, kPlenty, inputs.function());
         cache.put(Kind::kBox, {0, 0, 0, 0}, item("one"));
     }
-    changed(file, change);
+    test::Database(file).run(change);
     DiskCache cache(file, kPlenty, inputs.function());
     for (const BoxKey& key : {BoxKey{0, 0, 0, 0}, BoxKey{0, 0, 1, 0}})
         CHECK(to_text(cache.find(Kind::kBox, key)) == "absent");
@@ -184,7 +174,7 @@ TEST_CASE("a link at the name of the cache file is not followed", "[voxelserver]
     const test::TemporaryFolder folder;
     const Inputs inputs;
     const auto other = folder.path() / "other.sqlite";
-    changed(other, "CREATE TABLE mine (a)");
+    test::Database(other).run("CREATE TABLE mine (a)");
     const std::string before = test::read_content(other);
     std::filesystem::create_symlink(other, folder.path() / "boxes.sqlite");
     {
@@ -256,8 +246,8 @@ TEST_CASE("a file that another process holds locked costs the disk, nothing more
         DiskCache(file, kPlenty, inputs.function()).put(Kind::kBox, {0, 0, 0, 0}, item("one"));
     }
     {
-        const Database locked = changed(
-            file, "PRAGMA locking_mode=EXCLUSIVE; BEGIN EXCLUSIVE; UPDATE item SET used = 1");
+        test::Database locked(file);
+        locked.run("PRAGMA locking_mode=EXCLUSIVE; BEGIN EXCLUSIVE; UPDATE item SET used = 1");
         DiskCache cache(file, kPlenty, inputs.function());
         cache.put(Kind::kBox, {0, 1, 0, 0}, item("two"));
         cache.flush();

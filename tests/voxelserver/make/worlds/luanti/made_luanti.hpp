@@ -1,7 +1,5 @@
 #pragma once
 
-#include <sqlite3.h>
-
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -12,6 +10,7 @@
 #include <tuple>
 
 #include "common/voxel/world.hpp"
+#include "tests/voxelserver/data/sqlite/database.hpp"
 #include "tests/voxelserver/make/worlds/luanti/made_map_block.hpp"
 #include "tests/voxelserver/make/worlds/voxels.hpp"
 #include "voxelserver/make/worlds/luanti/luanti_world.hpp"
@@ -22,51 +21,42 @@ namespace terravox::test::luanti {
 /// How the table of a map.sqlite names the place of a block.
 enum class Schema { kEncoded, kXyz };
 
+/// Bytes in a statement.
+inline std::string to_sql(const Bytes& bytes) {
+    std::string hex;
+    for (const std::uint8_t byte : bytes) {
+        constexpr char kDigits[] = "0123456789abcdef";
+        hex += kDigits[byte >> 4];
+        hex += kDigits[byte & 15];
+    }
+    return "x'" + hex + "'";
+}
+
 /// A map.sqlite that is being written.
-class MadeMap {
+class MadeMap : public Database {
 public:
-    MadeMap(const std::filesystem::path& file, Schema schema) : m_schema(schema) {
-        if (sqlite3_open(file.string().c_str(), &m_database) != SQLITE_OK)
-            throw std::runtime_error("open " + file.string());
+    MadeMap(const std::filesystem::path& file, Schema schema) : Database(file), m_schema(schema) {
         run(schema == Schema::kEncoded
                 ? "CREATE TABLE blocks (pos INT NOT NULL PRIMARY KEY, data BLOB)"
                 : "CREATE TABLE blocks (x INTEGER, y INTEGER, z INTEGER, data BLOB NOT NULL, "
                   "PRIMARY KEY (x, z, y))");
         run("BEGIN");
     }
-    ~MadeMap() {
-        run("COMMIT");
-        sqlite3_close(m_database);
-    }
+    ~MadeMap() { run("COMMIT"); }
     MadeMap(const MadeMap&) = delete;
     MadeMap& operator=(const MadeMap&) = delete;
 
-    void run(const std::string& sql) {
-        char* why = nullptr;
-        if (sqlite3_exec(m_database, sql.c_str(), nullptr, nullptr, &why) == SQLITE_OK)
-            return;
-        const std::string message = (why != nullptr ? why : "?") + std::string(" in ") + sql;
-        sqlite3_free(why);
-        throw std::runtime_error(message);
-    }
     /// @param x, y, z of the block, in the game's axes
     void put(int x, int y, int z, const Bytes& blob) {
-        std::string hex;
-        for (const std::uint8_t byte : blob) {
-            constexpr char kDigits[] = "0123456789abcdef";
-            hex += kDigits[byte >> 4];
-            hex += kDigits[byte & 15];
-        }
         const std::string key =
             m_schema == Schema::kEncoded
                 ? std::to_string(z * 16777216LL + y * 4096LL + x)
                 : std::to_string(x) + ", " + std::to_string(y) + ", " + std::to_string(z);
-        run("INSERT INTO blocks VALUES (" + key + ", x'" + hex + "')");
+        run("INSERT INTO blocks VALUES (" + key + ", " + to_sql(blob) + ")");
     }
 
 private:
     Schema m_schema;
-    sqlite3* m_database = nullptr;
 };
 
 /// The table that ships with the programs.
