@@ -259,7 +259,7 @@ TEST_CASE("heights in another system are the same horizon") {
     test::RasterSpec degrees;
     degrees.width = 600;
     degrees.height = 400;
-    degrees.epsg = 4326;
+    degrees.crs = "EPSG:4326";
     degrees.geo = {14.40, 0.0003, 0, 46.10, 0, -0.0003};
     const auto file =
         test::write_heights(folder.path() / "degrees.tif", degrees, [&](int x, int y) {

@@ -24,18 +24,18 @@ TEST_CASE("rasters in degrees or turned are warped as they are read", "[raytrace
     const test::TemporaryFolder folder;
     struct Case {
         const char* name;
-        int epsg;
+        const char* own;
         std::array<double, 6> geo;
         const char* crs;
     };
     const auto c = GENERATE(values<Case>({
-        {"degrees", 4326, {14.5, 1e-5, 0, 46.05, 0, -1e-5}, "EPSG:32633"},
-        {"degrees in the south", 4326, {151.2, 1e-5, 0, -33.8, 0, -1e-5}, "EPSG:32756"},
-        {"turned", 3794, {460'000, 0.8, 0.6, 101'000, 0.6, -0.8}, "EPSG:3794"},
+        {"degrees", "EPSG:4326", {14.5, 1e-5, 0, 46.05, 0, -1e-5}, "EPSG:32633"},
+        {"degrees in the south", "EPSG:4326", {151.2, 1e-5, 0, -33.8, 0, -1e-5}, "EPSG:32756"},
+        {"turned", "EPSG:3794", {460'000, 0.8, 0.6, 101'000, 0.6, -0.8}, "EPSG:3794"},
     }));
     DYNAMIC_SECTION(c.name) {
         RasterSpec spec;
-        spec.epsg = c.epsg;
+        spec.crs = c.own;
         spec.geo = c.geo;
         const auto world =
             open({write_heights(folder.path() / "a.tif", spec, [](int, int) { return 250.0; })});
@@ -82,7 +82,7 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][height
                           contains("a.tif: not georeferenced"));
     }
     SECTION("no system") {
-        spec.epsg = 0;
+        spec.crs.clear();
         write_heights(file, spec, flat);
         CHECK_THROWS_WITH(open({file}), contains("give one with --crs"));
         HeightmapOptions options;

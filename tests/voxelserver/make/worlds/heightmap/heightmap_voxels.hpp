@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -17,13 +16,6 @@ inline std::unique_ptr<voxel::World> open(std::vector<std::filesystem::path> ras
     options.rasters = std::move(rasters);
     options.voxel_m = voxel_m;
     return heightmap::open_heightmap_world(options);
-}
-
-inline bool same(const std::shared_ptr<const voxel::Box>& a,
-                 const std::shared_ptr<const voxel::Box>& b) {
-    if (!a || !b)
-        return !a && !b;
-    return std::equal(a->blob().begin(), a->blob().end(), b->blob().begin(), b->blob().end());
 }
 
 }  // namespace terravox::test

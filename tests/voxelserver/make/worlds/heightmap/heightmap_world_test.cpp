@@ -8,6 +8,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/common/voxel/synthetic_world.hpp"
 #include "tests/voxelserver/make/worlds/heightmap/heightmap_voxels.hpp"
 #include "tests/voxelserver/make/worlds/heightmap/raster_files.hpp"
 
@@ -17,7 +18,7 @@ using namespace terravox::voxel;
 using terravox::test::contains;
 using terravox::test::open;
 using terravox::test::RasterSpec;
-using terravox::test::same;
+using terravox::test::same_box;
 using terravox::test::Voxels;
 using terravox::test::write_heights;
 
@@ -188,7 +189,7 @@ TEST_CASE("a heightmap's boxes are the same in any order and fit at their edges"
         for (std::size_t t = 0; t < 3; ++t)
             threads.emplace_back([&, t] {
                 for (std::size_t i = keys.size(); i-- > 0;)
-                    if (i % 3 == t && !same(boxes.at(keys[i]), second->box(keys[i])))
+                    if (i % 3 == t && !same_box(boxes.at(keys[i]), second->box(keys[i])))
                         ++differing;
             });
         for (std::thread& thread : threads)
@@ -343,12 +344,13 @@ TEST_CASE("steep ground is rock, an orthophoto's colours lie on their columns",
     image.type = GDT_Byte;
     image.bands = 3;
     // Green in the west half, red in the east one, a blue column of 1 m at x = 10.
-    const auto photo =
-        test::write_raster(folder.path() / "photo.tif", image, [](int band, int x, int) {
-            if (x / 2 == 10)
-                return band == 3 ? 200.0 : 10.0;
-            return x < 100 ? (band == 2 ? 180.0 : 40.0) : (band == 1 ? 190.0 : 30.0);
-        });
+    image.value = [](int x, int, int band) {
+        if (x / 2 == 10)
+            return band == 2 ? 200 : 10;
+        return x < 100 ? (band == 1 ? 180 : 40) : (band == 0 ? 190 : 30);
+    };
+    const auto photo = folder.path() / "photo.tif";
+    write_image(photo, image);
     const auto bare = open({raster});
     Voxels plain(*bare);
     CHECK(plain.at(460'020, 100, -101'040)->material == Material::kGrass);
