@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/worlds/remote/batch_bytes.hpp"
@@ -47,16 +46,6 @@ std::vector<Taken> collect_taken(remote::BatchStream& stream, const std::string&
 }
 
 }  // namespace
-
-TEST_CASE("the request for a batch is as the interface says", "[raytracer][batch]") {
-    const std::vector<voxel::BoxKey> keys = {{0, 7223, 1, -1590},
-                                             {20, -2147483647 - 1, 2147483647, 0}};
-    const auto json = nlohmann::json::parse(remote::batch_request(keys));
-    CHECK(json ==
-          nlohmann::json{{"boxes", {{0, 7223, 1, -1590}, {20, -2147483647 - 1, 2147483647, 0}}}});
-    CHECK(nlohmann::json::parse(remote::batch_request(std::span(keys).first(1)))["boxes"].size() ==
-          1);
-}
 
 TEST_CASE("records are the same in parts of any size", "[raytracer][batch]") {
     const std::vector<Taken> wanted = {

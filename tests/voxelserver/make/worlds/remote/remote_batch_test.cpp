@@ -221,6 +221,13 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
         {"another type", first({.type = "text/html", .body = "<html>"}), 2, 0},
         {"megabytes of another type",
          first({.type = "text/html", .body = std::string(3 << 20, 'x')}), 2, 0},
+        {"one box at a time",
+         [](const Keys& keys, int) {
+             Deed deed = good_batch(keys);
+             deed.lost = deed.body.size() - good_record(keys[0]).size();
+             return deed;
+         },
+         3, 1},
         {"always lost",
          [](const Keys& keys, int) {
              Deed deed = good_batch(keys);
@@ -240,21 +247,6 @@ TEST_CASE("all boxes come at last, whatever becomes of their batch", "[raytracer
         CHECK(served.server.requests(kBatch) == c.batches);
         CHECK(served.singles() == c.singles);
     }
-}
-
-TEST_CASE("a stream that brings a little each time is followed to its end",
-          "[raytracer][remote][batch]") {
-    Served served([](const Keys& keys, int) {
-        Deed deed = good_batch(keys);
-        deed.lost = deed.body.size() - good_record(keys[0]).size();
-        return deed;
-    });
-    const Outcomes got = collect_boxes(*served.world);
-    CHECK(got.count == 4);
-    for (const auto& key : kKeys)
-        CHECK(got.good(key));
-    CHECK(served.server.requests(kBatch) == 3);
-    CHECK(served.singles() == 1);  // the last alone
 }
 
 TEST_CASE("one box that cannot be loaded is an error with its reason; the others come",

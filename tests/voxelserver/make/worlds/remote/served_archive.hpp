@@ -1,13 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <string>
 
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box.hpp"
 #include "common/voxel/pyramid_world.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/make/worlds/remote/served_boxes.hpp"
 
@@ -29,8 +29,7 @@ inline const std::string& archive_bytes() {
             writer.add({0, i, 0, 0}, voxel::archive::Kind::kBox,
                        voxel::compress(*to_box({0, i, 0, 0})));
         writer.finish();
-        std::ifstream in(folder.path() / "a.tvx", std::ios::binary);
-        return std::string(std::istreambuf_iterator<char>(in), {});
+        return read_content(folder.path() / "a.tvx");
     }();
     return bytes;
 }
