@@ -2,25 +2,21 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
 using terravox::test::TemporaryFolder;
+using terravox::test::write_content;
 namespace fs = std::filesystem;
 using namespace std::string_literals;
 
 namespace {
-
-void write_bytes(const fs::path& file, const std::string& bytes) {
-    fs::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << bytes;
-}
 
 /// A ZIP archive of one empty file.
 std::string zip_with(const std::string& name) {
@@ -83,10 +79,8 @@ TEST_CASE("a file that is no world says what it is and what to do", "[voxelserve
     }));
     DYNAMIC_SECTION(c.name) {
         const fs::path file = folder.path() / c.file;
-        write_bytes(file, c.bytes);
-        std::string said = c.said;
-        for (std::size_t at = 0; (at = said.find("HERE", at)) != std::string::npos;)
-            said.replace(at, 4, folder.path().string());
+        write_content(file, c.bytes);
+        const std::string said = test::replaced(c.said, "HERE", folder.path().string());
         const std::string remedy = worlds::find_remedy(file.string());
         CHECK_THAT(remedy, contains(said));
         CHECK(remedy.empty() == said.empty());
@@ -101,30 +95,30 @@ TEST_CASE("a folder that is no world says where one is", "[voxelserver][worlds]"
         CHECK(worlds::find_remedy(top.string()) == "it is empty");
     }
     SECTION("squares in a folder in it") {
-        write_bytes(top / "deep" / "er" / "a.laz", "LASF");
+        write_content(top / "deep" / "er" / "a.laz", "LASF");
         CHECK(worlds::find_remedy(top.string()) ==
               "but folders in it do: " + (top / "deep" / "er").string() +
                   "; give those that belong together");
     }
     SECTION("squares in many folders") {
         for (const char* name : {"b", "a", "e", "d", "c"})
-            write_bytes(top / name / "a.laz", "LASF");
+            write_content(top / name / "a.laz", "LASF");
         CHECK(worlds::find_remedy(top.string()) ==
               "but folders in it do: " + (top / "a").string() + ", " + (top / "b").string() + ", " +
                   (top / "c").string() + " and 2 more; give those that belong together");
     }
     SECTION("too deep to be looked for") {
-        write_bytes(top / "1" / "2" / "3" / "4" / "a.laz", "LASF");
+        write_content(top / "1" / "2" / "3" / "4" / "a.laz", "LASF");
         CHECK(worlds::find_remedy(top.string()).empty());
     }
     SECTION("images") {
-        write_bytes(top / "b.png", "\x89PNG");
-        write_bytes(top / "a.me", "read me\nfirst\n");
+        write_content(top / "b.png", "\x89PNG");
+        write_content(top / "a.me", "read me\nfirst\n");
         CHECK_THAT(worlds::find_remedy(top.string()),
                    contains("of its file b.png: it is an image; give it with --ortho"));
     }
     SECTION("ZIP archives") {
-        write_bytes(top / "a.zip", zip_with("a.laz"));
+        write_content(top / "a.zip", zip_with("a.laz"));
         CHECK_THAT(worlds::find_remedy(top.string()),
                    contains("a.zip: it is a ZIP archive of LAZ"));
     }

@@ -1,9 +1,9 @@
 #include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <filesystem>
-#include <fstream>
 
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/make/worlds/archive/archive_kind.hpp"
 #include "voxelserver/make/worlds/lidar/lidar_kind.hpp"
@@ -16,14 +16,10 @@ using namespace terravox;
 using namespace terravox::worlds;
 using terravox::test::contains;
 using terravox::test::TemporaryFolder;
+using terravox::test::write_content;
 namespace fs = std::filesystem;
 
 namespace {
-
-void write(const fs::path& file, const std::string& text) {
-    fs::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-}
 
 /// An input with the folder's path in place of HERE.
 std::string placed(std::string input, const fs::path& folder) {
@@ -38,16 +34,16 @@ std::string placed(std::string input, const fs::path& folder) {
 TEST_CASE("each input has one kind", "[voxelserver][worlds]") {
     const TemporaryFolder folder;
     const fs::path& at = folder.path();
-    write(at / "named.LAZ", "nothing that could be read");
-    write(at / "points.bin", "LASF and more");
-    write(at / "squares" / "a.laz", "");
-    write(at / "store" / "fishnet.gpkg", "");
-    write(at / "game" / "level.dat", "");
-    write(at / "game" / "region" / "r.0.0.mca", "");
-    write(at / "luanti" / "world.mt", "");
-    write(at / "luanti" / "map.sqlite", "");
-    write(at / "both" / "world.mt", "");
-    write(at / "both" / "level.dat", "");
+    write_content(at / "named.LAZ", "nothing that could be read");
+    write_content(at / "points.bin", "LASF and more");
+    write_content(at / "squares" / "a.laz", "");
+    write_content(at / "store" / "fishnet.gpkg", "");
+    write_content(at / "game" / "level.dat", "");
+    write_content(at / "game" / "region" / "r.0.0.mca", "");
+    write_content(at / "luanti" / "world.mt", "");
+    write_content(at / "luanti" / "map.sqlite", "");
+    write_content(at / "both" / "world.mt", "");
+    write_content(at / "both" / "level.dat", "");
     struct Case {
         const char* name;
         std::string input;  ///< HERE stands for the folder: each case has one of its own
@@ -77,7 +73,7 @@ TEST_CASE("a file comes before a world of its name", "[voxelserver][worlds]") {
     const TemporaryFolder folder;
     const fs::path before = fs::current_path();
     fs::current_path(folder.path());
-    write(folder.path() / "generated", "LASF");
+    write_content(folder.path() / "generated", "LASF");
     const std::string input = "generated";
     const WorldKind& kind = find_kind(input);
     fs::current_path(before);
@@ -86,7 +82,7 @@ TEST_CASE("a file comes before a world of its name", "[voxelserver][worlds]") {
 
 TEST_CASE("what is no world is refused with all that is allowed", "[voxelserver][worlds]") {
     const TemporaryFolder folder;
-    write(folder.path() / "text.txt", "no world");
+    write_content(folder.path() / "text.txt", "no world");
     fs::create_directories(folder.path() / "empty");
     struct Case {
         const char* name;
