@@ -73,19 +73,6 @@ TEST_CASE("a process cannot write more than it may", "[voxelserver][jobs]") {
     CHECK(std::filesystem::file_size(folder.path() / "big") <= kMax_bytes);
 }
 
-TEST_CASE("a process that ignores SIGTERM ends all the same", "[voxelserver][jobs]") {
-    const test::Script script("trap '' TERM; echo ready >&2; while :; do sleep 1; done");
-    const test::TemporaryFolder folder;
-    jobs::JobProcess process({script.file(), {}, folder.path(), {}, kMax_bytes});
-    REQUIRE(test::eventually([&] {
-        (void)process.look();
-        return process.said() == "ready\n";
-    }));
-    CHECK(process.resident_bytes() > 0);
-    process.stop();
-    CHECK(process.look() == 128 + 9);
-}
-
 TEST_CASE("a process ends with the thread that has started it", "[voxelserver][jobs]") {
     const test::Script script(
         "trap 'echo ended > \"$1\"; exit' TERM; echo $$ > \"$1\";"
@@ -112,12 +99,6 @@ TEST_CASE("a process is nicer than the server, however nice that is", "[voxelser
         CHECK(find_status(process) == 0);
         CHECK(process.said() == std::to_string(std::min(own + 10, 19)) + "\n");
     }).join();
-}
-
-TEST_CASE("a program that is not there is reported", "[voxelserver][jobs]") {
-    const test::TemporaryFolder folder;
-    CHECK_THROWS_AS(jobs::JobProcess({folder.path() / "none", {}, folder.path(), {}, kMax_bytes}),
-                    util::Error);
 }
 
 TEST_CASE("what it says is kept to some kilobytes, and read", "[voxelserver][jobs]") {

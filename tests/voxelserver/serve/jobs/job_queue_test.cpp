@@ -1,10 +1,10 @@
 #include "voxelserver/serve/jobs/job_queue.hpp"
 
-#include <fstream>
 #include <limits>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/eventually.hpp"
 #include "tests/voxelserver/serve/jobs/script.hpp"
 
@@ -59,9 +59,7 @@ TEST_CASE("a job runs the analysis of the server's own world, and has its raster
     CHECK(end.bytes > 0);
     const auto file = queue.result(*id);
     REQUIRE(file);
-    std::ifstream in(*file);
-    const std::string text(std::istreambuf_iterator<char>(in), {});
-    CHECK(text ==
+    CHECK(test::read_content(*file) ==
           "analyse sky http://127.0.0.1:1 -o result.tif --area=0,0,1,1 --memory-mib=512 "
           "--cache=none, s3cret for http://127.0.0.1:1\n");
     CHECK(queue.remove(*id));

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <string>
 
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 
 namespace terravox::test {
@@ -19,10 +20,7 @@ public:
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return m_file; }
     /// A file that the script may write to, and its text.
     [[nodiscard]] std::filesystem::path note() const { return m_folder.path() / "note"; }
-    [[nodiscard]] std::string noted() const {
-        std::ifstream in(note());
-        return {std::istreambuf_iterator<char>(in), {}};
-    }
+    [[nodiscard]] std::string noted() const { return read_content(note()); }
 
 private:
     TemporaryFolder m_folder;

@@ -1,15 +1,18 @@
-#include "voxelserver/serve/map/column_top.hpp"
-
 #include <atomic>
+#include <random>
 #include <vector>
 
 #include "common/util/error.hpp"
 #include "common/util/linear_light.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/voxel/scene.hpp"
+#include "tests/voxelserver/serve/map/png_pixels.hpp"
+#include "voxelserver/serve/map/column_top.hpp"
+#include "voxelserver/serve/map/pixels.hpp"
 #include "voxelserver/serve/map/top_cache.hpp"
 
 using namespace terravox;
+using map::ColumnTop;
 using voxel::Box;
 using voxel::Material;
 using voxel::VoxelAttr;
@@ -58,6 +61,16 @@ std::shared_ptr<const Box> slab(std::int32_t by, int height, const VoxelAttr& at
         for (int x = -1; x <= 64; ++x)
             scene.add(x, z, -1, height, true);
     return scene.build({0, 0, by, 0}, [&](int, int, int) { return attr; });
+}
+
+std::uint32_t measure_shade(const std::array<std::int32_t, 9>& heights) {
+    std::array<ColumnTop, 9> tops;
+    map::TopWindow window{};
+    for (std::size_t i = 0; i < 9; ++i) {
+        tops[i] = {heights[i], {}, Material::kGround};
+        window[i] = &tops[i];
+    }
+    return map::hill_shade(window);
 }
 
 }  // namespace
@@ -235,4 +248,66 @@ TEST_CASE("boxes made by other requests are shown, and evicted columns are reque
     for (std::size_t i = 0; i < 6; ++i)
         CHECK(cache.top(static_cast<int>(i), 0, true).top->columns == tops[i]->columns);
     CHECK(maker.made > 0);
+}
+
+TEST_CASE("slopes towards the north-west are bright, those away from it dark", "[map][shade]") {
+    struct Case {
+        const char* name;
+        std::array<std::int32_t, 9> heights;
+        int sign;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"level", {5, 5, 5, 5, 5, 5, 5, 5, 5}, 0},
+        {"rises to the east: faces west", {0, 1, 2, 0, 1, 2, 0, 1, 2}, 1},
+        {"rises to the west", {2, 1, 0, 2, 1, 0, 2, 1, 0}, -1},
+        {"rises to the south: faces north", {0, 0, 0, 1, 1, 1, 2, 2, 2}, 1},
+        {"rises to the north", {2, 2, 2, 1, 1, 1, 0, 0, 0}, -1},
+        {"rises to the south-east", {0, 1, 2, 1, 2, 3, 2, 3, 4}, 1},
+        {"rises to the north-west", {4, 3, 2, 3, 2, 1, 2, 1, 0}, -1},
+        {"a wall", {0, 0, 0, 0, 0, 0, -90, -90, -90}, -1},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const auto shade = static_cast<int>(measure_shade(c.heights));
+        const int flat = map::kFlatShade;
+        CHECK((shade > flat) - (shade < flat) == c.sign);
+    }
+}
+
+TEST_CASE("shade stays within its range for any heights", "[map][shade]") {
+    std::mt19937_64 random(3);
+    for (int i = 0; i < 20000; ++i) {
+        std::array<std::int32_t, 9> heights;
+        for (auto& h : heights)
+            h = i % 2 == 0 ? static_cast<std::int32_t>(random())
+                           : static_cast<std::int32_t>(random() % 7);
+        const std::uint32_t shade = measure_shade(heights);
+        INFO("round " << i);
+        REQUIRE(shade >= map::kFlatShade * 6 / 10);
+        REQUIRE(shade <= map::kFlatShade * 5 / 4);
+    }
+    CHECK(measure_shade({INT32_MIN, INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX, INT32_MAX,
+                         INT32_MIN, 0, INT32_MAX}) > 0);
+}
+
+TEST_CASE(
+    "water is not shaded, nothing is transparent, and nothing next to a column is level with it",
+    "[map][shade]") {
+    std::array<ColumnTop, 9> tops;
+    map::TopWindow window{};
+    for (std::size_t i = 0; i < 9; ++i) {
+        tops[i] = {static_cast<std::int32_t>(i % 3), {90, 120, 60}, Material::kGrass};
+        window[i] = &tops[i];
+    }
+    const map::Rgba8 lit = map::shaded_pixel(window);
+    CHECK(lit.r > 90);
+    CHECK(lit.a == 255);
+    for (std::size_t i = 0; i < 9; ++i)
+        if (i != 4)
+            tops[i].material = Material::kAir;
+    CHECK(map::shaded_pixel(window) == map::Rgba8{90, 120, 60, 255});
+    for (auto& top : tops)
+        top.material = Material::kWater;
+    CHECK(map::shaded_pixel(window) == map::Rgba8{90, 120, 60, 255});
+    tops[4].material = Material::kAir;
+    CHECK(map::shaded_pixel(window) == map::Rgba8{});
 }
