@@ -1,6 +1,5 @@
 #include "voxelserver/out/archive/patch.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <random>
 #include <set>
@@ -243,32 +242,4 @@ TEST_CASE("patch: changes are compared with each other where they meet", "[archi
     CHECK(archive_tools::patch(archive, alike, place.file("patched.tvx")).columns == 3);
     CHECK_THROWS_WITH(archive_tools::patch(archive, other, place.file("patched.tvx")),
                       contains("are not alike"));
-}
-
-TEST_CASE("a set of columns says which boxes touch it", "[archive]") {
-    std::mt19937 random(3);
-    for (int round = 0; round < 50; ++round) {
-        std::set<std::pair<std::int32_t, std::int32_t>> there;
-        std::vector<voxel::archive::ColumnRun> runs;
-        for (int i = 0; i < 12; ++i) {
-            const auto bx = static_cast<std::int32_t>(random() % 40) - 20;
-            const auto bz = static_cast<std::int32_t>(random() % 40) - 20;
-            const auto count = static_cast<std::int32_t>(random() % 4);
-            runs.push_back({bz, bx, bx + count});
-            for (std::int32_t k = 0; k < count; ++k)
-                there.emplace(bx + k, bz);
-        }
-        const voxel::archive::ColumnSet set(runs);
-        CHECK(set.count() == there.size());
-        for (int level = 0; level < 6; ++level)
-            for (int i = 0; i < 60; ++i) {
-                const auto bx = static_cast<std::int32_t>(random() % 60) - 30;
-                const auto bz = static_cast<std::int32_t>(random() % 60) - 30;
-                const bool wanted = std::any_of(there.begin(), there.end(), [&](const auto& at) {
-                    return at.first >> level == bx && at.second >> level == bz;
-                });
-                INFO("round " << round << ", level " << level << ", " << bx << " " << bz);
-                CHECK(set.touches({level, bx, 0, bz}) == wanted);
-            }
-    }
 }

@@ -1,7 +1,9 @@
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "survey_fixture.hpp"
 #include "voxelserver/tools/survey/scanner.hpp"
+#include "voxelserver/tools/survey/truth.hpp"
 
 using namespace terravox::survey;
 
@@ -15,6 +17,16 @@ void scan(const SquareModel& model, double density, const Visit& visit) {
         if (model.extent().box().contains(pulse.foot))
             visit(pulse, scanner.shoot(pulse));
     });
+}
+
+/// The village east of the lake with the hotels.
+const SquareModel& village() {
+    static const SquareModel model(7, {462600, 101380, 256}, 2);
+    return model;
+}
+
+bool solid_above(const Building& b, Vec2 p) {
+    return b.top_m(p).has_value();
 }
 
 }  // namespace
@@ -35,24 +47,6 @@ TEST_CASE("pulses are as dense as requested, on average", "[survey][scan]") {
           Approx(c.density).epsilon(c.within));
 }
 
-TEST_CASE("pulses do not depend on the requested area", "[survey][scan]") {
-    const Box2 whole{0, 0, 60, 60};
-    const Box2 part{20, 20, 40, 40};
-    std::vector<std::uint64_t> from_whole;
-    std::vector<std::uint64_t> from_part;
-    const ScanPattern pattern(7, 4.0);
-    pattern.visit(whole, [&](const Pulse& pulse) {
-        if (part.contains(pulse.foot))
-            from_whole.push_back(pulse.key);
-    });
-    pattern.visit(part, [&](const Pulse& pulse) {
-        if (part.contains(pulse.foot))
-            from_part.push_back(pulse.key);
-    });
-    CHECK_FALSE(from_part.empty());
-    CHECK(from_part == from_whole);
-}
-
 TEST_CASE("water is mostly void", "[survey][scan]") {
     const SquareModel model(7, {462320, 101460, 192},
                             1);  // open lake, west of the nadir of the nearest strip
@@ -70,26 +64,6 @@ TEST_CASE("water is mostly void", "[survey][scan]") {
     REQUIRE(pulses > 5000);
     CHECK(static_cast<double>(echoes) / static_cast<double>(pulses) < 0.2);
     CHECK(echoes > 0);
-}
-
-TEST_CASE("returns of a pulse are numbered from the top", "[survey][scan]") {
-    const SquareModel model(7, {462300, 101780, 128}, 1);  // forest
-    std::array<int, Returns::kMax + 1> by_count{};
-    int wrong = 0;
-    scan(model, 4.0, [&](const Pulse&, const Returns& returns) {
-        ++by_count[static_cast<std::size_t>(returns.count)];
-        for (int i = 0; i < returns.count; ++i) {
-            const auto& point = returns.points[static_cast<std::size_t>(i)];
-            wrong += point.return_number != i + 1 || point.number_of_returns != returns.count;
-            wrong +=
-                i > 0 && point.height_m > returns.points[static_cast<std::size_t>(i - 1)].height_m;
-        }
-    });
-    CHECK(wrong == 0);
-    CHECK(by_count[1] > 1000);
-    CHECK(by_count[2] > 1000);
-    CHECK(by_count[3] > 1000);
-    CHECK(by_count[0] < by_count[1]);
 }
 
 TEST_CASE("building points lie between ground and ridge, bridge points on the deck above the water",
@@ -131,4 +105,113 @@ TEST_CASE("building points lie between ground and ridge, bridge points on the de
     CHECK(roofs > 1000);
     CHECK(decks > 300);
     CHECK(wrong == 0);
+}
+
+TEST_CASE(
+    "some houses have balconies and carports, the hotels passages and canopies, all higher than a "
+    "storey",
+    "[survey][overhang]") {
+    std::array<int, 10> found{};
+    for (const Building& b : village().buildings()) {
+        if (!b.open_beneath() || !village().extent().box().contains(b.centre))
+            continue;
+        CAPTURE(to_name(b.use), b.centre.x, b.centre.y);
+        ++found[static_cast<std::size_t>(b.use)];
+        CHECK(b.underside_m < b.eaves_m);
+        if (b.use != BuildingUse::kHotel)
+            CHECK(b.underside_m - village().ground_m(b.centre) > 3.0);
+        CHECK_FALSE(village().water_m(b.centre).has_value());
+    }
+    for (const BuildingUse use : {BuildingUse::kBalcony, BuildingUse::kCarport,
+                                  BuildingUse::kCanopy, BuildingUse::kPassage}) {
+        CAPTURE(to_name(use));
+        CHECK(found[static_cast<std::size_t>(use)] > 0);
+    }
+}
+
+TEST_CASE("pulses that lean pass under a slab to the ground, and the others end on it",
+          "[survey][overhang]") {
+    const Scanner scanner(village());
+    std::vector<const Building*> carports;
+    for (const Building& b : village().buildings())
+        if (b.use == BuildingUse::kCarport)
+            carports.push_back(&b);
+    REQUIRE(carports.size() > 3);
+    int beneath = 0;
+    int above = 0;
+    int inside = 0;
+    ScanPattern(7, 8.0).visit(village().extent().box(), [&](const Pulse& pulse) {
+        const Returns returns = scanner.shoot(pulse);
+        for (int i = 0; i < returns.count; ++i) {
+            const ScanPoint& point = returns.points[static_cast<std::size_t>(i)];
+            for (const Building* b : carports) {
+                if (!solid_above(*b, point.at))
+                    continue;
+                beneath += point.classification == las_class::kGround;
+                above += point.classification == las_class::kBuilding;
+                inside += point.classification == las_class::kBuilding &&
+                          point.height_m < b->underside_m - 0.15;
+            }
+        }
+    });
+    CHECK(beneath > 20);
+    CHECK(above > 500);
+    CHECK(inside == 0);
+}
+
+TEST_CASE("the truth names the slabs and where it is open beneath them", "[survey][overhang]") {
+    const auto json = nlohmann::json::parse(truth_json(village()));
+    CHECK(json.at("version") == kTruthVersion);
+    int slabs = 0;
+    for (const auto& building : json.at("buildings"))
+        slabs += building.contains("underside_m");
+    const Box2 box = village().extent().box();
+    const auto listed = [&](const Building& b) {
+        return b.open_beneath() && b.bounds().overlaps(box);
+    };
+    CHECK(slabs ==
+          std::count_if(village().buildings().begin(), village().buildings().end(), listed));
+
+    int open = 0;
+    int wrong = 0;
+    const auto columns = true_columns(village());
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        const TrueColumn& column = columns[i];
+        const Vec2 p{box.x0 + static_cast<double>(i % 256) + 0.5,
+                     box.y1 - static_cast<double>(i / 256) - 0.5};
+        bool slab = false;
+        bool solid = false;
+        for (const Building& b : village().buildings())
+            if (b.top_m(p))
+                (b.open_beneath() ? slab : solid) = true;
+        wrong += column.open_building != (slab && !solid);
+        wrong += column.open_building && column.underside_m - column.ground_m < 2.0F;
+        open += column.open_building;
+    }
+    CHECK(open > 200);
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("the kind of a column is that of the highest thing above it", "[survey][truth]") {
+    const auto columns = true_columns(village());
+    REQUIRE(columns.size() == 256U * 256U);
+    std::array<int, kTrueKindCount> count{};
+    int wrong = 0;
+    for (const TrueColumn& column : columns) {
+        ++count[static_cast<std::size_t>(column.kind)];
+        const bool roof = column.kind >= TrueKind::kRoofRed && column.kind <= TrueKind::kRoofCopper;
+        if (roof)
+            wrong += column.roof_m < column.crown_m || column.roof_m < column.ground_m;
+        if (column.kind == TrueKind::kTree)
+            wrong += column.crown_m < column.roof_m || column.crown_m < column.ground_m;
+        if (column.kind == TrueKind::kWater)
+            wrong += column.water_m < column.ground_m || column.building != TrueColumn::kNone;
+    }
+    CHECK(wrong == 0);
+    for (const TrueKind kind :
+         {TrueKind::kGrass, TrueKind::kRoad, TrueKind::kWater, TrueKind::kTree, TrueKind::kRoofRed,
+          TrueKind::kRoofGrey, TrueKind::kRoofPale}) {
+        CAPTURE(to_name(kind));
+        CHECK(count[static_cast<std::size_t>(kind)] > 50);
+    }
 }

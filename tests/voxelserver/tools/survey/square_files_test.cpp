@@ -31,7 +31,7 @@ TEST_CASE("another seed gives another place", "[survey]") {
     options.seed = 8;
     run_survey(options, kQuiet);
     for (const auto& file : list_files(reports.front().name))
-        CHECK(read_all_bytes(one.path() / file) != read_all_bytes(two.path() / file));
+        CHECK(read_content(one.path() / file) != read_content(two.path() / file));
 }
 
 TEST_CASE("a square depends neither on threads nor on which survey it belongs to", "[survey]") {
@@ -49,10 +49,10 @@ TEST_CASE("a square depends neither on threads nor on which survey it belongs to
     run_survey(options, kQuiet);
     for (const auto& file : list_files(name)) {
         INFO(file);
-        CHECK(read_all_bytes(alone.path() / file) == read_all_bytes(among.path() / file));
+        CHECK(read_content(alone.path() / file) == read_content(among.path() / file));
     }
-    CHECK(read_all_bytes(alone.path() / "truth" / ("albedo_" + name + ".tif")) ==
-          read_all_bytes(among.path() / "truth" / ("albedo_" + name + ".tif")));
+    CHECK(read_content(alone.path() / "truth" / ("albedo_" + name + ".tif")) ==
+          read_content(among.path() / "truth" / ("albedo_" + name + ".tif")));
 }
 
 TEST_CASE("points lie in their square and neighbours share none", "[survey]") {

@@ -3,24 +3,18 @@
 #include <laszip/laszip_api.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/tools/survey/survey.hpp"
 
 namespace terravox::survey::test {
 
+using terravox::test::read_content;
 using terravox::test::TemporaryFolder;
-
-inline std::string read_all_bytes(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    REQUIRE(file);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct FilePoint {
     double x;
