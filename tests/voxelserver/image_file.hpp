@@ -25,14 +25,14 @@ struct ImageFile {
     std::string crs = kCrs;
     GDALDataType type = GDT_Byte;
     bool palette = false;  ///< entry i: 255 - i, i, 77
-    std::optional<double> nodata;
-    std::string unit;                       ///< of the bands
-    std::vector<int> overviews;             ///< their factors
-    std::string date;                       ///< TIFFTAG_DATETIME
-    std::vector<std::string> descriptions;  ///< of the bands
+    std::optional<double> nodata{};
+    std::string unit{};                       ///< of the bands
+    std::vector<int> overviews{};             ///< their factors
+    std::string date{};                       ///< TIFFTAG_DATETIME
+    std::vector<std::string> descriptions{};  ///< of the bands
     std::vector<GDALColorInterp>
-        meanings;                      ///< of the bands; those not named stay as GDAL makes them
-    std::vector<std::string> options;  ///< of the driver
+        meanings{};                      ///< of the bands; those not named stay as GDAL makes them
+    std::vector<std::string> options{};  ///< of the driver
     /// @param x, y pixel  @param band from 0
     std::function<double(int x, int y, int band)> value = [](int, int, int) { return 100; };
 };

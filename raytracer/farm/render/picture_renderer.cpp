@@ -6,6 +6,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "raytracer/core/output/credit_line.hpp"
 #include "raytracer/core/output/denoise.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/output/tile_stream.hpp"

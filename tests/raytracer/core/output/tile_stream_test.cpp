@@ -7,6 +7,7 @@
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/output/image_writer.hpp"
 #include "raytracer/core/tiles/tile_plan.hpp"
 #include "tests/catch.hpp"

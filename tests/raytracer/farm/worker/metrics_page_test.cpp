@@ -66,7 +66,12 @@ farm::WorkerDaemon::Totals some_metrics() {
     m.sessions = 4;
     m.busy = 5;
     m.unfit = 6;
-    m.now = {{.box_bytes = 1000, .waiting = 5, .begun = 9}, {.box_bytes = 24, .waiting = 3}};
+    m.now.resize(2);
+    m.now[0].box_bytes = 1000;
+    m.now[0].waiting = 5;
+    m.now[0].begun = 9;
+    m.now[1].box_bytes = 24;
+    m.now[1].waiting = 3;
     m.threads = 16;
     m.resident_bytes = 123'456'789;
     m.memory_bytes = 2048;

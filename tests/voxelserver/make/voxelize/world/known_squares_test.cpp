@@ -25,7 +25,9 @@ std::filesystem::path with_echoes(const TemporaryFolder& folder, int changed = -
         Cloud cloud;
         std::mt19937 random(static_cast<unsigned>(i) + (i == changed ? 50 : 1));
         for (int k = 0; k < 6000; ++k) {
-            Cloud::Point point{.height = 300, .source_class = 2};
+            Cloud::Point point{};
+            point.height = 300;
+            point.source_class = 2;
             point.east = i * 300 + 0.5 + static_cast<double>(random() % 128'000) / 1000;
             point.north = static_cast<double>(random() % 128'000) / 1000;
             point.intensity = static_cast<std::uint16_t>(500 + random() % 3000);
