@@ -29,8 +29,8 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
         fail("no file, but a folder or a device");
     const std::string level = "OVERVIEW_LEVEL=" + std::to_string(overview);
     const std::array<const char*, 2> options{level.c_str(), nullptr};
-    // GDAL takes the type of a grid of text from its first lines: behind whole numbers it would read
-    // "nan" as 0, and 0.5 as 0.
+    // GDAL takes the type of a grid of text from its first lines: behind whole numbers it would
+    // read "nan" as 0.
     const CPLConfigOptionSetter any_number("AAIGRID_DATATYPE", "Float64", false);
     // An absolute path, so that no file's name can begin like one of GDAL's special names.
     const std::string name = fs::absolute(path).string();

@@ -57,14 +57,14 @@ TEST_CASE("lengths are numbers of metres, or have a unit", "[common][geo]") {
 
 TEST_CASE("geometries without positions are left out, those of a collection are one each",
           "[common][geo]") {
-    const auto shapes = read(
-        R"({"type":"FeatureCollection","features":[)" +
-        feature(R"({"type":"Polygon","coordinates":[]})") + "," +
-        feature(
-            R"({"type":"GeometryCollection","geometries":[{"type":"Point","coordinates":[15,46]},)"
-            R"({"type":"Point","coordinates":[]},{"type":"LineString","coordinates":[[15,46],[16,46]]}]})",
-            R"({"height":3})") +
-        "]}");
+    const auto shapes =
+        read(R"({"type":"FeatureCollection","features":[)" +
+             feature(R"({"type":"Polygon","coordinates":[]})") + "," +
+             feature(R"({"type":"GeometryCollection","geometries":[)"
+                     R"({"type":"Point","coordinates":[15,46]},{"type":"Point","coordinates":[]},)"
+                     R"({"type":"LineString","coordinates":[[15,46],[16,46]]}]})",
+                     R"({"height":3})") +
+             "]}");
     REQUIRE(shapes.size() == 2);
     CHECK(shapes[0].kind == geo::ShapeKind::kPoint);
     CHECK(shapes[1].kind == geo::ShapeKind::kLine);
@@ -74,9 +74,9 @@ TEST_CASE("geometries without positions are left out, those of a collection are 
 
 TEST_CASE("a system may be named as an address", "[common][geo]") {
     const auto position = [](const std::string& name) {
-        return read(
-                   R"({"type":"Point","coordinates":[462000,101000],"crs":{"properties":{"name":")" +
-                   name + R"("}}})")
+        return read(R"({"type":"Point","coordinates":[462000,101000],)"
+                    R"("crs":{"properties":{"name":")" +
+                    name + R"("}}})")
             .at(0)
             .parts.at(0)
             .at(0);
