@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What the hook of the checkout (config/git/commit-msg) says of the subjects of commits."""
+"""What the hooks of the checkout (config/git) say of the subjects of commits, and of long lines."""
 
 import pathlib
 import subprocess
 import tempfile
 import unittest
 
-HOOK = pathlib.Path(__file__).resolve().parents[1] / "config" / "git" / "commit-msg"
+HOOKS = pathlib.Path(__file__).resolve().parents[1] / "config" / "git"
+HOOK = HOOKS / "commit-msg"
 
 
 class CommitSubject(unittest.TestCase):
@@ -45,6 +46,26 @@ class CommitSubject(unittest.TestCase):
         ):
             with self.subTest(said):
                 self.assertIn(said, self.refused(message))
+
+
+class LongLines(unittest.TestCase):
+    def refused(self, name, line):
+        """What the hook writes of a file of one line, or nothing where it lets the commit go."""
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / name).write_text(f"{line}\n", encoding="utf-8")
+            for words in (["git", "init", "--quiet"], ["git", "add", name]):
+                subprocess.run(words, cwd=folder, check=True)
+            run = subprocess.run(
+                [HOOKS / "pre-commit"], cwd=folder, capture_output=True, text=True, check=False
+            )
+        self.assertEqual(run.returncode, 1 if run.stderr else 0)
+        return run.stderr
+
+    def test_lines_have_at_most_100_columns(self):
+        for name in ("a.py", "CMakeLists.txt", "a.cmake", "a.sh"):
+            self.assertIn(f"{name}:1: over 100 columns", self.refused(name, "# " + "y" * 99))
+            self.assertEqual(self.refused(name, "# " + "é" * 98), "")
+        self.assertEqual(self.refused("a.md", "y" * 200), "")
 
 
 if __name__ == "__main__":
