@@ -60,7 +60,9 @@ function makeMetadata({ bands }: MadeRaster): string {
     `<Item name="DESCRIPTION" sample="${i}" role="description">${name}</Item>`,
     `<Item name="UNITTYPE" sample="${i}" role="unittype">${unit}</Item>`,
   ]);
-  return `<GDALMetadata>${items.join('')}</GDALMetadata>\0`;
+  // So long that a reader fetches it apart from the numbers of the image.
+  const long = `<Item name="ABOUT">${'x'.repeat(8192)}</Item>`;
+  return `<GDALMetadata>${items.join('')}${long}</GDALMetadata>\0`;
 }
 
 export function makeRaster(raster: MadeRaster): Buffer {

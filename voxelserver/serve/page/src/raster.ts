@@ -26,15 +26,20 @@ export async function openRaster(file: Blob): Promise<Raster> {
     shown = await tiff.getImage(level);
   }
   const [west, south, east, north] = finest.getBoundingBox();
-  const bands = Array.from({ length: finest.getSamplesPerPixel() }, async (_, i) => {
+  const bands: Raster['bands'][number][] = [];
+  // One after the other: asked for at once, all but the first come without their names.
+  for (let i = 0; i < finest.getSamplesPerPixel(); ++i) {
     const about = (await finest.getGDALMetadata(i)) as Record<string, string> | null;
-    return { name: about?.['DESCRIPTION'] ?? `band ${i + 1}`, unit: about?.['UNITTYPE'] ?? '' };
-  });
+    bands.push({
+      name: about?.['DESCRIPTION'] ?? `band ${i + 1}`,
+      unit: about?.['UNITTYPE'] ?? '',
+    });
+  }
   return {
     width: shown.getWidth(),
     height: shown.getHeight(),
     extent: [west!, south!, east!, north!],
-    bands: await Promise.all(bands),
+    bands,
     noData: finest.getGDALNoData() ?? NaN,
     readBand: async (band) => (await shown.readRasters({ samples: [band] }))[0] as Float32Array,
   };
