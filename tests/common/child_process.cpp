@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <functional>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdio>
+#include <fstream>
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"

@@ -1,5 +1,6 @@
 #include "raytracer/apps/preview/progressive.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <thread>

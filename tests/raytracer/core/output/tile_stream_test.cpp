@@ -2,7 +2,10 @@
 
 #include <gdal.h>
 
+#include <algorithm>
+#include <fstream>
 #include <memory>
+#include <random>
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"

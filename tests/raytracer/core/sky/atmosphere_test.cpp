@@ -1,5 +1,7 @@
 #include "raytracer/core/sky/atmosphere.hpp"
 
+#include <random>
+
 #include "tests/raytracer/core/sky/skies.hpp"
 
 using namespace terravox;

@@ -1,5 +1,7 @@
 #include "raytracer/core/sky/weather.hpp"
 
+#include <random>
+
 #include "tests/raytracer/core/sky/skies.hpp"
 
 using namespace terravox;

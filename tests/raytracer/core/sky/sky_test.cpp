@@ -1,6 +1,7 @@
 #include "raytracer/core/sky/sky.hpp"
 
 #include <cstring>
+#include <random>
 
 #include "tests/raytracer/core/sky/skies.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <random>
 
 #include "common/util/error.hpp"
 #include "raytracer/core/base/analysis_bands.hpp"

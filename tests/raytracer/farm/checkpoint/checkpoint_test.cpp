@@ -6,7 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
+#include <functional>
 
 #include "common/util/error.hpp"
 #include "raytracer/core/tiles/tile_codec.hpp"

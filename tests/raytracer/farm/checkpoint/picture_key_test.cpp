@@ -1,5 +1,7 @@
 #include "raytracer/farm/checkpoint/picture_key.hpp"
 
+#include <functional>
+
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"

@@ -1,5 +1,7 @@
 #include "raytracer/farm/render/render_pool.hpp"
 
+#include <algorithm>
+
 #include "tests/catch.hpp"
 #include "tests/eventually.hpp"
 #include "tests/raytracer/farm_bench.hpp"

@@ -1,5 +1,6 @@
 #include "raytracer/farm/worker/coordinator_world.hpp"
 
+#include <functional>
 #include <thread>
 
 #include "common/thread/stop.hpp"

@@ -1,5 +1,6 @@
 #include "voxelserver/data/ply/ply_source.hpp"
 
+#include <algorithm>
 #include <random>
 
 #include "common/util/error.hpp"

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <random>
+
 #include "common/geo/crs.hpp"
 #include "tests/voxelserver/data/store/squares.hpp"
 #include "tests/voxelserver/data/store/timed_world.hpp"

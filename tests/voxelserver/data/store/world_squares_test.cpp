@@ -1,8 +1,10 @@
 // Many callers at once, with hardly any memory, while files are being loaded.
 // What a second world over the same cache folder does.
 // Files of which only parts are decoded: the voxels must be those of the whole.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <random>
 #include <thread>
 
 #include "common/thread/parallel.hpp"

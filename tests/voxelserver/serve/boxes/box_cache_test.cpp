@@ -1,5 +1,6 @@
 #include "voxelserver/serve/boxes/box_cache.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <thread>
 #include <vector>

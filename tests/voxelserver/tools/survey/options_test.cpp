@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "common/util/error.hpp"
 #include "survey_fixture.hpp"
 #include "tests/common/full_disk.hpp"

@@ -1,4 +1,5 @@
 // Decks that no class names: which strips of land are recognised, and which are not.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 

@@ -1,6 +1,8 @@
 // The ground where none was seen: between points, under houses, in wide gaps.
 // Which columns belong to the survey: gaps between points do, wide voids do not.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "tests/catch.hpp"
 #include "tests/same_bits.hpp"

@@ -1,7 +1,9 @@
 // What surfaces look like from above: materials from colours, and colours from images.
 // Materials where no colour is known: from brightness and the shape of roofs.
 // Typical colours by building and tree.
+#include <algorithm>
 #include <fstream>
+#include <functional>
 #include <set>
 
 #include "common/util/error.hpp"

@@ -2,6 +2,7 @@
 // boxes of all their points. In an executable of its own: children are forked, so there must be no
 // threads.
 #include <fstream>
+#include <random>
 #include <stdexcept>
 
 #include "tests/catch.hpp"

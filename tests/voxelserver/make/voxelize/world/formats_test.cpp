@@ -1,5 +1,7 @@
 // The same survey in different formats makes the same boxes.
 // What points become in a whole world: every class seen, bridges that no class names.
+#include <random>
+
 #include "tests/catch.hpp"
 #include "tests/voxelserver/data/ply/ply_bytes.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"

@@ -3,6 +3,7 @@
 // The surface that casts shadows on photographs: without gaps, whichever patches are asked for.
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"

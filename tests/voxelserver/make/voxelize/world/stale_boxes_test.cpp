@@ -1,4 +1,5 @@
 #include <fstream>
+#include <random>
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/patchwork.hpp"

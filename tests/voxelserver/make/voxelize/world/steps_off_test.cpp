@@ -1,4 +1,5 @@
 // Each step switched off: the world is there, and differs where that step has its say.
+#include <random>
 #include <set>
 
 #include "tests/catch.hpp"

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

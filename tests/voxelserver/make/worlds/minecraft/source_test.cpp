@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <random>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

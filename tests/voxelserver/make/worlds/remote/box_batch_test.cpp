@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/worlds/remote/batch_bytes.hpp"

@@ -2,6 +2,7 @@
 // all.
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <future>
 #include <map>
 #include <nlohmann/json.hpp>
