@@ -46,7 +46,7 @@ private:
     std::vector<WaterCell> m_cells;
 };
 
-// What a patch is told: the levels of its cells, and how far they reach together.
+// The levels of the cells of a patch, and how far they reach together.
 struct Told {
     std::vector<float> levels;
     voxel::InputExtent reach;
