@@ -9,7 +9,9 @@
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -111,6 +113,66 @@ void write_log(LogLevel level, fmt::string_view format, fmt::format_args argumen
         // Without memory for the text, or with arguments that do not fit it.
         std::fputs("[error] a message of the log could not be written\n", stderr);
     }
+}
+
+namespace {
+
+/// What files have in common. Of a shared object that is loaded into a program there are two: its
+/// own says what is left when it ends.
+class SharedWarnings {
+public:
+    SharedWarnings() = default;
+    SharedWarnings(const SharedWarnings&) = delete;
+    SharedWarnings& operator=(const SharedWarnings&) = delete;
+    ~SharedWarnings() { say(); }
+
+    /// @return whether nobody has warned of this yet
+    bool is_first(const std::string& file, const std::string& fact) {
+        constexpr std::size_t kMaxFacts = 256;
+        const std::lock_guard lock(m_mutex);
+        if (m_others.size() >= kMaxFacts && !m_others.contains(fact))
+            return true;
+        const auto [found, is_new] = m_others.try_emplace(fact);
+        if (!is_new && found->second.count++ == 0)
+            found->second.name = file;
+        return is_new;
+    }
+
+    void say() noexcept {
+        const std::lock_guard lock(m_mutex);
+        for (auto& [fact, others] : m_others) {
+            if (others.count == 1)
+                log_warn("{}: {}", others.name, fact);
+            else if (others.count > 1)
+                log_warn("{} other files, such as {}: {}", others.count, others.name, fact);
+        }
+        m_others.clear();
+    }
+
+private:
+    struct Others {
+        std::size_t count = 0;  ///< besides the first
+        std::string name;       ///< of one of them
+    };
+    std::mutex m_mutex;
+    std::map<std::string, Others> m_others;
+};
+
+SharedWarnings& shared_warnings() {
+    static SharedWarnings out;
+    return out;
+}
+
+}  // namespace
+
+void warn_of_file(const std::string& file, const std::string& fact, const std::string& detail) {
+    // The log is made before what is said at its end.
+    if (is_logged(LogLevel::kWarning) && shared_warnings().is_first(file, fact))
+        log_warn("{}: {}{}", file, fact, detail.empty() ? "" : " (" + detail + ")");
+}
+
+void say_shared_warnings() noexcept {
+    shared_warnings().say();
 }
 
 }  // namespace terravox::util

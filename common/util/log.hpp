@@ -56,4 +56,15 @@ void log_error(fmt::format_string<Arguments...> format, Arguments&&... arguments
     write_log(LogLevel::kError, format, fmt::make_format_args(arguments...));
 }
 
+/// Warns of something that many files of a run may share. Of the first file it is said at once;
+/// later ones with the same fact are counted, and say_shared_warnings() tells of them in one line.
+/// Thread-safe.
+/// @param fact the same words for all files
+/// @param detail what is true of this file only, in brackets behind the fact; may be empty
+void warn_of_file(const std::string& file, const std::string& fact, const std::string& detail = {});
+
+/// Says how many other files each fact of warn_of_file() was true of, and forgets them. Programs
+/// call it at their end.
+void say_shared_warnings() noexcept;
+
 }  // namespace terravox::util

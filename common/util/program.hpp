@@ -9,6 +9,7 @@
 
 #include "common/util/command_line.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/util/text.hpp"
 
 namespace terravox::util {
@@ -46,8 +47,11 @@ template <class Body>
     end_with_a_line_on_uncaught_exceptions();
     auto code = ExitCode::kFailed;
     try {
-        return body();
+        const int done = body();
+        say_shared_warnings();
+        return done;
     } catch (const Error& e) {
+        say_shared_warnings();
         code = e.exit_code();
         std::cerr << "terravox: " << printable(e.what()) << "\n";
     } catch (...) {

@@ -154,10 +154,10 @@ std::vector<VariableRecord> read_extended_records(const pointcloud::FileBytes& f
         const bool begins = at <= file.size() && file.size() - at >= kRecordHeader;
         const std::uint64_t bytes = begins ? file.at<std::uint64_t>(at + 20) : 0;
         if (!begins || bytes > file.size() - at - kRecordHeader) {
-            util::log_warn(
-                "{}: extended record {} of {} runs beyond the end of the file; what lies there is "
-                "left out",
-                file.path().string(), i + 1, count);
+            util::warn_of_file(
+                file.path().string(),
+                "an extended record runs beyond the end of the file; what lies there is left out",
+                fmt::format("record {} of {}", i + 1, count));
             break;
         }
         const auto user = file.at<std::array<char, 16>>(at + 2);

@@ -88,10 +88,12 @@ void warn_of_coarse_floats(const PointCloudInfo& info, const Header& header) {
         const float step = std::nextafter(value, std::numeric_limits<float>::infinity()) - value;
         if (property.type != Scalar::kFloat32 || !(step > kFine))
             continue;
-        util::log_warn(
-            "{}: {} is stored as 32-bit float, whose values lie {:.3g} apart near {:.0f}; points "
-            "form rows unless the file is written with double",
-            info.path.string(), property.name, step, farthest);
+        util::warn_of_file(
+            info.path.string(),
+            "32-bit floats are too coarse for its coordinates: points form rows unless the file is "
+            "written with double",
+            fmt::format("values of {} lie {:.3g} apart near {:.0f}", property.name, step,
+                        farthest));
         return;
     }
 }

@@ -132,25 +132,32 @@ std::bitset<256> unknown_codes(const store::PointCounts& counts, const ClassTabl
     return out;
 }
 
-std::string to_list(const std::bitset<256>& codes, const store::PointCounts& counts) {
+constexpr const char* kStray = "stray points, outside the bounds of all others; left out";
+
+std::string to_list(const std::bitset<256>& codes) {
     constexpr int kNamed = 8;
     std::string out;
     int found = 0;
-    for (std::size_t c = 0; c < codes.size(); ++c) {
-        if (!codes[c])
-            continue;
-        if (++found <= kNamed)
-            out += (out.empty() ? "" : ", ") + std::to_string(c) + " (" +
-                   std::to_string(counts.by_class[c]) + " points)";
-    }
-    return found > kNamed ? out + " and " + std::to_string(found - kNamed) + " more" : out;
+    for (std::size_t c = 0; c < codes.size(); ++c)
+        if (codes[c] && ++found <= kNamed)
+            out += (out.empty() ? "" : ", ") + std::to_string(c);
+    return found > kNamed ? fmt::format("{} and {} more", out, found - kNamed) : out;
 }
 
-/// What becomes of points of these classes, and what to do about it.
-std::string shown_as(const std::bitset<256>& codes) {
-    const std::string tables = tables_that_name(codes);
-    return tables.empty() ? "shown as `unknown`"
-                          : "shown as `unknown`; tables that name them (--classes): " + tables;
+/// Of the classes that a file has in excess of those that the table names.
+void warn_of_classes(const std::string& path, const std::bitset<256>& unknown,
+                     const ClassTable& classes) {
+    const bool guessed =
+        std::any_of(classes.meaning.begin(), classes.meaning.end(),
+                    [](const ClassMeaning& m) { return !m.known && m.role == Role::kSurface; });
+    const std::string tables = tables_that_name(unknown);
+    util::warn_of_file(
+        path,
+        fmt::format("points of classes that the class table {} does not name: {}", classes.id,
+                    guessed ? "guessed like points without a class; --mark-unknown shows them"
+                            : "shown in magenta"),
+        fmt::format("{}{}", to_list(unknown),
+                    tables.empty() ? "" : "; --classes that names them: " + tables));
 }
 
 }  // namespace
@@ -162,11 +169,9 @@ void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
     std::call_once(m_logged[file].whole, [&] {
         const std::string path = m_files[file].info.path.string();
         if (counts.outliers > 0)
-            util::log_warn("{}: {} stray points, outside the bounds of all others; left out", path,
-                           counts.outliers);
+            util::warn_of_file(path, kStray, std::to_string(counts.outliers) + " points");
         if (const std::bitset<256> unknown = unknown_codes(counts, m_classes); unknown.any())
-            util::log_warn("{}: classes that the table '{}' does not name: {}; {}", path,
-                           m_classes.id, to_list(unknown, counts), shown_as(unknown));
+            warn_of_classes(path, unknown, m_classes);
         const std::lock_guard lock(m_mutex);
         m_counts.add(counts);
     });
@@ -177,13 +182,10 @@ void LoadReport::add_part(std::size_t file, const store::PointCounts& counts) {
     Logged& logged = m_logged[file];
     const std::string path = m_files[file].info.path.string();
     if (counts.outliers > 0 && !std::exchange(logged.stray, true))
-        util::log_warn("{}: stray points, outside the bounds of all others; left out", path);
-    const std::bitset<256> unknown = unknown_codes(counts, m_classes) & ~logged.classes;
-    logged.classes |= unknown;
-    for (std::size_t c = 0; c < unknown.size(); ++c)
-        if (unknown[c])
-            util::log_warn("{}: class {}, which the table '{}' does not name; {}", path, c,
-                           m_classes.id, shown_as(std::bitset<256>().set(c)));
+        util::warn_of_file(path, kStray);
+    if (const std::bitset<256> unknown = unknown_codes(counts, m_classes);
+        unknown.any() && !std::exchange(logged.classes, true))
+        warn_of_classes(path, unknown, m_classes);
 }
 
 store::PointCounts LoadReport::counts() const {

@@ -50,8 +50,8 @@ struct SquareRecipe {
                                                  const PointMemory& memory,
                                                  const SquareRecipe* recipe);
 
-/// Logs warnings about decoded points: stray points, and classes that the table does not name. Each
-/// warning is logged once per file. Thread-safe.
+/// Logs warnings about decoded points: stray points, and classes that the table does not name, once
+/// for each file (util::warn_of_file). Thread-safe.
 class LoadReport {
 public:
     /// Both must outlive this.
@@ -61,7 +61,8 @@ public:
     void add_whole(std::size_t file, const store::PointCounts& counts);
 
     /// A part of a file was decoded. Parts are decoded in the order of the requested boxes, some of
-    /// them twice: so the log names what was found without a count, and counts() does not change.
+    /// them twice: so the log names what was met first, without a count, and counts() does not
+    /// change.
     void add_part(std::size_t file, const store::PointCounts& counts);
 
     /// The sum over all files for which add_whole() was called.
@@ -72,7 +73,7 @@ private:
     struct Logged {
         std::once_flag whole;
         bool stray = false;
-        std::bitset<256> classes;
+        bool classes = false;
     };
 
     const std::span<const SquareSource> m_files;

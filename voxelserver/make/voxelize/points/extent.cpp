@@ -163,9 +163,10 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
         wrong = wrong || (min[a] - info.min[a]) * unit > kMuch_m ||
                 (info.max[a] - max[a]) * unit > kMuch_m;
     if (wrong) {
-        util::log_warn("{}: {} {}, but all points but strays lie in {}; these bounds are used",
-                       info.path.string(), find_authority(info), to_text(info.min, info.max),
-                       to_text(min, max));
+        util::warn_of_file(info.path.string(),
+                           "all points but strays lie in other bounds than stated; those are used",
+                           fmt::format("{} {}, points in {}", find_authority(info),
+                                       to_text(info.min, info.max), to_text(min, max)));
         info.min = min;
         info.max = max;
     }
