@@ -70,17 +70,18 @@ void dilate(Rows& rows, int radius) {
 }
 
 // How far beyond the outermost return the land still counts as seen: a water cell is so large that
-// an empty one is not due to chance.
+// an empty one is not due to chance, and the lines of a scanner end so far apart that a narrower
+// rim would be a fringe of single columns.
 int measure_rim(const Window& window, int radius) {
-    constexpr int kMin = 2;  // a header that ends on whole metres
-    return std::min(std::max(grid::kPatchSize / std::max(window.patches[4]->cells.side, 1), kMin),
-                    radius);
+    const int line_ends = radius / 3;  // 10 m
+    return std::min(
+        std::max(grid::kPatchSize / std::max(window.patches[4]->cells.side, 1), line_ends), radius);
 }
 
 }  // namespace
 
-Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMargin>& in_bounds,
-                             int radius) {
+Coverage find_coverage(const Window& window, const Grid<char, Window::kMargin>& in_bounds,
+                       int radius) {
     Rows seen(kRows), inside(kRows);
     for (int z = -grid::kPatchSize; z < 2 * grid::kPatchSize; ++z) {
         const auto r = static_cast<std::size_t>(z + grid::kPatchSize);
@@ -104,13 +105,41 @@ Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMar
         }
     dilate(seen, radius);
     dilate(outside, radius - measure_rim(window, radius));
-    Margined<char> out(0);
-    Margined<char>::each([&](int x, int z) {
+    Coverage out(0);
+    Coverage::each([&](int x, int z) {
         const auto bit = static_cast<std::size_t>(x + grid::kPatchSize);
         const auto r = static_cast<std::size_t>(z + grid::kPatchSize);
         const bool hole =
             ((seen[r].words[bit / 64] | outside[r].words[bit / 64]) >> (bit % 64) & 1) != 0;
         out.at(x, z) = !hole && in_bounds.at(x, z) != 0 ? 1 : 0;
+    });
+    return out;
+}
+
+Margined<char> straighten_rim(const Coverage& covered, const Grid<char, Window::kMargin>& in_bounds,
+                              int radius) {
+    std::vector<std::pair<int, int>> around;
+    for (int dz = -radius; dz <= radius; ++dz)
+        for (int dx = -radius; dx <= radius; ++dx)
+            if (dx * dx + dz * dz <= radius * (radius + 1))
+                around.emplace_back(dx, dz);
+    // Far from every rim, which most patches are, nothing is to be counted.
+    const auto [least, most] =
+        std::minmax_element(covered.values().begin(), covered.values().end());
+    const bool is_even = *least == *most;
+    Margined<char> out(0);
+    Margined<char>::each([&](int x, int z) {
+        if (is_even || in_bounds.at(x, z) == 0) {
+            out.at(x, z) = covered.at(x, z);
+            return;
+        }
+        int within = 0;
+        int belong = 0;
+        for (const auto& [dx, dz] : around) {
+            within += in_bounds.at(x + dx, z + dz);
+            belong += covered.at(x + dx, z + dz);
+        }
+        out.at(x, z) = 2 * belong >= within ? 1 : 0;
     });
     return out;
 }

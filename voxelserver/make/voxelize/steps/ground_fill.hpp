@@ -7,19 +7,33 @@
 
 namespace terravox::voxelize {
 
+/// 1 = the column belongs to the survey.
+using Coverage = Grid<char, 8>;
+
+/// The greatest radius of find_coverage(): it is used twice, within a window.
+inline constexpr int kWidestRadius = (Window::kMargin - Coverage::kMargin) / 2;
+
 /// Which columns belong to the survey: those inside the stated bounds of a file and not in the
 /// middle of a wide void. Voids up to twice the radius are gaps between points (morphological
 /// closing with a square); wider ones are holes, unless they are water.
 ///
 /// Where the bounds end, a void closes when returns lie on both sides of it along the edge, as
 /// anywhere else; the land extends a rim beyond the outermost return (an edge of a water cell, at
-/// least 2 voxels), since the last points stop short of the bounds.
+/// least a third of the radius), since the last points stop short of the bounds.
 /// @param in_bounds inside some file's bounds; points outside are ignored
-/// @param radius voxels, 1 to 31
+/// @param radius voxels, 1 to kWidestRadius
 /// Ref: Serra, "Image Analysis and Mathematical Morphology", 1982 (closing).
-[[nodiscard]] Margined<char> find_coverage(const Window& window,
-                                           const Grid<char, Window::kMargin>& in_bounds,
-                                           int radius);
+[[nodiscard]] Coverage find_coverage(const Window& window,
+                                     const Grid<char, Window::kMargin>& in_bounds, int radius);
+
+/// The coverage without a fringe: where the lines of a scanner end one by one, the survey is cut
+/// where half of the columns around, as far as they lie within the bounds, belong to it. Along
+/// straight bounds nothing changes.
+/// @param radius of what is around, voxels, 0 to Coverage::kMargin - 1
+/// Ref: a median filter of a binary image: Serra, as above.
+[[nodiscard]] Margined<char> straighten_rim(const Coverage& covered,
+                                            const Grid<char, Window::kMargin>& in_bounds,
+                                            int radius);
 
 /// Heights of the ground, in voxels, with the margin that crowns and their trunks need. NaN where
 /// there is none.

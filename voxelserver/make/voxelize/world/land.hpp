@@ -86,8 +86,9 @@ struct Boxes {
 /// (step.hpp). For one thread. A step reads a part with value(), which throws where the part has
 /// not been made: that is an error in the table of steps.
 struct Land {
-    /// Half of the widest void that still counts as a gap between points; at most 31 voxels.
-    static constexpr double kWidestGap_m = 31;
+    /// Half of the widest void that still counts as a gap between points; at most kWidestRadius
+    /// voxels.
+    static constexpr double kWidestGap_m = 28;
 
     Land(StepContext& shared, grid::PatchKey patch);
 
