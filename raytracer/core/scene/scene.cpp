@@ -87,6 +87,7 @@ worlds::WorldOptions to_world_options(const Scene& scene) {
     worlds::WorldOptions out;
     out.crs = scene.world.crs;
     out.classes = scene.world.classes;
+    out.mark_unknown = scene.world.mark_unknown;
     out.vertical_unit = scene.world.vertical_unit;
     out.settings = scene.world.settings;
     out.steps = scene.world.steps;

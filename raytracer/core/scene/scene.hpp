@@ -217,11 +217,15 @@ struct Scene {
     } processing;
     struct World {
         std::string crs;
-        std::string classes = "asprs";
+        std::string classes = "auto";
+        bool mark_unknown = false;  ///< show LiDAR classes that the table does not name
         std::string vertical_unit;
         std::string settings;
         std::string steps;  ///< of voxelization, overriding those of `settings`; empty: no change
         std::string photo;  ///< "raw" or "albedo", overriding `settings`; empty: no change
+        /// What a picture has beneath the place: "table", "sea", "none"; empty: none, and in
+        /// pictures of the commands a table.
+        std::string plane;
         double voxel_m = 1;
         int memory_mib = 4096;                ///< decoded squares and columns
         std::string dimension = "overworld";  ///< of a Minecraft world

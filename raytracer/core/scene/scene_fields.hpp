@@ -358,11 +358,19 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     {},
                     "--crs"});
     visit("world.classes", s.world.classes,
-          FieldRule{"class table of the LiDAR files: an id of config/classes, or a path",
+          FieldRule{"class table of the LiDAR files: an id of config/classes, or a path; auto: the "
+                    "one that is meant for such files",
                     0,
                     0,
                     {},
                     "--classes"});
+    visit("world.mark_unknown", s.world.mark_unknown,
+          FieldRule{"show points of classes that the table does not name in magenta, instead of "
+                    "guessing them",
+                    0,
+                    0,
+                    {},
+                    "--mark-unknown"});
     visit("world.vertical_unit", s.world.vertical_unit,
           FieldRule{"of the heights of LiDAR files and rasters; default: from the CRS",
                     0,
@@ -389,6 +397,14 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     0,
                     {"", "albedo", "raw"},
                     "--photo"});
+    visit(
+        "world.plane", s.world.plane,
+        FieldRule{"what the place stands on, up to the horizon: a table, the sea, or none; default "
+                  "of pictures: table",
+                  0,
+                  0,
+                  {"", "table", "sea", "none"},
+                  "--plane"});
     visit("world.memory_mib", s.world.memory_mib,
           FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
     visit(

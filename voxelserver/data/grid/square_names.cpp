@@ -126,6 +126,7 @@ SquareNames SquareNames::load(const fs::path& folder) {
                 continue;
             rule->source = *id;
             rule->crs = *crs;
+            rule->class_table = root["class_table"].value_or(std::string());
             rule->square_m = *square_m;
             out.m_rules.push_back(std::move(*rule));
         }
@@ -161,6 +162,7 @@ std::optional<NamedSquare> SquareNames::match(const Rule& rule, const std::strin
     square.numbers = std::string(begin, end);
     square.source = rule.source;
     square.crs = rule.crs;
+    square.class_table = rule.class_table;
     square.west = rule.unit_m * to_number(east);
     square.south = rule.unit_m * to_number(north);
     square.east = square.west + rule.square_m;

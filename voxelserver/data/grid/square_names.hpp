@@ -10,10 +10,11 @@ namespace terravox::grid {
 
 /// A square of a source's fishnet that the name of a file states.
 struct NamedSquare {
-    std::string file;     ///< the name without folder and endings, such as TM_462_101
-    std::string numbers;  ///< the part of it that states the place, such as 462_101
-    std::string source;   ///< id of the source (config/sources) whose names look like this
-    std::string crs;      ///< of the source, such as EPSG:3794
+    std::string file;           ///< the name without folder and endings, such as TM_462_101
+    std::string numbers;        ///< the part of it that states the place, such as 462_101
+    std::string source;         ///< id of the source (config/sources) whose names look like this
+    std::string crs;            ///< of the source, such as EPSG:3794
+    std::string class_table{};  ///< of the source, an id of config/classes; empty: it names none
     /// Closed, in metres of `crs`.
     double west = 0;
     double south = 0;
@@ -44,6 +45,7 @@ private:
     struct Rule {
         std::string source;
         std::string crs;
+        std::string class_table;
         double square_m = 0;
         double unit_m = 1;  ///< of the numbers
         std::vector<Token> tokens;

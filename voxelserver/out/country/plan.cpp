@@ -111,6 +111,7 @@ Json to_json(const worlds::WorldOptions& world, const Paths& paths) {
             {"title", world.title},
             {"crs", world.crs},
             {"classes", names_file(world.classes) ? paths.written(world.classes) : world.classes},
+            {"mark_unknown", world.mark_unknown},
             {"vertical_unit", world.vertical_unit},
             {"settings", paths.written(world.settings)},
             {"steps", world.steps},
@@ -132,6 +133,7 @@ worlds::WorldOptions parse_world(const Json& json, const Paths& paths) {
     out.classes = json.at("classes").get<std::string>();
     if (names_file(out.classes))
         out.classes = paths.read(out.classes).string();
+    out.mark_unknown = json.value("mark_unknown", false);  // plans of before the option
     out.vertical_unit = json.at("vertical_unit").get<std::string>();
     out.settings = paths.read(json.at("settings").get<std::string>());
     out.steps = json.at("steps").get<std::string>();

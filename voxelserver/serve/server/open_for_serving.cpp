@@ -297,8 +297,6 @@ OpenedForServing open_lidar(const Options& options, const Plan& plan, util::Stag
     } else {
         lidar.files.assign(inputs.begin(), inputs.end());
     }
-    if (lidar.classes.empty())
-        lidar.classes = worlds::WorldOptions{}.classes;
     auto world = std::make_unique<DeferredWorld>(
         lidar, times, DeferredWorld::Means{plan.facts, plan.image_bytes});
     out.lidar = world.get();

@@ -54,7 +54,11 @@ void add_lidar_options(CLI::App& app, Options& o) {
         ->take_all();
     add_kind_option(app, o, "--classes", o.world.classes,
                     "of LiDAR data: class table, an id (asprs, nl-ahn, ...) or a file; default: "
-                    "what the store says, or asprs");
+                    "what the store says, or the one that is meant for such files");
+    app.add_flag("--mark-unknown", o.world.mark_unknown,
+                 "of LiDAR data: show points of classes that the table does not name in magenta, "
+                 "instead of guessing them")
+        ->each([&o](const std::string&) { o.kind_flags.emplace_back("--mark-unknown"); });
     add_kind_option(app, o, "--settings", o.world.settings,
                     "of LiDAR data: which voxelization steps run and how, a TOML file; default: "
                     "config/voxelize.toml");

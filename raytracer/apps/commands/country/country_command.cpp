@@ -171,9 +171,10 @@ std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
     command->add_flag("--json", args->json, "print the estimate as JSON");
     command->add_flag("-q,--quiet", args->quiet, "print the estimate and errors only");
     args->scripts.add_to(*command);
-    add_opening_arguments(*command, args->world,
-                          {"world.crs", "world.classes", "world.vertical_unit", "world.settings",
-                           "world.steps", "world.photo", "world.voxel_m", "processing.threads"});
+    add_opening_arguments(
+        *command, args->world,
+        {"world.crs", "world.classes", "world.mark_unknown", "world.vertical_unit",
+         "world.settings", "world.steps", "world.photo", "world.voxel_m", "processing.threads"});
     return [args] { return run_plan(*args); };
 }
 

@@ -22,7 +22,7 @@ struct WorldState;
 
 struct OpenOptions {
     std::string crs;                ///< instead of that of the files; empty: theirs
-    std::string classes;            ///< table of LiDAR classes: its name, or a path; empty: asprs
+    std::string classes;            ///< table of LiDAR classes: its name, or a path; empty: auto
     std::optional<double> voxel_m;  ///< edge of a voxel of LiDAR data and heights; nullopt: 1
     std::vector<std::string> orthophotos;  ///< images, or folders of them
     /// Planned objects that are put into the world, as `--add` of the command line takes them.

@@ -46,7 +46,7 @@ def from_points(
     :param return_count: how many returns its pulse has, 1 to 15; None: 1
     :param intensity: n numbers, 0 to 65535; None: 0
     :param rgb: n x 3: 0 to 255 (uint8), or 0 to 65535 (uint16); black stands for no colour
-    :param classes: table of LiDAR classes: its name, or a path; "": asprs
+    :param classes: table of LiDAR classes: its name, or a path; "": the one meant for such files
     :param voxel_m: edge of a voxel, metres; None: 1
     :param orthophotos: images, or folders of them
     :param add: planned objects that are put into the world, as `--add` takes them

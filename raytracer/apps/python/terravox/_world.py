@@ -40,7 +40,7 @@ def open(  # noqa: A001 - terravox.open() is what users expect
 
     :param path: a path or an address; several only of LiDAR data and of rasters of heights
     :param crs: instead of that of the files, "EPSG:3794"
-    :param classes: table of LiDAR classes: its name, or a path; "": asprs
+    :param classes: table of LiDAR classes: its name, or a path; "": the one meant for such files
     :param voxel_m: edge of a voxel of LiDAR data and heights, metres; None: 1
     :param orthophotos: images, or folders of them
     :param add: planned objects that are put into the world, as `--add` takes them

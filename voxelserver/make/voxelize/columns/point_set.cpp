@@ -30,10 +30,10 @@ Grid<char, Window::kMargin> SurveyBounds::around(grid::PatchKey middle) const {
 
 namespace {
 
-Sources timed_sources(const LidarWorldOptions& options, const ClassTable& classes,
-                      const Settings& settings, util::StageTimes& times) {
+Sources timed_sources(const LidarWorldOptions& options, const Settings& settings,
+                      util::StageTimes& times) {
     const util::StageTimes::Scope timed(times, "open files");
-    return open_sources(options, classes, settings);
+    return open_sources(options, settings);
 }
 
 // At least 2 m, and with enough points that an empty cell is a void, not chance.
@@ -59,14 +59,13 @@ std::shared_ptr<const PatchColumns> empty_columns(const ClassTable& classes, int
 PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings,
                    util::StageTimes& times)
     : m_times(times),
-      m_classes(load_class_table(options.classes)),
-      m_sources(timed_sources(options, m_classes, settings, times)),
+      m_sources(timed_sources(options, settings, times)),
       m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
       m_bounds(m_sources.files),
-      m_empty(empty_columns(m_classes, m_cell_voxels)),
+      m_empty(empty_columns(classes(), m_cell_voxels)),
       m_memory(share_memory(options.memory_bytes, m_sources.files)),
-      m_report(m_sources.files, m_classes),
-      m_squares(options, m_sources.files, m_memory, {m_sources.frame, m_classes, settings, times},
+      m_report(m_sources.files, classes()),
+      m_squares(options, m_sources.files, m_memory, {m_sources.frame, classes(), settings, times},
                 m_report),
       m_columns(m_memory.columns) {}
 
@@ -129,7 +128,7 @@ std::shared_ptr<const PatchColumns> PointSet::make_columns(
     // Wide empty extents (a stray header, the sea) share one patch.
     if (points.empty() && m_bounds.surrounds(grid::find_columns(key)))
         return m_empty;
-    auto out = init_columns(points, m_classes, m_cell_voxels);
+    auto out = init_columns(points, classes(), m_cell_voxels);
     mark_covered(key, out->cells);
     return out;
 }

@@ -47,7 +47,7 @@ public:
     PointSet(const LidarWorldOptions& options, const Settings& settings, util::StageTimes& times);
 
     [[nodiscard]] const Sources& sources() const noexcept { return m_sources; }
-    [[nodiscard]] const ClassTable& classes() const noexcept { return m_classes; }
+    [[nodiscard]] const ClassTable& classes() const noexcept { return m_sources.classes; }
     /// Edge of a water cell, voxels.
     [[nodiscard]] int cell_voxels() const noexcept { return m_cell_voxels; }
 
@@ -92,7 +92,6 @@ private:
     void mark_covered(grid::PatchKey key, water::CellPatch& cells) const noexcept;
 
     util::StageTimes& m_times;
-    const ClassTable m_classes;
     const Sources m_sources;
     const int m_cell_voxels;
     const SurveyBounds m_bounds;

@@ -51,7 +51,7 @@ std::vector<std::optional<grid::NamedSquare>> list_squares(const std::vector<Squ
     const bool without_crs =
         !options.crs && std::any_of(files.begin(), files.end(),
                                     [](const SquareSource& file) { return !file.info.crs; });
-    if (!without_crs && options.orthophotos.empty())
+    if (!without_crs && options.orthophotos.empty() && options.classes != kAnyClassTable)
         return out;
     const auto names = grid::SquareNames::load(util::config_dir() / "sources");
     std::transform(files.begin(), files.end(), out.begin(),
@@ -60,14 +60,14 @@ std::vector<std::optional<grid::NamedSquare>> list_squares(const std::vector<Squ
 }
 
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
-                const ClassTable& classes,
                 const std::vector<std::optional<grid::NamedSquare>>& squares) {
     std::optional<geo::Crs> fixed;
     std::optional<geo::Crs> fallback;
     if (options.crs)
         fixed = geo::Crs::from_text(*options.crs);
-    if (classes.crs)
-        fallback = geo::Crs::from_text(*classes.crs);
+    if (options.classes != kAnyClassTable)
+        if (const auto crs = load_class_table(options.classes).crs)
+            fallback = geo::Crs::from_text(*crs);
     std::map<std::string, std::vector<std::string>> by_name;  // files by what their names state
     for (std::size_t i = 0; i < files.size(); ++i) {
         pointcloud::PointCloudInfo& info = files[i].info;
@@ -82,9 +82,9 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
             info.crs = fallback;
         if (!info.crs)
             throw util::UsageError(
-                "place the point cloud {}: the file carries no coordinate reference system and "
-                "class table '{}' names none; give one with --crs EPSG:<code>",
-                info.path.string(), classes.id);
+                "place the point cloud {}: the file carries no coordinate reference system, and "
+                "neither its name nor a class table tells one; give one with --crs EPSG:<code>",
+                info.path.string());
     }
     for (const auto& [crs, names] : by_name)
         util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),

@@ -19,18 +19,18 @@ void use_recorded_crs(std::vector<SquareSource>& files, const LidarWorldOptions&
 
 /// The square of a source that each file's name states; nullopt where it states none, or where the
 /// points do not lie on that square. Nothing is looked up where nobody needs it: with a CRS for
-/// each file and without images.
+/// each file, without images, and with a class table that the options name.
 /// @throws UsageError for a file of config/sources that cannot be read
 [[nodiscard]] std::vector<std::optional<grid::NamedSquare>> list_squares(
     const std::vector<SquareSource>& files, const LidarWorldOptions& options);
 
 /// Sets each file's CRS: the user's option, else the one that it has (its own, or as recorded),
-/// else that of the source whose names look like the file's, else that of the class table. Logs
+/// else that of the source whose names look like the file's, else that of the class table that the
+/// options name. Logs
 /// what names have decided.
 /// @param squares of each file
 /// @throws UsageError where a file has none of them
 void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
-                const ClassTable& classes,
                 const std::vector<std::optional<grid::NamedSquare>>& squares);
 
 /// Logs a one-line warning when files of one world measure heights from different datums: heights

@@ -19,7 +19,7 @@ using voxel::ByteReader;
 using voxel::ByteWriter;
 
 /// The last character is the version of the layout.
-constexpr std::string_view kMagic = "TVKNOWN1";
+constexpr std::string_view kMagic = "TVKNOWN2";
 /// To be raised when opening finds something else in the same files.
 constexpr std::uint32_t kOpeningRecipe = 2;
 
@@ -265,6 +265,7 @@ std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {
     }
     ByteWriter out;
     out.add(way);
+    out.add(roles);
     out.add(static_cast<std::uint64_t>(crs.texts().size()));
     for (const std::string& text : crs.texts())
         out.add(text);
@@ -288,7 +289,8 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
         throw failure("damaged (checksum)");
     ByteReader in(bytes);
     if (in.fingerprint() != way)
-        throw failure("found by another program, or with another class table or filters");
+        throw failure("found by another program, or with other filters");
+    const voxel::Fingerprint roles = in.fingerprint();
     std::vector<std::string> texts(in.count(sizeof(std::uint64_t)));
     std::vector<std::optional<geo::Crs>> parsed;
     for (std::string& text : texts) {
@@ -296,6 +298,7 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
         parsed.push_back(text.empty() ? std::nullopt : std::optional(geo::Crs::from_wkt(text)));
     }
     KnownSquares out;
+    out.roles = roles;
     const std::size_t count = in.count(kSquareBytes);
     for (std::size_t i = 0; i < count && in.ok(); ++i) {
         KnownSquare square = find_square(in, texts, parsed);
@@ -308,12 +311,17 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
     return out;
 }
 
-voxel::Fingerprint way_of_opening(const ClassTable& classes, const Settings::Points& filters) {
+voxel::Fingerprint way_of_opening(const Settings::Points& filters) {
     ByteWriter out;
     out.add(std::string_view(kVersion));
     out.add(kOpeningRecipe);
     out.add(filters.drop_withheld);
     out.add(filters.drop_overlap);
+    return out.fingerprint();
+}
+
+voxel::Fingerprint fingerprint_of_roles(const ClassTable& classes) {
+    ByteWriter out;
     for (const ClassMeaning& meaning : classes.meaning)
         out.add(meaning.role);
     return out.fingerprint();

@@ -51,6 +51,8 @@ public:
     void add(KnownSquare square);
     [[nodiscard]] bool empty() const noexcept { return m_squares.empty(); }
 
+    voxel::Fingerprint roles{};  ///< fingerprint_of_roles() that what is known depends on
+
     /// With a checksum, the same on every machine. Squares whose CRS does not survive being written
     /// as WKT are left out.
     /// @param way way_of_opening()
@@ -69,9 +71,11 @@ private:
     std::unordered_multimap<std::uint64_t, std::size_t> m_by_identity;
 };
 
-/// Of all that what is found depends on, apart from the files: version of the program, filters and
-/// roles of classes.
-[[nodiscard]] voxel::Fingerprint way_of_opening(const ClassTable& classes,
-                                                const Settings::Points& filters);
+/// Of all that what is found depends on, apart from the files and what their classes mean: version
+/// of the program, and filters.
+[[nodiscard]] voxel::Fingerprint way_of_opening(const Settings::Points& filters);
+
+/// Of what each class does.
+[[nodiscard]] voxel::Fingerprint fingerprint_of_roles(const ClassTable& classes);
 
 }  // namespace terravox::voxelize

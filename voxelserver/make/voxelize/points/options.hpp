@@ -9,12 +9,16 @@
 
 namespace terravox::voxelize {
 
+/// LidarWorldOptions::classes: whichever table is meant for such files (class_choice.hpp).
+inline constexpr const char* kAnyClassTable = "auto";
+
 /// The inputs of a LiDAR world.
 struct LidarWorldOptions {
     std::vector<std::filesystem::path> files;        ///< of points, or folders of them
     std::vector<std::filesystem::path> left_out;     ///< those of them that are not opened
     std::vector<std::filesystem::path> orthophotos;  ///< image files or folders; may be empty
-    std::string classes = "asprs";                   ///< id of a class table, or a path to one
+    std::string classes = kAnyClassTable;            ///< id of a class table, or a path to one
+    bool mark_unknown = false;                       ///< show classes that the table does not name
     std::filesystem::path settings;  ///< which steps run and how; empty = config/voxelize.toml
     std::string steps;  ///< switches steps over the settings (switch_steps); empty = no change
     std::string photo;  ///< "raw" or "albedo": colours of orthophotos; empty: as settings say

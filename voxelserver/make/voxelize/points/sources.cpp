@@ -11,6 +11,7 @@
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/pointcloud/formats/files.hpp"
 #include "voxelserver/data/pointcloud/formats/open.hpp"
+#include "voxelserver/make/voxelize/points/class_choice.hpp"
 #include "voxelserver/make/voxelize/points/extent.hpp"
 #include "voxelserver/make/voxelize/points/file_crs.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
@@ -54,7 +55,7 @@ std::vector<SquareSource> open_files(const LidarWorldOptions& options, const Kno
                          [&](std::size_t i) { open_file(files[i], paths[i], known); });
     std::erase_if(files, [](const SquareSource& file) {
         if (file.info.point_count == 0)
-            util::log_warn("{}: holds no points; left out", file.info.path.string());
+            util::warn_of_file(file.info.path.string(), "holds no points; left out");
         return file.info.point_count == 0;
     });
     if (files.empty())
@@ -171,7 +172,8 @@ std::shared_ptr<const pointcloud::SpatialIndex> usable_index(
     try {
         return points.spatial_index();
     } catch (const util::Error& e) {
-        util::log_warn("{}; points are read without this index", e.what());
+        util::warn_of_file(points.info().path.string(),
+                           "its index is not used, since it does not fit the points", e.what());
     }
     return nullptr;
 }
@@ -294,13 +296,15 @@ void set_heights(Sources& sources, const AllHeights& range, double ground_depth_
 
 }  // namespace
 
-Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
-                     const Settings& settings) {
-    KnownSquares known = read_known(options, way_of_opening(classes, settings.points));
+Sources open_sources(const LidarWorldOptions& options, const Settings& settings) {
+    KnownSquares known = read_known(options, way_of_opening(settings.points));
     auto files = open_files(options, known);
     use_recorded_crs(files, options);
     const auto squares = list_squares(files, options);
-    settle_crs(files, options, classes, squares);
+    settle_crs(files, options, squares);
+    const ClassTable classes = choose_class_table(options, files, squares);
+    if (known.roles != fingerprint_of_roles(classes))
+        known = {};
     warn_of_mixed_datums(list_infos(files));
     const std::vector<const KnownSquare*> trusted = trusted_squares(files, known);
     std::vector<SquareSample> samples(files.size());
@@ -314,7 +318,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     const double mid_y = (first.min[1] + first.max[1]) / 2;
     Sources out{
         grid::Frame(grid::voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
-        std::move(files)};
+        std::move(files), classes};
     for (const auto& square : squares)
         if (square)
             out.named_squares.push_back(*square);
@@ -330,6 +334,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     set_heights(out, collect_heights(out, samples), settings.ground.depth_m);
     for (std::size_t i = 0; i < out.files.size(); ++i)
         out.known.add(known_square(out.files[i], samples[i], scale_from[i]));
+    out.known.roles = fingerprint_of_roles(classes);
     out.known_before = std::move(known);
     return out;
 }

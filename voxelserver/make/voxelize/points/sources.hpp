@@ -14,6 +14,7 @@ struct Sources {
     grid::Frame frame;
     /// By path: voxels must not depend on the order of the arguments.
     std::vector<SquareSource> files;
+    ClassTable classes{};                      ///< of all files
     grid::ColumnRect bounds{};                 ///< of all files together
     std::int32_t lowest_y = 0, highest_y = 0;  ///< no kept point lies outside [lowest_y, highest_y)
     std::int32_t floor_y = 0;                  ///< the terrain is solid from here up
@@ -35,7 +36,6 @@ struct Sources {
 /// in a part of it.
 /// @throws UsageError for no files, no CRS, or files too far apart; Error for a file that cannot be
 /// read or placed
-[[nodiscard]] Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
-                                   const Settings& settings);
+[[nodiscard]] Sources open_sources(const LidarWorldOptions& options, const Settings& settings);
 
 }  // namespace terravox::voxelize

@@ -82,7 +82,7 @@ public:
             if (const KnownSquare* const before = sources.known_before.find(identity);
                 before != nullptr && all.find(identity) == nullptr)
                 all.add(*before);
-        return all.to_bytes(way_of_opening(m_points.classes(), m_settings.points));
+        return all.to_bytes(way_of_opening(m_settings.points));
     }
 
     [[nodiscard]] std::set<std::size_t> rescaled_files(std::span<const grid::ColumnRect> changed,

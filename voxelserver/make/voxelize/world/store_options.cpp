@@ -17,7 +17,7 @@ using store::GrabberStore;
 using store::StoredOrthophoto;
 using store::StoredSquare;
 
-// The one class table that all squares have; "" when none has any.
+// The one class table that all squares have; kAnyClassTable when none has any.
 std::string common_class_table(const std::vector<const StoredSquare*>& squares) {
     std::set<std::string> tables;
     for (const StoredSquare* square : squares)
@@ -28,7 +28,7 @@ std::string common_class_table(const std::vector<const StoredSquare*>& squares) 
             "open the store: its squares have {} different class tables, such as '{}' and '{}'; "
             "allowed: one, or say which with --classes",
             tables.size(), *tables.begin(), *tables.rbegin());
-    return tables.empty() ? "" : *tables.begin();
+    return tables.empty() ? kAnyClassTable : *tables.begin();
 }
 
 /// Distinct texts, one after the other.
@@ -67,7 +67,7 @@ void take_from_store(const GrabberStore& store, LidarWorldOptions& options) {
     if (squares.empty())
         throw util::UsageError(
             "open the store: it has no square yet; fetch some with terravox grab fetch");
-    if (options.classes.empty())
+    if (options.classes == kAnyClassTable)
         options.classes = common_class_table(squares);
     Joined licences;
     Joined attributions;

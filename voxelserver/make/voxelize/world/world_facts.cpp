@@ -198,6 +198,23 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     return out;
 }
 
+namespace {
+
+void add_table(voxel::ByteWriter& out, const ClassTable& table) {
+    out.add(to_fingerprint(table));
+    out.add(table.crs.has_value());
+    out.add(table.crs.value_or(""));
+    out.add(table.meant.crs.size());
+    for (const std::string& crs : table.meant.crs)
+        out.add(crs);
+    for (const double edge : table.meant.extent)
+        out.add(edge);
+    for (const auto* codes : {&table.meant.with, &table.meant.without})
+        out.add(*codes ? (*codes)->to_string() : std::string());
+}
+
+}  // namespace
+
 std::string world_name(const LidarWorldOptions& options, const std::filesystem::path& opener) {
     voxel::ByteWriter out;
     out.add(kFactsMagic);
@@ -206,13 +223,15 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     if (!opener.empty())
         out.add(voxel::file_identity(opener, "worlds module"));
     const Settings settings = load_settings(options.settings, options.steps, options.photo);
-    const ClassTable classes = load_class_table(options.classes);
     out.add(to_fingerprint(settings));
     out.add(palette_fingerprint(settings));
     out.add(tints_fingerprint(settings));
-    out.add(to_fingerprint(classes));
-    out.add(classes.crs.has_value());
-    out.add(classes.crs.value_or(""));
+    out.add(options.mark_unknown);
+    if (options.classes == kAnyClassTable)
+        for (const ClassTable& table : shipped_class_tables())
+            add_table(out, table);
+    else
+        add_table(out, load_class_table(options.classes));
     out.add(options.crs.has_value());
     out.add(options.crs.value_or(""));
     out.add(options.recorded_crs.size());

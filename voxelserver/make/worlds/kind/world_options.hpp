@@ -57,9 +57,12 @@ struct WorldOptions {
     /// (voxelserver/make/worlds/overlay/overlay_world.hpp).
     std::vector<std::string> additions;
 
-    std::string title;               ///< of a world of LiDAR data; empty: by the inputs
-    std::string crs;                 ///< overrides that of the files; empty: theirs
-    std::string classes = "asprs";   ///< id of a LiDAR class table, or a path to one
+    std::string plane;  ///< of pictures: "table" or "sea" beneath; else nothing
+    std::string title;  ///< of a world of LiDAR data; empty: by the inputs
+    std::string crs;    ///< overrides that of the files; empty: theirs
+    /// Id of a LiDAR class table, or a path to one; "auto": the one that is meant for the files.
+    std::string classes = "auto";
+    bool mark_unknown = false;       ///< show LiDAR classes that the table does not name
     std::string vertical_unit;       ///< "m", "ft" or "us-ft"; empty: from the files
     std::filesystem::path settings;  ///< of voxelization; empty: config/voxelize.toml
     std::string steps;               ///< of voxelization that run; empty: as in the settings

@@ -31,6 +31,7 @@ voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
     out.title = from.title;
     out.orthophotos = from.orthophotos;
     out.classes = from.classes;
+    out.mark_unknown = from.mark_unknown;
     out.settings = from.settings;
     out.steps = from.steps;
     out.photo = from.photo;
@@ -72,16 +73,9 @@ voxelize::LidarWorldOptions options_of_files(const WorldOptions& from) {
     return options;
 }
 
-/// The store's own class table counts unless the user names one; an option that still has the
-/// default of WorldOptions counts as not given.
 voxelize::LidarWorldOptions options_of_store(const WorldOptions& from) {
-    const std::string usual = WorldOptions{}.classes;
     voxelize::LidarWorldOptions options = lidar_options(from);
-    if (options.classes == usual)
-        options.classes.clear();
     voxelize::take_from_store(store::read_grabber_store(from.inputs.front()), options);
-    if (options.classes.empty())
-        options.classes = usual;
     return options;
 }
 

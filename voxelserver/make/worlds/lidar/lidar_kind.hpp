@@ -13,7 +13,7 @@ namespace terravox::worlds {
 
 /// Flags of `terravox serve` for LiDAR data and stores (WorldKind::flags).
 inline constexpr std::string_view kLidarFlags =
-    "--classes --settings --steps --photo --crs --voxel --vertical-unit";
+    "--classes --mark-unknown --settings --steps --photo --crs --voxel --vertical-unit";
 
 /// Files of points, for help and messages.
 inline constexpr std::string_view kLidarInputs = "LAS, LAZ, COPC or PLY files";

@@ -25,10 +25,10 @@ void unused(const Members&... /*members*/) {}
 /// Adds all options that boxes depend on. A member that is missing in one of the two bindings is an
 /// error of the compiler, so that no new option is forgotten.
 void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
-    const auto& [inputs, left_out, orthophotos, additions, title, crs, classes, vertical_unit,
-                 settings, steps, photo, voxel_m, dimension, base_m, generated, known_squares,
-                 chunk_indices, reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes,
-                 box_timeout] = options;
+    const auto& [inputs, left_out, orthophotos, additions, plane, title, crs, classes, mark_unknown,
+                 vertical_unit, settings, steps, photo, voxel_m, dimension, base_m, generated,
+                 known_squares, chunk_indices, reads_chunk_indices, memory_bytes, threads,
+                 cache_dir, cache_bytes, box_timeout] = options;
     const auto& [seed, water_level, world_height, harmonics, frequency, smoothness,
                  generated_voxel_m, trees] = generated;
     out.add(static_cast<std::uint64_t>(inputs.size()));
@@ -54,9 +54,9 @@ void add_options(voxel::ByteWriter& out, const WorldOptions& options) {
     out.add(trees);
     // Those of LiDAR data (InputFingerprints has them), and those that no box depends on; the size
     // of generated voxels is voxel_m.
-    unused(left_out, title, classes, settings, steps, photo, generated_voxel_m, known_squares,
-           chunk_indices, reads_chunk_indices, memory_bytes, threads, cache_dir, cache_bytes,
-           box_timeout);
+    unused(left_out, plane, title, classes, mark_unknown, settings, steps, photo, generated_voxel_m,
+           known_squares, chunk_indices, reads_chunk_indices, memory_bytes, threads, cache_dir,
+           cache_bytes, box_timeout);
 }
 
 Fingerprint random_fingerprint() {

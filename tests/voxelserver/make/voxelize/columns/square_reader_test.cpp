@@ -47,11 +47,10 @@ private:
 class OneFile {
 public:
     explicit OneFile(const LidarWorldOptions& options)
-        : m_classes(load_class_table(options.classes)),
-          m_sources(open_sources(options, m_classes, m_settings)),
-          m_report(m_sources.files, m_classes),
+        : m_sources(open_sources(options, m_settings)),
+          m_report(m_sources.files, m_sources.classes),
           m_reader(options, m_sources.files, share_memory(options.memory_bytes, m_sources.files),
-                   {m_sources.frame, m_classes, m_settings, m_times}, m_report) {}
+                   {m_sources.frame, m_sources.classes, m_settings, m_times}, m_report) {}
 
     [[nodiscard]] SquareReader& reader() { return m_reader; }
     [[nodiscard]] SquareState state() const { return m_reader.find_state(0).first; }
@@ -86,7 +85,6 @@ public:
 private:
     util::StageTimes m_times;
     Settings m_settings;
-    ClassTable m_classes;
     Sources m_sources;
     LoadReport m_report;
     SquareReader m_reader;

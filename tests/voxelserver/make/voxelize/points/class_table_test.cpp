@@ -28,7 +28,7 @@ TEST_CASE("all class tables load, and define the standard's classes", "[voxelser
             if (m.role != Role::kDrop && m.role != Role::kSurface)
                 CHECK(m.material != Material::kAir);
             if (!m.known)
-                CHECK((m.role == Role::kObject && m.material == Material::kUnknown));
+                CHECK((m.role == Role::kSurface && m.tiers));
         }
     }
     CHECK(tables >= 9);
@@ -46,8 +46,7 @@ TEST_CASE("sources differ from the standard where they say so", "[voxelserver][c
         {"asprs", 17, Role::kBridge, Material::kBridge},
         {"asprs", 10, Role::kGround, Material::kRail},
         {"asprs", 11, Role::kGround, Material::kRoad},
-        {"asprs", 64, Role::kObject, Material::kUnknown},
-        {"asprs", 255, Role::kObject, Material::kUnknown},
+        {"asprs", 64, Role::kSurface, Material::kAir},
         {"si-clss", 7, Role::kObject, Material::kConcrete},
         {"si-clss", 8, Role::kBuilding, Material::kRoof},
         {"ch-swisstopo", 3, Role::kVegetation, Material::kHighVegetation},
@@ -61,6 +60,9 @@ TEST_CASE("sources differ from the standard where they say so", "[voxelserver][c
         CHECK(table.meaning[static_cast<std::size_t>(c.code)].role == c.role);
         CHECK(table.meaning[static_cast<std::size_t>(c.code)].material == c.material);
     }
+    const ClassTable marked = load_class_table("asprs", Unnamed::kMarked);
+    CHECK(marked.meaning[64].role == Role::kObject);
+    CHECK(marked.meaning[255].material == Material::kUnknown);
     CHECK(load_class_table("nl-ahn").crs == "EPSG:28992");
     CHECK(load_class_table("ch-swisstopo").meaning[3].tiers);
     CHECK_FALSE(load_class_table("asprs").crs);
@@ -121,9 +123,9 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
         {"no table", "[class]\n2 = \"ground\"", "[class.2] is not a table"},
         {"no TOML", "[class\n", "line 1"},
         {"an unknown section", "[clas]\n2 = { role = \"drop\" }",
-         "clas is no field; allowed: title, extends, crs, class"},
+         "clas is no field; allowed: title, extends, crs, class, meant"},
         {"an empty unknown section", "[foo]",
-         "foo is no field; allowed: title, extends, crs, class"},
+         "foo is no field; allowed: title, extends, crs, class, meant"},
         {"an unknown field of a class", "[class]\n2 = { role = \"drop\", height = 1 }",
          "[class.2] height is no field; allowed: role, material, tiers"},
         {"classes that are no table", "class = 2", "class is no table"},
@@ -133,6 +135,14 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
          "[class.2] tiers is not true or false"},
         {"unknown base", "extends = \"nothing\"\n",
          "extends = 'nothing'; allowed: a table next to it, or asprs, ch-swisstopo"},
+        {"no systems", "[meant]\nwith = [3]", "[meant] crs is no list of texts"},
+        {"a system that is a number", "[meant]\ncrs = [2154]", "[meant] crs is no list of texts"},
+        {"three edges", "[meant]\ncrs = [\"EPSG:2154\"]\nextent = [1, 2, 3]",
+         "[meant] extent is no list of four numbers"},
+        {"a class too high", "[meant]\ncrs = [\"EPSG:2154\"]\nwith = [256]",
+         "[meant] with = 256; allowed: 0 to 255"},
+        {"a class alone", "[meant]\ncrs = [\"EPSG:2154\"]\nwithout = 3",
+         "[meant] without is no list of classes"},
         {"itself", "extends = \"bad\"\n", "circular"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -44,8 +44,7 @@ KnownSquares read_back(voxelize::LidarWorld& world, const voxel::Fingerprint& wa
 }
 
 voxel::Fingerprint usual_way() {
-    return voxelize::way_of_opening(voxelize::load_class_table("asprs"),
-                                    voxelize::load_settings("", "", "").points);
+    return voxelize::way_of_opening(voxelize::load_settings("", "", "").points);
 }
 
 void check_same_world(const voxelize::LidarWorldOptions& with,

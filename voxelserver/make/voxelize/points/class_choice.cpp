@@ -1,0 +1,128 @@
+#include "voxelserver/make/voxelize/points/class_choice.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "common/util/log.hpp"
+#include "voxelserver/make/voxelize/points/square_sample.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+struct Choice {
+    std::string table;
+    std::string why;  ///< empty: nothing speaks for another one
+};
+
+/// The one table of all sources whose names some of the files have.
+std::optional<Choice> choose_by_name(const std::vector<SquareSource>& files,
+                                     const std::vector<std::optional<grid::NamedSquare>>& squares) {
+    std::optional<Choice> out;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (!squares[i] || squares[i]->class_table.empty())
+            continue;
+        if (out && out->table != squares[i]->class_table)
+            return std::nullopt;
+        if (!out)
+            out = Choice{squares[i]->class_table,
+                         fmt::format("{} is named as source {} names its squares",
+                                     files[i].info.path.filename().string(), squares[i]->source)};
+    }
+    return out;
+}
+
+bool lies_in(const pointcloud::PointCloudInfo& info, const std::array<double, 4>& extent) {
+    const double x = (info.min[0] + info.max[0]) / 2;
+    const double y = (info.min[1] + info.max[1]) / 2;
+    return extent == std::array<double, 4>{} ||
+           (x >= extent[0] && x <= extent[2] && y >= extent[1] && y <= extent[3]);
+}
+
+/// The classes of a sample of some files, taken once, when a table asks for them.
+class SampledClasses {
+public:
+    explicit SampledClasses(const std::vector<SquareSource>& files) : m_files(files) {}
+
+    const std::bitset<256>& find() {
+        constexpr std::size_t kMostFiles = 8;
+        const std::size_t count = std::min(kMostFiles, m_files.size());
+        for (std::size_t i = 0; i < count && !m_is_taken; ++i)
+            for (const pointcloud::Point& p :
+                 m_files[i * m_files.size() / count].points->sample(kSampledPoints))
+                m_classes.set(p.classification);
+        m_is_taken = true;
+        return m_classes;
+    }
+
+private:
+    const std::vector<SquareSource>& m_files;
+    std::bitset<256> m_classes;
+    bool m_is_taken = false;
+};
+
+std::string list_codes(const std::bitset<256>& codes) {
+    std::string out;
+    for (std::size_t c = 0; c < codes.size(); ++c)
+        if (codes[c])
+            out += (out.empty() ? "" : ", ") + std::to_string(c);
+    return out;
+}
+
+/// Why a table is meant for the files; nullopt: it is not.
+std::optional<std::string> why_meant(const Meant& meant, const std::vector<SquareSource>& files,
+                                     SampledClasses& classes) {
+    const geo::Crs& crs = *files.front().info.crs;
+    const auto system =
+        std::find_if(meant.crs.begin(), meant.crs.end(), [&](const std::string& text) {
+            return crs.name() == text || crs.same_horizontal(geo::Crs::from_text(text));
+        });
+    if (system == meant.crs.end() ||
+        !std::all_of(files.begin(), files.end(), [&](const SquareSource& file) {
+            return lies_in(file.info, meant.extent) && file.info.crs->same_horizontal(crs);
+        }))
+        return std::nullopt;
+    std::string why = "the files are in " + *system;
+    if (meant.with) {
+        const std::bitset<256> found = classes.find() & *meant.with;
+        if (found.none())
+            return std::nullopt;
+        why += ", and have points of class " + list_codes(found);
+    }
+    if (meant.without) {
+        if ((classes.find() & *meant.without).any())
+            return std::nullopt;
+        why += ", none of class " + list_codes(*meant.without);
+    }
+    return why;
+}
+
+Choice choose(const std::vector<SquareSource>& files,
+              const std::vector<std::optional<grid::NamedSquare>>& squares) {
+    if (auto named = choose_by_name(files, squares))
+        return *std::move(named);
+    SampledClasses classes(files);
+    for (const ClassTable& table : shipped_class_tables())
+        if (const auto why = why_meant(table.meant, files, classes))
+            return {table.id, *why};
+    return {"asprs", ""};
+}
+
+}  // namespace
+
+ClassTable choose_class_table(const LidarWorldOptions& options,
+                              const std::vector<SquareSource>& files,
+                              const std::vector<std::optional<grid::NamedSquare>>& squares) {
+    const Unnamed unnamed = options.mark_unknown ? Unnamed::kMarked : Unnamed::kGuessed;
+    if (options.classes != kAnyClassTable)
+        return load_class_table(options.classes, unnamed);
+    const Choice choice = choose(files, squares);
+    ClassTable out = load_class_table(choice.table, unnamed);
+    if (!choice.why.empty())
+        util::log_info("class table {} ({}): {}; --classes names another", out.id, out.title,
+                       choice.why);
+    return out;
+}
+
+}  // namespace terravox::voxelize
