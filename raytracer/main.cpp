@@ -23,7 +23,7 @@ terravox::animate::RenderPicture open_renderer(const commands::WorldArguments& w
                                                const commands::RenderPoolArguments& render_pool,
                                                const terravox::scene::Scene& base, bool quiet) {
     const auto renderer = std::make_shared<terravox::render::PictureRenderer>(
-        world.options(base), render_pool.options(base), base, quiet);
+        world.picture_options(base), render_pool.options(base), base, quiet);
     return [renderer](const terravox::scene::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
         terravox::render::PictureRenderer::check(scene, files);

@@ -19,7 +19,7 @@ SCENES = {
         *("--sun-altitude-deg", "25", "--sun-azimuth-deg", "120"),
     ],
 }
-COMMON = ["--size", "320x180", "--samples", "4", "--quiet"]
+COMMON = ["--look", "plain", "--size", "320x180", "--samples", "4", "--quiet"]
 COMMON += ["--sun-date", "2026-06-21", "--sun-time-h", "16"]
 
 

@@ -39,7 +39,8 @@ struct RenderArguments {
 util::ExitCode run_render(const RenderArguments& args) {
     util::set_up_log(args.verbosity.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
-    const scene::Scene scene = args.world.scene();
+    scene::Scene scene = args.world.scene();
+    args.world.choose_look(scene);
     // Reject what cannot be written before any work is done.
     if (args.outputs.empty())
         throw util::UsageError("render: no picture named; give -o FILE.png or FILE.exr");
@@ -54,7 +55,7 @@ util::ExitCode run_render(const RenderArguments& args) {
     if (!args.save_scene.empty())
         util::write_file_atomically(args.save_scene, scene::to_toml(scene));
 
-    render::PictureRenderer renderer(args.world.options(scene), render_pool, scene,
+    render::PictureRenderer renderer(args.world.picture_options(scene), render_pool, scene,
                                      args.verbosity.quiet);
     const render::RenderStatistics statistics = renderer.render(scene, args.outputs, keep, start);
     if (!args.report.empty())
@@ -135,10 +136,11 @@ std::string names_of_inputs(const AnimateArguments& args, const scene::Scene& ba
 util::ExitCode run_animate(const AnimateArguments& args, const OpenRenderer& open) {
     util::set_up_log(args.frames.quiet ? "error" : args.world.log_level);
     const animate::Animation animation = animate::Animation::read(args.animation);
-    const scene::Scene base =
+    scene::Scene base =
         scene::compose_scene({scene::file_layer(args.world.scene_file),
                               [&](scene::Scene& scene) { animation.apply_base(scene); },
                               scene::fields_layer(args.world.fields)});
+    choose_plane(base);
     // Reject what cannot be written, or is inconsistent, before any work is done.
     const auto [width, height] = base.output.size_px;
     output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first),

@@ -49,7 +49,8 @@ std::unique_ptr<voxel::World> open_own(const WorkerWorld& world, const std::stri
         // Only what a generated world needs is used of a coordinator's scene; the time limit for a
         // server is this worker's default.
         scene::Scene scene;
-        scene.generated = unpack_scene(scene_text).generated;
+        const scene::Scene asked = unpack_scene(scene_text);
+        scene.generated = asked.generated;
         scene.world.voxel_m = world.coordinator->info().voxel_m;
         std::unique_ptr<voxel::World> own;
         if (!world.server.empty())
@@ -60,6 +61,8 @@ std::unique_ptr<voxel::World> open_own(const WorkerWorld& world, const std::stri
                                      world.ending.get_token());
         else
             throw util::Error("open the world: the coordinator names no generated:SEED");
+        if (own)
+            own = worlds::with_plane(std::move(own), asked.world.plane);
         if (!own || pack_world(own->info()) == world.info_text)
             return own;
         util::log_warn(

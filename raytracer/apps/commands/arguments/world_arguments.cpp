@@ -52,6 +52,47 @@ worlds::WorldOptions WorldArguments::options(const scene::Scene& scene) const {
     return out;
 }
 
+worlds::WorldOptions WorldArguments::picture_options(const scene::Scene& scene) const {
+    worlds::WorldOptions out = options(scene);
+    out.plane = scene.world.plane;
+    return out;
+}
+
+namespace {
+
+/// Whether a camera shows a place from outside, and not as a map.
+bool shows_from_outside(const scene::Scene::Camera& camera) {
+    constexpr double kStraight_deg = 90;
+    const bool is_map = camera.projection == core::CameraProjection::kOrthographic &&
+                        camera.down_deg == kStraight_deg;
+    return !camera.position && !is_map && camera.projection != core::CameraProjection::kPanorama;
+}
+
+}  // namespace
+
+void choose_plane(scene::Scene& scene) {
+    if (scene.world.plane.empty() && shows_from_outside(scene.camera))
+        scene.world.plane = "table";
+}
+
+void WorldArguments::choose_look(scene::Scene& scene) const {
+    if (!scene.world.plane.empty())
+        return;
+    choose_plane(scene);
+    if (scene.world.plane.empty())
+        return;
+    const bool asks_for_sun = std::any_of(fields.begin(), fields.end(), [](const auto& field) {
+        return field.first.starts_with("sun.");
+    });
+    if (asks_for_sun || scene.sun != scene::Scene::Sun{})
+        return;
+    // From the left, so low that shadows show the relief, and fall on the table beside the place.
+    constexpr double kFromLeft_deg = 60;
+    constexpr double kAltitude_deg = 32;
+    scene.sun.azimuth_deg = std::remainder(scene.camera.azimuth_deg + kFromLeft_deg, 360);
+    scene.sun.altitude_deg = kAltitude_deg;
+}
+
 namespace {
 
 /// @param sections as for add_opening_arguments
@@ -62,6 +103,8 @@ bool is_flag(const std::string& path, const std::vector<std::string>& sections) 
     const std::string section = path.substr(0, path.find('.'));
     if (sections.empty())
         return section != "analysis";
+    if (path == "world.plane")  // of pictures
+        return false;
     return std::any_of(sections.begin(), sections.end(), [&](const std::string& listed) {
         return listed == section || listed == path;
     });

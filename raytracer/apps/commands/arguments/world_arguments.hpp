@@ -43,7 +43,18 @@ struct WorldArguments {
     /// The world to open, with the scene's settings for it.
     /// @throws Error for the cache folder
     [[nodiscard]] worlds::WorldOptions options(const scene::Scene& scene) const;
+    /// The same for a picture, on what the scene puts the place on.
+    [[nodiscard]] worlds::WorldOptions picture_options(const scene::Scene& scene) const;
+    /// The look of a picture for which nobody has chosen one: that of choose_plane(), and where no
+    /// sun is asked for, neither by the scene nor by flags, it shines from the left of the camera
+    /// that frames the place, at any place of the Earth.
+    void choose_look(scene::Scene& scene) const;
 };
+
+/// Puts the place on a table where the camera frames it from outside, and nobody has chosen what it
+/// stands on (Scene::World::plane). Maps, panoramas and cameras with a position show the place
+/// alone.
+void choose_plane(scene::Scene& scene);
 
 /// Lets an option be given several times, with one value each time.
 CLI::Option* allow_several(CLI::Option* option);

@@ -58,7 +58,8 @@ nlohmann::json make_report(const preview::App& app) {
 
 util::ExitCode run(const Arguments& args) {
     util::set_up_log(args.world.log_level);
-    const scene::Scene scene = args.world.scene();
+    scene::Scene scene = args.world.scene();
+    choose_plane(scene);
     const preview::AppOptions options{
         preview_render_pool(args, scene),
         render::RenderPoolOptions{
@@ -76,7 +77,7 @@ util::ExitCode run(const Arguments& args) {
     window.set_light(args.light);
     const thread::StopSignals signals;
     const std::stop_token quit = signals.token();
-    preview::Session session(window, args.world.options(scene), scene, options);
+    preview::Session session(window, args.world.picture_options(scene), scene, options);
     while (window.open() && !quit.stop_requested())
         session.frame();
     const preview::App* const app = session.app();

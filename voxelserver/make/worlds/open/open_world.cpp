@@ -1,11 +1,13 @@
 #include "voxelserver/make/worlds/open/open_world.hpp"
 
 #include <string>
+#include <utility>
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_reader.hpp"
 #include "voxelserver/make/worlds/archive/archive_kind.hpp"
 #include "voxelserver/make/worlds/overlay/overlay_world.hpp"
+#include "voxelserver/make/worlds/overlay/plane_world.hpp"
 #include "voxelserver/make/worlds/remote/remote_world.hpp"
 
 namespace terravox::worlds {
@@ -57,10 +59,20 @@ std::unique_ptr<voxel::World> open_address(const std::string& url, const remote:
     return remote::open_remote_world(url, times, timeout, stop, access);
 }
 
+std::unique_ptr<voxel::World> with_plane(std::unique_ptr<voxel::World> world,
+                                         const std::string& plane) {
+    if (plane == "table")
+        return overlay::on_plane(std::move(world), overlay::Plane::kTable);
+    if (plane == "sea")
+        return overlay::on_plane(std::move(world), overlay::Plane::kSea);
+    return world;
+}
+
 std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
                                          const std::stop_token& stop) {
-    return overlay::with_additions(checked_kind(options).open({options, times, stop}),
-                                   options.additions, stop);
+    return with_plane(overlay::with_additions(checked_kind(options).open({options, times, stop}),
+                                              options.additions, stop),
+                      options.plane);
 }
 
 }  // namespace terravox::worlds

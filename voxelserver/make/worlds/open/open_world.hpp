@@ -44,6 +44,11 @@ namespace terravox::worlds {
                                                        util::StageTimes& times,
                                                        const std::stop_token& stop = {});
 
+/// Puts a world on a plane (overlay/plane_world.hpp).
+/// @param plane "table" or "sea"; else the world stays as it is
+[[nodiscard]] std::unique_ptr<voxel::World> with_plane(std::unique_ptr<voxel::World> world,
+                                                       const std::string& plane);
+
 /// Opens the address of a voxel server or of a box archive.
 /// @param access the origins that it may contact, and the token that it sends
 /// @param timeout for each request

@@ -1,0 +1,124 @@
+#include "voxelserver/make/worlds/overlay/plane_world.hpp"
+
+#include "tests/catch.hpp"
+#include "tests/common/voxel/array_world.hpp"
+#include "tests/voxelserver/make/worlds/voxels.hpp"
+
+namespace {
+
+using namespace terravox;
+using overlay::Plane;
+using test::ArrayWorld;
+using test::Voxels;
+using voxel::Material;
+
+/// Grass from y = -3 up to 5, with a hole in it, and a tower.
+std::unique_ptr<ArrayWorld> land() {
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -3, -40},
+                                              ArrayWorld::Coord{90, 300, 70});
+    world->fill({-40, -3, -40}, {90, 5, 70}, Material::kGrass);
+    world->fill({10, -3, 10}, {20, 5, 20}, Material::kAir);
+    world->fill({40, 5, 40}, {44, 290, 44}, Material::kRoof);
+    return world;
+}
+
+/// Keys of all levels: around the place, and at the plane's edges.
+std::vector<voxel::BoxKey> some_keys(const voxel::WorldInfo& info) {
+    std::vector<voxel::BoxKey> out;
+    for (int level = 0; level < info.levels; ++level)
+        for (const std::int32_t by : {-2, -1, 0, 1, 2})
+            for (const std::int32_t bx : {-5, -1, 0, 1})
+                for (const std::int32_t bz : {-1, 0, 1, 7})
+                    out.push_back({level, bx, by, bz});
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a place lies on the plane as it was", "[voxelserver][overlay]") {
+    const Plane plane = GENERATE(Plane::kTable, Plane::kSea);
+    const Material material = plane == Plane::kSea ? Material::kWater : Material::kPlain;
+    const auto world = overlay::on_plane(land(), plane);
+    const auto alone = land();
+    Voxels voxels(*world);
+    Voxels before(*alone);
+    int differing = 0;
+    for (std::int32_t y = -3; y < 300; y += y < 10 ? 1 : 7)
+        for (std::int32_t z = -40; z < 70; ++z)
+            for (std::int32_t x = -40; x < 90; ++x)
+                differing += voxels.material(x, y, z) == before.material(x, y, z) ? 0 : 1;
+    CHECK(differing == 0);
+    for (const auto& [x, z] : {std::pair{-41, 0}, {91, 3}, {5000, -90'000}, {15, 15}}) {
+        INFO(x << " " << z);
+        CHECK(voxels.material(x, -4, z) == material);
+        CHECK(voxels.material(x, -3, z) == Material::kAir);
+    }
+}
+
+TEST_CASE("a camera frames the place on the plane as it did before", "[voxelserver][overlay]") {
+    const auto world = overlay::on_plane(land(), Plane::kTable);
+    CHECK(world->info().camera_bounds() == land()->info().camera_bounds());
+    CHECK(world->info().bounds.max[1] == land()->info().bounds.max[1]);
+    CHECK(world->info().levels > 10);
+    CHECK(world->edition() == "on a table");
+    CHECK(overlay::on_plane(land(), Plane::kSea)->edition() == "in a sea");
+}
+
+TEST_CASE("on every level the plane is there, and the place on it", "[voxelserver][overlay]") {
+    const auto world = overlay::on_plane(land(), Plane::kTable);
+    for (int level = 0; level < world->info().levels; ++level) {
+        INFO(level);
+        Voxels voxels(*world, level);
+        const std::int32_t side = std::int32_t{1} << level;
+        // One of two voxels: the plane's height is rounded.
+        const std::int32_t top = voxel::floor_div(-3, side);
+        CHECK(voxels.at(100'000 / side, top - 1, 0).has_value() !=
+              voxels.at(100'000 / side, top, 0).has_value());
+        if (side <= 64)
+            CHECK(voxels.at(0, voxel::floor_div(0, side), 0));
+    }
+}
+
+TEST_CASE("extents of the plane hold all of its boxes", "[voxelserver][overlay]") {
+    const auto world = overlay::on_plane(land(), Plane::kTable);
+    int found = 0;
+    const std::vector<voxel::BoxKey> keys = some_keys(world->info());
+    std::map<voxel::BoxKey, std::shared_ptr<const voxel::Box>> batch;
+    world->boxes(keys, [&](const voxel::BoxKey& key, const voxel::BoxOutcome& outcome) {
+        CHECK_FALSE(outcome.failure);
+        batch[key] = outcome.box;
+    });
+    for (const voxel::BoxKey& key : keys) {
+        INFO(voxel::to_string(key));
+        const auto box = world->box(key);
+        REQUIRE(batch.contains(key));
+        CHECK((box == nullptr) == (batch[key] == nullptr));
+        if (!box)
+            continue;
+        ++found;
+        CHECK(box->checksum() == batch[key]->checksum());
+        const voxel::ColumnExtent extent = world->column(key.level, key.bx, key.bz);
+        CHECK((key.by >= extent.by_begin && key.by < extent.by_end));
+        CHECK(world->may_hold({key, {key.level, key.bx + 1, key.by + 1, key.bz + 1}}));
+    }
+    CHECK(found > 100);
+}
+
+TEST_CASE("a hole of the place is a hole on the plane", "[voxelserver][overlay]") {
+    auto place = land();
+    place->make_hole({0, 0, 0, 0});
+    const auto world = overlay::on_plane(std::move(place), Plane::kTable);
+    CHECK_THROWS(world->box({0, 0, 0, 0}));
+    CHECK_NOTHROW(world->box({0, 9, -1, 9}));
+}
+
+TEST_CASE("a world without end, or without a voxel, needs no plane", "[voxelserver][overlay]") {
+    auto endless = land();
+    endless->editable_info().framed = endless->info().bounds;
+    const voxel::World* const given = endless.get();
+    CHECK(overlay::on_plane(std::move(endless), Plane::kSea).get() == given);
+    auto empty = land();
+    empty->editable_info().bounds = {};
+    const voxel::World* const air = empty.get();
+    CHECK(overlay::on_plane(std::move(empty), Plane::kSea).get() == air);
+}
