@@ -220,6 +220,8 @@ namespace {
 constexpr std::size_t kCells = kSectionVoxels;
 // Snapshot 20w17a of 1.16: an index no longer runs across two longs.
 constexpr std::int64_t kFirstPadded = 2529;
+// Snapshot 21w39a of 1.18: the game refuses indices of more bits than the palette needs.
+constexpr std::int64_t kFirstOfExactBits = 2836;
 
 std::uint64_t big_endian_long(const std::uint8_t* bytes) noexcept {
     std::uint64_t value = 0;
@@ -254,7 +256,8 @@ void unpack_padded(const NbtLongs& data, unsigned bits, std::uint16_t* cells) no
         case 9: return unpack_padded<9>(data, cells);
         case 10: return unpack_padded<10>(data, cells);
         case 11: return unpack_padded<11>(data, cells);
-        default: return unpack_padded<12>(data, cells);
+        case 12: return unpack_padded<12>(data, cells);
+        default: return unpack_padded<16>(data, cells);
     }
 }
 
@@ -288,6 +291,20 @@ std::size_t padded_longs(unsigned bits) noexcept {
     return (kCells + each - 1) / each;
 }
 
+// Bits of the indices in so many longs, 0 where they are too few or none fit. Where indices do not
+// run across longs, a length may stand for several numbers of bits; the games of 1.16 and 1.17 take
+// the largest.
+unsigned find_bits(std::size_t longs, unsigned needed, bool padded, bool exact) noexcept {
+    constexpr std::size_t kMostPadded = 16, kMostStraddling = 14;
+    if (padded && longs == padded_longs(needed))
+        return needed;
+    const std::size_t wide = longs / 64;
+    if (exact || wide < needed || wide > (padded ? kMostPadded : kMostStraddling) ||
+        longs != (padded ? padded_longs(static_cast<unsigned>(wide)) : 64 * wide))
+        return 0;
+    return static_cast<unsigned>(wide);
+}
+
 }  // namespace
 
 void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
@@ -302,19 +319,22 @@ void unpack_cells(const NbtLongs& data, std::uint32_t palette_size,
         return;
     }
     const unsigned bits = std::max(4u, static_cast<unsigned>(std::bit_width(palette_size - 1)));
-    const bool padded =
-        data_version ? *data_version >= kFirstPadded : data.count == padded_longs(bits);
-    if (padded && data.count == padded_longs(bits)) {
-        unpack_padded(data, bits, out.cells.data());
-    } else if (const std::size_t wide = data.count / 64;
-               !padded && data.count % 64 == 0 && wide >= bits && wide <= 14) {
-        unpack_straddling(data, static_cast<unsigned>(wide),
-                          out.cells.data());  // a writer may use more bits than needed
-    } else {
-        throw util::Error("{}{} longs of indices for a palette of {} blocks; allowed: {}",
-                          at_section(out), data.count, palette_size,
-                          padded ? padded_longs(bits) : std::size_t{64} * bits);
+    const bool exact = data_version.value_or(0) >= kFirstOfExactBits;
+    bool padded = data_version.value_or(kFirstPadded) >= kFirstPadded;
+    unsigned found = find_bits(data.count, bits, padded, exact);
+    if (found == 0 && !data_version) {
+        padded = false;
+        found = find_bits(data.count, bits, padded, exact);
     }
+    if (found == 0)
+        throw util::Error("{}{} longs of indices for a palette of {} blocks; allowed: {}{}",
+                          at_section(out), data.count, palette_size,
+                          padded ? padded_longs(bits) : std::size_t{64} * bits,
+                          exact ? "" : ", or those of more bits");
+    if (padded)
+        unpack_padded(data, found, out.cells.data());
+    else
+        unpack_straddling(data, found, out.cells.data());
     const std::uint16_t largest = *std::max_element(out.cells.begin(), out.cells.end());
     if (largest >= palette_size)
         throw util::Error("{}index {} into a palette of {} blocks", at_section(out), largest,

@@ -61,7 +61,7 @@ private:
 /// @throws Error (NbtError) when it is not a chunk, or damaged: none of its blocks may then be used
 void decode_chunk(std::span<const std::uint8_t> nbt, ChunkBlocks& out);
 
-/// Unpacks the palette indices of a section.
+/// Unpacks the palette indices of a section, before 1.18 of more bits than the palette needs, too.
 /// @param data_version determines how they are packed; where the chunk has none, the length of the
 /// array does
 /// @throws Error when the length of the array does not match the palette, or an index lies past the

@@ -99,6 +99,37 @@ TEST_CASE("palettes of every size are unpacked", "[raytracer][minecraft]") {
     }
 }
 
+TEST_CASE("indices of more bits than the palette needs are read by the array's length",
+          "[raytracer][minecraft]") {
+    struct Case {
+        std::optional<std::int64_t> data_version;
+        bool padded;
+        unsigned bits;
+    };
+    const auto c = GENERATE(values<Case>({{2586, true, 5},
+                                          {2586, true, 6},
+                                          {2586, true, 12},
+                                          {2586, true, 16},
+                                          {2730, true, 8},
+                                          {2529, true, 7},
+                                          {std::nullopt, true, 5},
+                                          {2230, false, 5},
+                                          {1631, false, 14},
+                                          {std::nullopt, false, 5}}));
+    test::MadeSection cells;
+    std::mt19937_64 random(c.bits);
+    for (auto& cell : cells)
+        cell = static_cast<std::uint16_t>(random() % 9);
+    std::vector<std::uint8_t> bytes;
+    for (const std::uint64_t word : test::packed_indices(cells, 9, c.padded, c.bits))
+        for (int shift = 56; shift >= 0; shift -= 8)
+            bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+    ChunkSection section{};
+    unpack_cells({bytes.data(), bytes.size() / 8}, 9, c.data_version, section);
+    INFO(c.data_version.value_or(0) << ", " << c.bits << " bits");
+    CHECK(std::equal(cells.begin(), cells.end(), section.cells.begin()));
+}
+
 TEST_CASE("Add nibbles make ids above 255, and Data their data", "[raytracer][minecraft]") {
     Bytes ids(4096, 0), add(2048, 0), data(2048, 0);
     ids[0] = 0x34;
@@ -150,6 +181,16 @@ TEST_CASE("a chunk whose sections make no sense is an error that says why",
          "index 9 into a palette of 9"},
         {"too few longs", indexed(3000, longs(255)), "255 longs"},
         {"longs of another width", indexed(3000, longs(342)), "342 longs"},
+        {"longs of no width", indexed(2586, longs(341)), "allowed: 256, or those of more bits"},
+        {"fewer bits than needed, in 1.16",
+         one_section(2586,
+                     [&](NbtWriter& out) {
+                         out.list("Palette", 10, 17);
+                         for (int i = 0; i < 17; ++i)
+                             out.string("Name", "b" + std::to_string(i)).end();
+                         out.long_array("BlockStates", longs(256));
+                     }),
+         "256 longs of indices for a palette of 17 blocks; allowed: 342"},
         {"too few longs, before 1.16", indexed(1631, longs(192)), "192 longs"},
         {"no longs", one_section(3000, [](NbtWriter& out) { test::write_palette(out, "Palette"); }),
          "0 longs"},
