@@ -22,8 +22,6 @@ std::uint32_t big_endian(const std::uint8_t* bytes) noexcept {
 }  // namespace
 
 RegionTable read_region_table(std::span<const std::uint8_t> head) {
-    if (head.empty())
-        throw util::Error("an empty file");
     if (head.size() < kRegionHeadBytes)
         throw util::Error("{} bytes; a region has {} at least", head.size(), kRegionHeadBytes);
     RegionTable table;
@@ -97,6 +95,8 @@ ChunkStore::ChunkStore(const WorldFolder& world, const DimensionFolder& dimensio
         m_chunks.insert(m_chunks.end(), of_file.chunks.begin(), of_file.chunks.end());
         if (!of_file.damage.empty())
             m_damage.push_back(std::move(of_file.damage));
+        if (!of_file.note.empty())
+            m_notes.push_back(std::move(of_file.note));
         of_file = {};
     }
     std::stable_sort(m_chunks.begin(), m_chunks.end(), [](const ChunkRef& a, const ChunkRef& b) {
@@ -114,7 +114,13 @@ ChunkStore::Indexed ChunkStore::index_file(std::uint32_t file) {
         return out;
     }
     try {
-        const RegionTable table = read_region_table(m_source.head(at.entry, kRegionHeadBytes));
+        const std::vector<std::uint8_t> head = m_source.head(at.entry, kRegionHeadBytes);
+        // The game leaves such a file where it was about to write a region's first chunk.
+        if (head.empty()) {
+            out.note = find_path(file) + ": an empty file, without chunks";
+            return out;
+        }
+        const RegionTable table = read_region_table(head);
         for (std::int32_t slot = 0; slot < static_cast<std::int32_t>(table.size()); ++slot)
             if (const std::uint32_t location = table[static_cast<std::size_t>(slot)]; location != 0)
                 out.chunks.push_back(

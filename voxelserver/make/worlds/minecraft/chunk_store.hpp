@@ -25,7 +25,7 @@ inline constexpr std::size_t kSectorBytes = 4096;
 inline constexpr std::size_t kRegionHeadBytes = 2 * kSectorBytes;
 
 /// @param head the first kRegionHeadBytes of the file, or all of it when it is shorter
-/// @throws Error for a file that is empty or shorter than its head
+/// @throws Error for a file that is shorter than its head
 [[nodiscard]] RegionTable read_region_table(std::span<const std::uint8_t> head);
 
 /// A chunk as stored in its file.
@@ -87,6 +87,7 @@ private:
     struct Indexed {
         std::vector<ChunkRef> chunks;
         std::string damage;
+        std::string note;
     };
     [[nodiscard]] Indexed index_file(std::uint32_t file);
     void place_region(std::uint32_t file, std::vector<ChunkRef>& chunks);

@@ -103,9 +103,9 @@ TEST_CASE("a damaged chunk is air, named with its file, place and reason, and th
         }
 }
 
-TEST_CASE("a region that is empty or shorter than its head is named, and the others are there",
+TEST_CASE("a region that is shorter than its head is named, and the others are there",
           "[raytracer][minecraft]") {
-    for (const std::size_t size : {0, 1, 4096, 8191}) {
+    for (const std::size_t size : {1, 4095, 4096, 8191}) {
         const TemporaryFolder folder;
         test::write_bytes(folder.path() / "region/r.0.0.mca", good_region());
         test::write_bytes(folder.path() / "region/r.1.0.mca", Bytes(size, 0));
@@ -117,10 +117,19 @@ TEST_CASE("a region that is empty or shorter than its head is named, and the oth
         REQUIRE(world->damage().size() == 1);
         CHECK_THAT(world->damage()[0], test::contains("region/r.1.0.mca: "));
     }
+}
+
+TEST_CASE("a region of no bytes is no damage, as in the game", "[raytracer][minecraft]") {
     const TemporaryFolder folder;
-    test::write_bytes(folder.path() / "region/r.0.0.mca", {});
+    test::write_bytes(folder.path() / "region/r.1.0.mca", {});
     CHECK_THROWS_WITH(test::open_made(folder.path()),
-                      test::contains("region/r.0.0.mca: an empty file"));
+                      test::contains("no chunks in its dimension overworld"));
+    test::write_bytes(folder.path() / "region/r.0.0.mca", good_region());
+    CHECK(test::open_made(folder.path())->damage().empty());
+    const WorldFacts facts = describe(folder.path(), "", false, 1);
+    CHECK(facts.dimensions.at(0).damage.empty());
+    CHECK(facts.dimensions.at(0).notes ==
+          std::vector<std::string>{"region/r.1.0.mca: an empty file, without chunks"});
 }
 
 TEST_CASE(
