@@ -1,5 +1,6 @@
 #include "voxelserver/make/worlds/minecraft/place_names.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace terravox::minecraft {
@@ -51,18 +52,22 @@ bool is_dim_folder(std::string_view name) noexcept {
 
 // The folder of the world, given that of a dimension. It is a prefix of the path that `dimension`
 // points into.
-std::string_view to_root(std::string_view dimension) noexcept {
-    if (is_dim_folder(to_name(dimension)))
-        return find_folder(dimension);
-    const std::string_view pack = find_folder(dimension);
-    const std::string_view all = find_folder(pack);
-    if (!pack.empty() && to_name(all) == "dimensions")
-        return find_folder(all);
-    return dimension;
+// @param in_region  the dimension's files lie in a folder `region`; else a folder in `dimensions`
+// may be one of its others, `entities` or `poi`
+std::string_view to_root(std::string_view dimension, bool in_region) noexcept {
+    constexpr std::string_view kAll = "dimensions/";
+    for (std::size_t at = 0; in_region && at < dimension.size();) {
+        const std::string_view rest = dimension.substr(at);
+        // A namespace and a name, which may have slashes.
+        if (rest.starts_with(kAll) && rest.find('/', kAll.size()) != std::string_view::npos)
+            return dimension.substr(0, at == 0 ? 0 : at - 1);
+        at += std::min(rest.find('/'), rest.size()) + 1;
+    }
+    return is_dim_folder(to_name(dimension)) ? find_folder(dimension) : dimension;
 }
 
-void place_in_world(PlacedFile& file, std::string_view dimension) noexcept {
-    file.root = to_root(dimension);
+void place_in_world(PlacedFile& file, std::string_view dimension, bool in_region) noexcept {
+    file.root = to_root(dimension, in_region);
     file.dimension = dimension.substr(file.root.size());
     if (file.dimension.starts_with('/'))
         file.dimension.remove_prefix(1);
@@ -99,7 +104,7 @@ std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
         const std::string_view outer = find_folder(folder);
         const bool tree =
             is_alpha_folder(to_name(folder), chunk->z) && is_alpha_folder(to_name(outer), chunk->x);
-        place_in_world(out, tree ? find_folder(outer) : folder);
+        place_in_world(out, tree ? find_folder(outer) : folder, false);
         if (farther(*chunk, kFarthestChunk))
             out.refused = "its chunk lies farther out than 2097152 chunks";
         return out;
@@ -111,7 +116,8 @@ std::optional<PlacedFile> placed_file(std::string_view path) noexcept {
     out.kind = anvil ? FileKind::kAnvil : FileKind::kMcRegion;
     out.x = region->x;
     out.z = region->z;
-    place_in_world(out, to_name(folder) == "region" ? find_folder(folder) : folder);
+    const bool in_region = to_name(folder) == "region";
+    place_in_world(out, in_region ? find_folder(folder) : folder, in_region);
     if (farther(*region, kFarthestRegion))
         out.refused = "its region lies farther out than 65536 regions";
     return out;
@@ -124,10 +130,13 @@ std::string dimension_name(std::string_view folder) {
         return "nether";
     if (folder == "DIM1" || folder == "dimensions/minecraft/the_end")
         return "end";
-    if (!folder.starts_with("dimensions/"))
+    constexpr std::string_view kAll = "dimensions/";
+    if (!folder.starts_with(kAll))
         return std::string(folder);
-    const std::string_view pack = to_name(find_folder(folder));
-    return std::string(pack) + ":" + std::string(to_name(folder));
+    const std::string_view name = folder.substr(kAll.size());
+    const std::size_t slash = std::min(name.find('/'), name.size());
+    return std::string(name.substr(0, slash)) + ":" +
+           std::string(name.substr(std::min(slash + 1, name.size())));
 }
 
 }  // namespace terravox::minecraft

@@ -24,7 +24,8 @@ enum class FileKind : std::uint8_t {
 struct PlacedFile {
     FileKind kind = FileKind::kAnvil;
     std::string_view root;  ///< the folder of the world, part of the given path
-    /// Folder of the dimension, from the root: "", "DIM-1", "dimensions/minecraft/the_end".
+    /// Folder of the dimension, from the root: "", "DIM-1", "dimensions/minecraft/the_end",
+    /// "dimensions/some_pack/deep/name".
     std::string_view dimension;
     std::int32_t x = 0, z = 0;  ///< of the region or the chunk
     std::string_view refused;   ///< why it cannot be used, if it looks like one that could
@@ -35,7 +36,7 @@ struct PlacedFile {
 /// Alpha chunks two folders deep (base 36 of x mod 64, z mod 64) or side by side.
 [[nodiscard]] std::optional<PlacedFile> placed_file(std::string_view path) noexcept;
 
-/// "overworld", "nether", "end", "DIM7", "some_pack:moon".
+/// "overworld", "nether", "end", "DIM7", "some_pack:moon", "some_pack:deep/name".
 /// @param folder as PlacedFile::dimension
 [[nodiscard]] std::string dimension_name(std::string_view folder);
 

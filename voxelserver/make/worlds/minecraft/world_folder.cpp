@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "voxelserver/make/worlds/minecraft/inflate.hpp"
 #include "voxelserver/make/worlds/minecraft/nbt.hpp"
 
@@ -165,8 +166,13 @@ WorldFolder::WorldFolder(const fs::path& path, std::size_t cache_bytes)
         add_single_file();
     } else {
         find_root();
-        collect();
         read_level();
+        collect();
+        if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
+            throw util::UsageError(
+                "open the Minecraft world {}: it is of the Bedrock edition; allowed: the Java "
+                "edition",
+                m_path.string());
     }
     std::stable_sort(m_dimensions.begin(), m_dimensions.end(),
                      [](const DimensionFolder& a, const DimensionFolder& b) {
@@ -215,13 +221,36 @@ DimensionFolder& WorldFolder::dimension_at(std::string_view folder) {
                                     [&](const DimensionFolder& d) { return d.folder == folder; });
     if (found != m_dimensions.end())
         return *found;
-    std::string name = dimension_name(folder);
-    // The same dimension may exist at its old and its new place; the old one keeps the name.
-    if (std::any_of(m_dimensions.begin(), m_dimensions.end(),
-                    [&](const DimensionFolder& d) { return d.name == name; }))
-        name = std::string(folder);
-    m_dimensions.push_back({std::move(name), std::string(folder), {}, {}});
+    m_dimensions.push_back({dimension_name(folder), std::string(folder), {}, {}});
     return m_dimensions.back();
+}
+
+// Since 26.1 the game keeps every dimension in `dimensions`, and moves there what it finds at the
+// old places. A world that has a dimension at both was put together by other means: what the
+// version of level.dat reads counts.
+void WorldFolder::pass_over_second_places() {
+    constexpr std::int64_t kFirstInDimensions = 4774;  // 26.1 Snapshot 6
+    const bool old_counts =
+        m_level && m_level->data_version.value_or(kFirstInDimensions) < kFirstInDimensions;
+    const auto counts = [&](const DimensionFolder& d) {
+        return d.folder.starts_with("dimensions/") != old_counts;
+    };
+    std::stable_partition(m_dimensions.begin(), m_dimensions.end(), counts);
+    std::vector<DimensionFolder> kept;
+    for (DimensionFolder& dimension : m_dimensions) {
+        const auto first = std::find_if(kept.begin(), kept.end(), [&](const DimensionFolder& d) {
+            return d.name == dimension.name;
+        });
+        if (first == kept.end()) {
+            kept.push_back(std::move(dimension));
+            continue;
+        }
+        const char* const game = old_counts ? "of level.dat, before 26.1," : "since 26.1";
+        first->notes.push_back(joined(dimension.folder, "region") + ": passed over, the game " +
+                               game + " reads " + joined(first->folder, "region"));
+        util::log_warn("{}: {}", m_path.string(), first->notes.back());
+    }
+    m_dimensions = std::move(kept);
 }
 
 void WorldFolder::collect() {
@@ -229,8 +258,9 @@ void WorldFolder::collect() {
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (!within(entries[i].path, m_root))
             continue;
-        const auto placed = placed_file(entries[i].path);
-        if (!placed || placed->root != m_root)
+        const auto placed = placed_file(
+            std::string_view(entries[i].path).substr(m_root.empty() ? 0 : m_root.size() + 1));
+        if (!placed || !placed->root.empty())
             continue;
         DimensionFolder& dimension = dimension_at(placed->dimension);
         if (!placed->refused.empty())
@@ -260,6 +290,7 @@ void WorldFolder::collect() {
         }
         files = std::move(kept);
     }
+    pass_over_second_places();
 }
 
 void WorldFolder::read_level() {
@@ -275,10 +306,6 @@ void WorldFolder::read_level() {
         const auto bytes = m_source->whole(*entry, kMaxSmallFileBytes);
         m_side_car.emplace(bytes.begin(), bytes.end());
     }
-    if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
-        throw util::UsageError(
-            "open the Minecraft world {}: it is of the Bedrock edition; allowed: the Java edition",
-            m_path.string());
 }
 
 std::string WorldFolder::title() const {

@@ -77,8 +77,9 @@ public:
 private:
     void add_single_file();
     void find_root();
-    void collect();
     void read_level();
+    void collect();
+    void pass_over_second_places();
     DimensionFolder& dimension_at(std::string_view folder);
 
     std::filesystem::path m_path;

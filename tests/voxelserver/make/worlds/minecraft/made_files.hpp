@@ -118,7 +118,7 @@ inline void write_zip(const std::filesystem::path& file,
         throw std::runtime_error("write " + file.string());
 }
 
-inline Bytes level_dat_nbt(const std::string& name) {
+inline Bytes level_dat_nbt(const std::string& name, int data_version = 2975) {
     NbtWriter out;
     out.compound("")
         .compound("Data")
@@ -126,7 +126,7 @@ inline Bytes level_dat_nbt(const std::string& name) {
         .number32("SpawnX", 8)
         .number32("SpawnY", 64)
         .number32("SpawnZ", -8);
-    out.number32("DataVersion", 2975)
+    out.number32("DataVersion", data_version)
         .number64("RandomSeed", -5)
         .compound("Version")
         .number32("Id", 2975)

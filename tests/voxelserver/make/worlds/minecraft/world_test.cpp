@@ -189,7 +189,9 @@ TEST_CASE("dimensions are distinguished, and one that is not there is named",
         {"DIM-1/", "nether"},
         {"dimensions/minecraft/the_end/", "end"},
         {"DIM7/", "DIM7"},
-        {"dimensions/pack/moon/", "pack:moon"}};
+        {"dimensions/pack/moon/", "pack:moon"},
+        {"dimensions/pack/deep/er/moon/", "pack:deep/er/moon"},
+        {"dimensions/pack/dimensions/x/y/", "pack:dimensions/x/y"}};
     for (std::size_t i = 0; i < places.size(); ++i) {
         MadeWorld made;
         made.chunk(static_cast<int>(i), 0).set(3, 40, 3, 1);
@@ -197,7 +199,8 @@ TEST_CASE("dimensions are distinguished, and one that is not there is named",
             test::write_bytes(folder.path() / (places[i].first + name), bytes);
     }
     // Other files that are named as regions are none.
-    test::write_bytes(folder.path() / "entities/r.0.0.mca", Bytes(100, 1));
+    for (const char* other : {"entities/", "dimensions/pack/moon/entities/", "DIM-1/poi/"})
+        test::write_bytes(folder.path() / (std::string(other) + "r.0.0.mca"), Bytes(100, 1));
     test::write_bytes(folder.path() / "level.dat", test::level_dat_nbt("made"));
     for (std::size_t i = 0; i < places.size(); ++i) {
         const auto world = test::open_made(folder.path(), places[i].second);
@@ -205,10 +208,69 @@ TEST_CASE("dimensions are distinguished, and one that is not there is named",
         CHECK(world->info().bounds.min[0] == static_cast<int>(i) * 16);
         CHECK(world->damage().empty());
     }
-    CHECK_THROWS_WITH(
-        test::open_made(folder.path(), "attic"),
-        test::contains("no dimension 'attic'; allowed: overworld, DIM7, end, nether, pack:moon"));
-    CHECK(describe(folder.path(), "", false, 1).dimensions.size() == 5);
+    CHECK_THROWS_WITH(test::open_made(folder.path(), "attic"),
+                      test::contains("no dimension 'attic'; allowed: overworld, DIM7, end, nether, "
+                                     "pack:deep/er/moon, pack:dimensions/x/y, pack:moon"));
+    CHECK(describe(folder.path(), "", false, 1).dimensions.size() == places.size());
+    // Without level.dat they are found as well.
+    std::filesystem::remove(folder.path() / "level.dat");
+    CHECK(describe(folder.path(), "", false, 1).dimensions.size() == places.size());
+}
+
+TEST_CASE("a world lies in a folder that is named as one of a world's own",
+          "[raytracer][minecraft]") {
+    const TemporaryFolder folder;
+    const std::filesystem::path world = folder.path() / "dimensions/my/world";
+    const MadeWorld made = test::random_world(2, 0, 5);
+    test::write_files(world, made.files(Made::kFlat));
+    test::write_bytes(world / "level.dat", test::level_dat_nbt("made"));
+    CHECK(test::differing_voxels(*test::open_made(folder.path()), made) == 0);
+}
+
+TEST_CASE("of a dimension at its old and its new place the one of level.dat's version counts",
+          "[raytracer][minecraft]") {
+    struct Case {
+        const char* name;
+        std::optional<int> data_version;  ///< of level.dat, if there is one
+        bool new_counts;
+    };
+    const auto c = GENERATE(values<Case>({{"1.21.11", 4671, false},
+                                          {"before the move", 4773, false},
+                                          {"26.1", 4786, true},
+                                          {"no level.dat", std::nullopt, true}}));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        for (const auto& [place, x] : {std::pair{"", 0},
+                                       {"dimensions/minecraft/overworld/", 1},
+                                       {"DIM-1/", 2},
+                                       {"dimensions/minecraft/the_nether/", 3},
+                                       {"DIM1/", 4}}) {
+            MadeWorld made;
+            made.chunk(x, 0).set(3, 40, 3, 1);
+            test::write_files(folder.path() / place, made.files(Made::kFlat));
+        }
+        if (c.data_version)
+            test::write_bytes(folder.path() / "level.dat",
+                              test::level_dat_nbt("made", *c.data_version));
+        const auto found = [&](const char* dimension) {
+            return test::open_made(folder.path(), dimension)->info().bounds.min[0] / 16;
+        };
+        CHECK(found("overworld") == (c.new_counts ? 1 : 0));
+        CHECK(found("nether") == (c.new_counts ? 3 : 2));
+        CHECK(found("end") == 4);
+        const WorldFacts facts = describe(folder.path(), "", false, 1);
+        std::vector<std::string> names;
+        for (const DimensionFacts& dimension : facts.dimensions)
+            names.push_back(dimension.name);
+        CHECK(names == std::vector<std::string>{"overworld", "end", "nether"});
+        REQUIRE(facts.dimensions.at(0).notes.size() == 1);
+        const std::string said = c.new_counts
+                                     ? "region: passed over, the game since 26.1 reads "
+                                       "dimensions/minecraft/overworld/region"
+                                     : "dimensions/minecraft/overworld/region: passed over, the "
+                                       "game of level.dat, before 26.1, reads region";
+        CHECK(facts.dimensions.at(0).notes.front() == said);
+    }
 }
 
 TEST_CASE("of a world that the game brought up to date the newest files count",
