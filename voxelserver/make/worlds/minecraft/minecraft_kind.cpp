@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/worlds/minecraft/blocks/block_table.hpp"
 #include "voxelserver/make/worlds/minecraft/minecraft_world.hpp"
 #include "voxelserver/make/worlds/minecraft/place_names.hpp"
-#include "voxelserver/make/worlds/minecraft/world_folder.hpp"
+#include "voxelserver/make/worlds/minecraft/source.hpp"
 #include "voxelserver/make/worlds/minecraft/world_info.hpp"
 
 namespace terravox::minecraft {
@@ -83,10 +84,15 @@ voxel::Fingerprint file_state(const fs::path& world, const fs::path& blocks) {
 
 namespace {
 
+bool is_of_minecraft(std::string_view path) {
+    const std::string_view name = to_name(path);
+    return name == "level.dat" || placed_file(name) || is_bedrock_file(path);
+}
+
 // Checks the names in a folder and in those below it; gives up early on a large folder of something
 // else.
 bool holds_minecraft(const fs::path& folder) {
-    constexpr int kDeepest = 3;
+    constexpr int kDeepest = 4;  // dimensions/minecraft/overworld/region
     constexpr int kMaxNames = 20'000;
     int names = 0;
     std::error_code failed;
@@ -96,11 +102,19 @@ bool holds_minecraft(const fs::path& folder) {
     for (; !failed && at != end && names < kMaxNames; at.increment(failed), ++names) {
         if (at.depth() >= kDeepest)
             at.disable_recursion_pending();
-        const std::string name = at->path().filename().string();
-        if (name == "level.dat" || placed_file(name))
+        if (is_of_minecraft(at->path().generic_string()))
             return true;
     }
     return false;
+}
+
+// What it lacks of a world, or that it holds several, is said when it is opened.
+bool archive_holds_minecraft(const fs::path& archive) {
+    constexpr std::size_t kCacheBytes = std::size_t{1} << 20;
+    const auto source = open_zip(archive, kCacheBytes);
+    const auto& entries = source->entries();
+    return std::any_of(entries.begin(), entries.end(),
+                       [](const FileSource::Entry& entry) { return is_of_minecraft(entry.path); });
 }
 
 }  // namespace
@@ -119,10 +133,7 @@ bool looks_like_minecraft(const fs::path& path) noexcept {
         for (const char* own : {".mca", ".mcr", ".nbt", ".chunk"})
             if (ending == own)
                 return true;
-        if (ending != ".zip" && ending != ".ZIP")
-            return false;
-        constexpr std::size_t kCacheBytes = std::size_t{1} << 20;
-        return !WorldFolder(path, kCacheBytes).dimensions().empty();
+        return util::read_start(path, 2) == "PK" && archive_holds_minecraft(path);
     } catch (...) {
         return false;
     }

@@ -139,4 +139,8 @@ std::string dimension_name(std::string_view folder) {
            std::string(name.substr(std::min(slash + 1, name.size())));
 }
 
+bool is_bedrock_file(std::string_view path) noexcept {
+    return to_name(path) == "CURRENT" && to_name(find_folder(path)) == "db";
+}
+
 }  // namespace terravox::minecraft

@@ -40,6 +40,10 @@ struct PlacedFile {
 /// @param folder as PlacedFile::dimension
 [[nodiscard]] std::string dimension_name(std::string_view folder);
 
+/// Whether a file is of the database in which the Bedrock edition keeps a world's chunks.
+/// @param path with '/' as separator
+[[nodiscard]] bool is_bedrock_file(std::string_view path) noexcept;
+
 /// The path up to its last '/', and the part after it.
 [[nodiscard]] std::string_view find_folder(std::string_view path) noexcept;
 [[nodiscard]] std::string_view to_name(std::string_view path) noexcept;

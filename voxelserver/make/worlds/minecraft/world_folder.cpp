@@ -168,11 +168,8 @@ WorldFolder::WorldFolder(const fs::path& path, std::size_t cache_bytes)
         find_root();
         read_level();
         collect();
-        if (m_dimensions.empty() && m_source->find(joined(m_root, "db/CURRENT")))
-            throw util::UsageError(
-                "open the Minecraft world {}: it is of the Bedrock edition; allowed: the Java "
-                "edition",
-                m_path.string());
+        if (m_dimensions.empty())
+            refuse_bedrock();
     }
     std::stable_sort(m_dimensions.begin(), m_dimensions.end(),
                      [](const DimensionFolder& a, const DimensionFolder& b) {
@@ -208,12 +205,24 @@ void WorldFolder::find_root() {
         if (const auto placed = placed_file(entry.path))
             with_chunks.emplace(placed->root);
     }
-    if (with_level.empty() && with_chunks.empty())
+    if (with_level.empty() && with_chunks.empty()) {
+        refuse_bedrock();
         throw util::UsageError(
             "open the Minecraft world {}: no level.dat and no chunks are there; allowed: a world's "
             "folder or ZIP file, .mca, .mcr or c.X.Z.dat files",
             m_path.string());
+    }
     m_root = shallowest(with_level.empty() ? with_chunks : with_level, m_path);
+}
+
+void WorldFolder::refuse_bedrock() const {
+    for (const FileSource::Entry& entry : m_source->entries())
+        if (is_bedrock_file((m_path / entry.path).lexically_normal().generic_string()))
+            throw util::UsageError(
+                "open the Minecraft world {}: it is of the Bedrock edition (or Education), which "
+                "keeps its chunks in a database ({}); allowed: worlds of the Java edition; convert "
+                "it to one first, for example with Chunker or Amulet",
+                m_path.string(), entry.path);
 }
 
 DimensionFolder& WorldFolder::dimension_at(std::string_view folder) {

@@ -80,6 +80,8 @@ private:
     void read_level();
     void collect();
     void pass_over_second_places();
+    /// @throws UsageError for a world of the Bedrock edition
+    void refuse_bedrock() const;
     DimensionFolder& dimension_at(std::string_view folder);
 
     std::filesystem::path m_path;

@@ -366,13 +366,49 @@ TEST_CASE("paths without a world are distinguished from damage", "[raytracer][mi
     CHECK_THROWS_WITH(test::open_made(folder.path()),
                       test::contains("no dimension 'overworld'; allowed: none is there"));
     CHECK(looks_like_minecraft(folder.path()));
-    test::write_bytes(folder.path() / "a/db/CURRENT", {1});
-    CHECK_THROWS_WITH(test::open_made(folder.path()), test::contains("Bedrock"));
     test::write_bytes(folder.path() / "b/level.dat", test::level_dat_nbt("b"));
     CHECK_THROWS_WITH(test::open_made(folder.path()), test::contains("it holds 2 worlds (a, b)"));
     CHECK_THROWS_AS(
         open_minecraft_world({folder.path(), "overworld", 1000, 1}, test::shipped_blocks()),
         util::UsageError);
+}
+
+TEST_CASE("a world of the Bedrock edition is told, with what helps", "[raytracer][minecraft]") {
+    const TemporaryFolder folder;
+    const std::map<std::string, Bytes> files{
+        {"level.dat", {10, 0, 0, 0, 0, 0, 0, 0}}, {"db/CURRENT", {1}}, {"db/000005.ldb", {1}}};
+    const std::map<std::string, Bytes> database{{"db/CURRENT", {1}}};
+    test::write_files(folder.path() / "world", files);
+    test::write_files(folder.path() / "database", database);
+    test::write_zip(folder.path() / "world.mcworld", files);
+    test::write_zip(folder.path() / "world.zip", files);
+    test::write_zip(folder.path() / "named anyhow",
+                    {{"mine/level.dat", {1}}, {"mine/db/CURRENT", {1}}});
+    for (const char* name : {"world", "world.mcworld", "world.zip", "named anyhow", "database",
+                             "database/db", "world/level.dat", "world/db/"}) {
+        INFO(name);
+        CHECK(looks_like_minecraft(folder.path() / name));
+        CHECK_THROWS_AS(test::open_made(folder.path() / name), util::UsageError);
+        CHECK_THROWS_WITH(test::open_made(folder.path() / name),
+                          test::contains("of the Bedrock edition (or Education)") &&
+                              test::contains("Chunker or Amulet"));
+    }
+    // A world of the Java edition with such a folder is one.
+    test::write_files(folder.path() / "java/db", {{"CURRENT", {1}}});
+    test::write_files(folder.path() / "java", test::random_world(2, 0, 5).files(Made::kFlat));
+    CHECK(test::open_made(folder.path() / "java")->damage().empty());
+}
+
+TEST_CASE("an archive of several worlds is recognised, and they are named",
+          "[raytracer][minecraft]") {
+    const TemporaryFolder folder;
+    test::write_zip(folder.path() / "a.zip", {{"one/level.dat", test::level_dat_nbt("one")},
+                                              {"two/level.dat", test::level_dat_nbt("two")}});
+    CHECK(looks_like_minecraft(folder.path() / "a.zip"));
+    CHECK_THROWS_WITH(test::open_made(folder.path() / "a.zip"),
+                      test::contains("it holds 2 worlds (one, two)"));
+    test::write_zip(folder.path() / "b.zip", {{"readme.txt", {1}}});
+    CHECK_FALSE(looks_like_minecraft(folder.path() / "b.zip"));
 }
 
 }  // namespace
