@@ -273,6 +273,20 @@ TEST_CASE("of a dimension at its old and its new place the one of level.dat's ve
     }
 }
 
+TEST_CASE("data versions are named as the game's", "[raytracer][minecraft]") {
+    for (const auto& [data_version, name] : {std::pair{100, "before 1.9 (100)"},
+                                             {169, "1.9"},
+                                             {2586, "1.16.5"},
+                                             {4554, "1.21.9"},
+                                             {4671, "1.21.11"},
+                                             {4700, "after 1.21.11 (4700)"},
+                                             {4786, "26.1"},
+                                             {4903, "26.2"},
+                                             {5023, "26.3"},
+                                             {6000, "after 26.3 (6000)"}})
+        CHECK(game_version(data_version) == name);
+}
+
 TEST_CASE("of a world that the game brought up to date the newest files count",
           "[raytracer][minecraft]") {
     const TemporaryFolder folder;
