@@ -99,20 +99,21 @@ TEST_CASE("blocks have the material that they look like, those of mods and versi
         const char* states;
     };
     for (const Case& c : {
-             Case{Material::kRock, "stone zinc_ore"},
+             Case{Material::kRock, "stone zinc_ore cinnabar_wall sulfur_spike"},
              Case{Material::kGrass, "grass_block"},
              Case{Material::kSoil, "dirt"},
              Case{Material::kSand, "sand"},
              Case{Material::kGround, "gravel"},
              Case{Material::kConcrete, "smooth_stone"},
              Case{Material::kTrunk,
-                  "oak_log stripped_cherry_wood crimson_stem bamboo_block "
+                  "oak_log stripped_cherry_wood crimson_stem bamboo_block poplar_log "
                   "mod:stripped_ebony_log"},
              Case{Material::kHighVegetation,
-                  "pale_oak_leaves vine mod:ebony_leaves "
+                  "pale_oak_leaves red_poplar_leaves vine mod:ebony_leaves "
                   "mangrove_leaves[waterlogged=true]"},
-             Case{Material::kMediumVegetation, "bamboo"},
-             Case{Material::kLowVegetation, "pumpkin_stem tube_coral_fan[waterlogged=false]"},
+             Case{Material::kMediumVegetation, "bamboo red_shrub"},
+             Case{Material::kLowVegetation,
+                  "pumpkin_stem tube_coral_fan[waterlogged=false] shelf_mushroom"},
              // Half a block or more stays itself in water.
              Case{Material::kWood,
                   "warped_planks bamboo_mosaic_stairs chest mod:ebony_planks "
@@ -123,10 +124,11 @@ TEST_CASE("blocks have the material that they look like, those of mods and versi
                   "tube_coral_fan[waterlogged=true] rail[waterlogged=true] "
                   "iron_bars[waterlogged=true]"},
              Case{Material::kMasonry,
-                  "stone_bricks nether_brick_fence cobblestone_wall furnace "
+                  "stone_bricks nether_brick_fence cobblestone_wall furnace sulfur_brick_slab "
                   "mod:slate_brick_stairs"},
              Case{Material::kPlain,
-                  "mushroom_stem light_blue_wool blue_terracotta "
+                  "mushroom_stem light_blue_wool blue_terracotta red_wool_slab straw_bed "
+                  "lime_concrete_stairs mod:ebony_wool_stairs chiseled_cinnabar "
                   "waxed_oxidized_cut_copper_stairs redstone_lamp[lit=false] "
                   "respawn_anchor[charges=0]"},
              Case{Material::kLava, "lava"},
