@@ -1,6 +1,5 @@
 #include "voxelserver/out/export/anvil/write_anvil.hpp"
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "voxelserver/out/export/anvil/nbt_writer.hpp"
@@ -152,37 +151,6 @@ std::string level_dat(const std::string& title, const std::array<std::int32_t, 3
     nbt.end();
     nbt.end();
     return nbt.bytes();
-}
-
-std::string dimension_type(const Place& place) {
-    // The overworld's, with other heights. Monsters spawn only in the dark, written in the one form
-    // that all versions read.
-    const nlohmann::json out = {{"ambient_light", 0.0},
-                                {"bed_works", true},
-                                {"coordinate_scale", 1.0},
-                                {"effects", "minecraft:overworld"},
-                                {"has_ceiling", false},
-                                {"has_raids", true},
-                                {"has_skylight", true},
-                                {"height", place.height},
-                                {"infiniburn", "#minecraft:infiniburn_overworld"},
-                                {"logical_height", place.height},
-                                {"min_y", place.min_y},
-                                {"monster_spawn_block_light_limit", 0},
-                                {"monster_spawn_light_level", 0},
-                                {"natural", true},
-                                {"piglin_safe", false},
-                                {"respawn_anchor_works", false},
-                                {"ultrawarm", false}};
-    return out.dump(2) + "\n";
-}
-
-std::string pack_mcmeta() {
-    constexpr int kFormat = 48, kLastFormat = 81;  // 1.21 to 1.21.8
-    const nlohmann::json pack = {{"pack_format", kFormat},
-                                 {"supported_formats", {kFormat, kLastFormat}},
-                                 {"description", "Heights of a world written by Terravox"}};
-    return nlohmann::json({{"pack", pack}}).dump(2) + "\n";
 }
 
 }  // namespace terravox::exports::anvil

@@ -232,11 +232,9 @@ private:
             util::write_file_atomically(m_job.out / name, bytes, util::Links::kReplace);
             m_job.wrote(m_job.out / name);
         };
-        const fs::path pack = fs::path("datapacks") / kPackName;
-        if (m_place.needs_pack()) {
-            put(pack / "pack.mcmeta", pack_mcmeta());
-            put(pack / "data/minecraft/dimension_type/overworld.json", dimension_type(m_place));
-        }
+        if (m_place.needs_pack())
+            for (const auto& [name, text] : height_pack(m_place))
+                put(fs::path("datapacks") / kPackName / name, text);
         voxel::SideCar car = voxel::make_side_car(m_job.world(), m_job.part.level, m_place.offset);
         car.blocks = m_blocks.meanings();
         voxel::write_side_car(m_job.out / "terravox.json", car);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "voxelserver/out/export/anvil/export_blocks.hpp"
@@ -20,9 +21,9 @@ inline constexpr const char* kPackName = "terravox-height";
 [[nodiscard]] std::string level_dat(const std::string& title,
                                     const std::array<std::int32_t, 3>& spawn, const Place& place);
 
-/// data/minecraft/dimension_type/overworld.json of the data pack, and its pack.mcmeta.
-[[nodiscard]] std::string dimension_type(const Place& place);
-[[nodiscard]] std::string pack_mcmeta();
+/// The files of the data pack by their path in it: for the games of 1.21 and later, each of which
+/// takes its own description of the overworld from an overlay.
+[[nodiscard]] std::map<std::string, std::string> height_pack(const Place& place);
 
 struct AnvilOptions {
     /// Folder with blocks.toml, old-blocks.toml and export.toml; empty: config/blocks.

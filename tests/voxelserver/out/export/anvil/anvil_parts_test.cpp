@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "common/util/error.hpp"
@@ -10,6 +11,7 @@
 #include "voxelserver/out/export/anvil/nbt_writer.hpp"
 #include "voxelserver/out/export/anvil/region_writer.hpp"
 #include "voxelserver/out/export/anvil/section.hpp"
+#include "voxelserver/out/export/anvil/write_anvil.hpp"
 
 // What a world for Minecraft is put together from: where it lies, region files, blocks, texts.
 
@@ -189,6 +191,55 @@ TEST_CASE("bad tables of blocks to export are refused", "[convert][anvil]") {
         else
             CHECK_THROWS_WITH(anvil::ExportBlocks::load(folder.path(), table),
                               test::contains(c.says));
+    }
+}
+
+TEST_CASE("each version of the game finds in the data pack what it requires of the overworld",
+          "[convert][anvil]") {
+    struct Case {
+        const char* game;
+        int format;  // of its data packs
+        std::vector<const char*> required;
+        std::vector<const char*> unknown;  // attributes, which are refused
+    };
+    const auto c = GENERATE(values<Case>({
+        {"1.21.1", 48, {"ultrawarm", "natural", "effects", "bed_works", "has_raids"}, {}},
+        {"1.21.8", 81, {"ultrawarm", "natural", "effects", "bed_works", "has_raids"}, {}},
+        {"1.21.10", 88, {"ultrawarm", "natural", "effects", "bed_works", "has_raids"}, {}},
+        {"1.21.11", 94, {"attributes", "timelines"}, {"minecraft:visual/ambient_light_color"}},
+        {"26.1", 101, {"attributes", "timelines", "default_clock", "has_ender_dragon_fight"}, {}},
+        {"26.2", 107, {"attributes", "timelines", "default_clock", "has_ender_dragon_fight"}, {}},
+        {"later", 300, {"attributes", "timelines", "default_clock", "has_ender_dragon_fight"}, {}},
+    }));
+    DYNAMIC_SECTION(c.game) {
+        const auto pack = anvil::height_pack({{}, -64, 1024});
+        const auto about = nlohmann::json::parse(pack.at("pack.mcmeta"));
+        // Before format 82 the old fields are read, later the new ones; a pack for both has both,
+        // with the same bounds.
+        const auto bounds = [&](const nlohmann::json& entry, const char* old) {
+            const auto as_old = entry.at(old).get<std::array<int, 2>>();
+            const std::array<int, 2> as_new{entry.at("min_format"), entry.at("max_format")};
+            CHECK(as_old[0] == as_new[0]);
+            CHECK((as_old[1] == as_new[1] || as_old[1] == 81));
+            return c.format <= 81 ? as_old : as_new;
+        };
+        const auto holds = [&](const std::array<int, 2>& range) {
+            return c.format >= range[0] && c.format <= range[1];
+        };
+        CHECK(holds(bounds(about["pack"], "supported_formats")));
+        std::vector<std::string> taken;
+        for (const auto& entry : about["overlays"]["entries"])
+            if (holds(bounds(entry, "formats")))
+                taken.push_back(entry["directory"]);
+        REQUIRE(taken.size() == 1);
+        const auto type = nlohmann::json::parse(
+            pack.at(taken.front() + "/data/minecraft/dimension_type/overworld.json"));
+        for (const char* field : c.required)
+            CHECK(type.contains(field));
+        CHECK(type["height"] == 1024);
+        CHECK(type["logical_height"] == 1024);
+        for (const char* attribute : c.unknown)
+            CHECK_FALSE(type["attributes"].contains(attribute));
     }
 }
 

@@ -298,10 +298,12 @@ TEST_CASE("a high world has a data pack that is switched on", "[convert][anvil]"
     CHECK(data.at("DataPacks").at("Enabled").list().at(1).text() == "file/terravox-height");
     CHECK(data.at("SpawnY").number() == 900);
     const fs::path pack = folder.path() / "datapacks/terravox-height";
-    const auto type = nlohmann::json::parse(
-        test::read_content(pack / "data/minecraft/dimension_type/overworld.json"));
-    CHECK(type["min_y"] == 96);
-    CHECK(type["height"] == 880);
+    for (const char* games : {"to_1_21_10", "from_1_21_11", "from_26_1"}) {
+        const auto type = nlohmann::json::parse(
+            test::read_content(pack / games / "data/minecraft/dimension_type/overworld.json"));
+        CHECK(type["min_y"] == 96);
+        CHECK(type["height"] == 880);
+    }
     CHECK(nlohmann::json::parse(test::read_content(pack / "pack.mcmeta"))["pack"]["pack_format"] ==
           48);
     const auto read = test::read_world(folder.path());
