@@ -197,9 +197,12 @@ std::string folder_remedy(const fs::path& folder) {
         return "but folders in it do: " + util::comma_list(named) + others +
                "; give those that belong together";
     }
-    for (const fs::path& file : inside.files)
+    for (const fs::path& file : inside.files) {
+        if (is_any_world(file))
+            return "but its file " + file.filename().string() + " does; give that";
         if (const std::string remedy = file_remedy(file); !remedy.empty())
             return "of its file " + file.filename().string() + ": " + remedy;
+    }
     return {};
 }
 

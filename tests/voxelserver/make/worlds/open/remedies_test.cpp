@@ -117,6 +117,10 @@ TEST_CASE("a folder that is no world says where one is", "[voxelserver][worlds]"
         CHECK_THAT(worlds::find_remedy(top.string()),
                    contains("of its file b.png: it is an image; give it with --ortho"));
     }
+    SECTION("a packed game's world") {
+        write_content(top / "a.mcworld", zip_with("db/CURRENT"));
+        CHECK(worlds::find_remedy(top.string()) == "but its file a.mcworld does; give that");
+    }
     SECTION("ZIP archives") {
         write_content(top / "a.zip", zip_with("a.laz"));
         CHECK_THAT(worlds::find_remedy(top.string()),
