@@ -163,10 +163,12 @@ std::vector<PlanRect> settle_extent(const PointSource& source, PointCloudInfo& i
         wrong = wrong || (min[a] - info.min[a]) * unit > kMuch_m ||
                 (info.max[a] - max[a]) * unit > kMuch_m;
     if (wrong) {
-        util::warn_of_file(info.path.string(),
-                           "all points but strays lie in other bounds than stated; those are used",
-                           fmt::format("{} {}, points in {}", find_authority(info),
-                                       to_text(info.min, info.max), to_text(min, max)));
+        util::warn_of_file(
+            info.path.string(),
+            info.measured_bounds
+                ? "its points span the bounds with strays only; those of the others are used"
+                : "its header states the bounds wrongly; those of its points are used",
+            fmt::format("{}, points in {}", to_text(info.min, info.max), to_text(min, max)));
         info.min = min;
         info.max = max;
     }

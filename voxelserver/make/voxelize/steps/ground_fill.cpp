@@ -139,7 +139,10 @@ Margined<char> straighten_rim(const Coverage& covered, const Grid<char, Window::
             within += in_bounds.at(x + dx, z + dz);
             belong += covered.at(x + dx, z + dz);
         }
-        out.at(x, z) = 2 * belong >= within ? 1 : 0;
+        // Lone points, and islets of a few, are no fringe.
+        constexpr int kLone = 8;
+        const bool is_lone = covered.at(x, z) != 0 && kLone * belong < within;
+        out.at(x, z) = is_lone || 2 * belong >= within ? 1 : 0;
     });
     return out;
 }

@@ -28,7 +28,7 @@ inline constexpr int kWidestRadius = (Window::kMargin - Coverage::kMargin) / 2;
 
 /// The coverage without a fringe: where the lines of a scanner end one by one, the survey is cut
 /// where half of the columns around, as far as they lie within the bounds, belong to it. Along
-/// straight bounds nothing changes.
+/// straight bounds nothing changes, and lone points stay.
 /// @param radius of what is around, voxels, 0 to Coverage::kMargin - 1
 /// Ref: a median filter of a binary image: Serra, as above.
 [[nodiscard]] Margined<char> straighten_rim(const Coverage& covered,

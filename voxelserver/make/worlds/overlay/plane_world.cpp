@@ -46,6 +46,11 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         voxel::check_level(m_info, key.level);
+        const voxel::BoxRange all = voxel::boxes_over(m_info.bounds, key.level);
+        const voxel::ColumnExtent plane = column_of_plane(key.level);
+        if (key.by < std::min(all.min.by, plane.by_begin) ||
+            key.by >= std::max(all.max.by, plane.by_end))
+            return nullptr;
         if (!is_of_base(key))
             return plane_box(key, nullptr);
         if (key.level >= m_base->info().levels)
@@ -77,13 +82,12 @@ public:
     }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        if (is_of_base({level, bx, 0, bz}) && level >= m_base->info().levels)
-            return voxel::column_of_bounds(m_info.bounds, level, bx, bz);
-        const voxel::ColumnExtent plane{
-            voxel::floor_div(find_bottom(level), voxel::kBoxSizeY),
-            voxel::floor_div(find_top(level) - 1, voxel::kBoxSizeY) + 1};
+        const voxel::ColumnExtent plane = column_of_plane(level);
+        if (!is_of_base({level, bx, 0, bz}))
+            return plane;
         const voxel::ColumnExtent base =
-            is_of_base({level, bx, 0, bz}) ? m_base->column(level, bx, bz) : voxel::ColumnExtent{};
+            level < m_base->info().levels ? m_base->column(level, bx, bz)
+                                          : voxel::column_of_bounds(m_info.bounds, level, bx, bz);
         if (base.empty())
             return plane;
         return {std::min(plane.by_begin, base.by_begin), std::max(plane.by_end, base.by_end)};
@@ -115,6 +119,11 @@ private:
     [[nodiscard]] std::int32_t find_bottom(int level) const noexcept {
         const std::int32_t side = std::int32_t{1} << level;
         return std::min(voxel::floor_div(m_info.bounds.min[1], side), find_top(level) - 1);
+    }
+
+    [[nodiscard]] voxel::ColumnExtent column_of_plane(int level) const noexcept {
+        return {voxel::floor_div(find_bottom(level), voxel::kBoxSizeY),
+                voxel::floor_div(find_top(level) - 1, voxel::kBoxSizeY) + 1};
     }
 
     /// Whether some of the world that stands on the plane may lie in a box's columns.

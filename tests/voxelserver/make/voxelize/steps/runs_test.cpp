@@ -99,7 +99,7 @@ TEST_CASE("columns are what stands in them, from the rock up", "[voxelserver][vo
         {"water over its bed", {{10.5, kWater}}, "sww............."},
         {"a wire", {{10.5, kGroundClass}, {20.5, kWire}}, "RRG.........i..."},
         {"grass on the ground", {{10.5, kGroundClass}, {10.9, kLow}}, "RRg............."},
-        {"a class without a name", {{10.5, kGroundClass}, {12.5, 200}}, "RRG.?..........."},
+        {"a class without a name", {{10.5, kGroundClass}, {12.5, 200}}, "RRG.m..........."},
         {"an unsorted bush",
          {{10.5, kGroundClass}, {11.8, kUnsorted}, {12.2, kUnsorted}},
          "RRGmm..........."},

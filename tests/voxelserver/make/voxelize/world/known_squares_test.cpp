@@ -102,6 +102,7 @@ TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]
     auto options = patchwork.options();
     OpenWorld world(options);
     KnownSquares known;
+    known.roles = read_back(world.world(), usual_way()).roles;
     for (const auto& square : world.world().facts().squares) {
         KnownSquare one =
             *read_back(world.world(), usual_way())
@@ -113,6 +114,10 @@ TEST_CASE("what is known of a file is believed", "[voxelserver][voxelize][known]
     options.known_squares = patchwork.root() / "squares.known";
     write_content(options.known_squares, known.to_bytes(usual_way()));
     CHECK(OpenWorld(options).info().bounds.max[1] >= world.info().bounds.max[1] + 999);
+    // Not with another table of classes.
+    auto other = options;
+    other.classes = "de-nw";
+    CHECK(OpenWorld(other).info().bounds.max[1] == world.info().bounds.max[1]);
     // Not of another way of opening.
     write_content(options.known_squares, known.to_bytes({1, 2}));
     CHECK(OpenWorld(options).info().bounds.max[1] == world.info().bounds.max[1]);

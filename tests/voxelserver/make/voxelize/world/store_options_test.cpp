@@ -164,7 +164,6 @@ TEST_CASE("a store without squares, or with two class tables, is refused",
     store.squares[0].class_table = "si-lss";
     store.squares[1].class_table = "nl-ahn";
     voxelize::LidarWorldOptions chosen;
-    chosen.classes.clear();
     CHECK_THROWS_WITH(voxelize::take_from_store(store, chosen),
                       contains("nl-ahn") && contains("si-lss") && contains("--classes"));
     chosen = {};
