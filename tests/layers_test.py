@@ -29,6 +29,9 @@ PLAN = re.compile(r"(<!-- plan \(tests/layers_test.py --plan\) -->\n).*?(<!-- /p
 COUNTED = (".cpp", ".hpp", ".ts", ".css", ".glsl", ".html", ".js", ".mjs", ".py", ".sh")
 NOT_COUNTED = {"node_modules", "dist", "dist-test", "__pycache__"}
 OFF = 0.03  # of its lines a wing may grow or shrink before its plan is stale
+# The one table of analyses, and where each has a source.
+ANALYSES = ("common/voxel/analysis.hpp", "raytracer/analyse/evaluators/")
+ANALYSIS = re.compile(r'\{AnalysisKind::(\w+),\s*"([a-z-]+)",\s*"[^"]')
 TOP_FOLDERS = ("common", "voxelserver", "raytracer")  # each includes itself and those before it
 LIBRARY = re.compile(r"\bterravox_library\(\s*(\w+)([^()]*)\)")
 ADDED = re.compile(r"\badd_library\(terravox_(\w+) (?:STATIC|INTERFACE|SHARED|MODULE)([^()]*)\)")
@@ -246,6 +249,27 @@ def wings_that_are_not_alone(code, wings):
     ]
 
 
+def lists_of_analyses(root):
+    """Files that name three analyses of the table close to each other, as a list of them does."""
+    table = root / ANALYSES[0]
+    rows = ANALYSIS.findall(table.read_text(encoding="utf-8")) if table.exists() else []
+    kinds = {spelled: name for row in rows for spelled, name in (row, (row[1], row[1]))}
+    words = "|".join(kinds)
+    named = re.compile(rf"""["'`]({words})["'`]|::({words})\b|^\s*({words}):""", re.MULTILINE)
+    wrong = []
+    for file in sorted(file for top in TOP_FOLDERS for file in (root / top).rglob("*")):
+        name = file.relative_to(root).as_posix()
+        if not name.endswith(COUNTED) or NOT_COUNTED & set(file.parts) or not rows:
+            continue
+        found = list(named.finditer(file.read_text(encoding="utf-8")))
+        for first in found if not name.startswith(ANALYSES) else ():
+            near = {kinds[m[m.lastindex]] for m in found if 0 <= m.end() - first.start() < 200}
+            if len(near) > 2:
+                wrong.append(f"{name}: lists {', '.join(sorted(near))}; {ANALYSES[0]} alone may")
+                break
+    return wrong
+
+
 def problems(root):
     code = Code(root)
     layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
@@ -264,6 +288,7 @@ def problems(root):
         *wrong_links(code, libraries),
         *unsorted_sources(libraries),
         *includes_of_tests(root),
+        *lists_of_analyses(root),
         *problems_of_wings(root),
     ]
 
@@ -444,6 +469,12 @@ class TheCheckItself(unittest.TestCase):
         of_a = f'#include "{a}"\n'
         elsewhere = "namespace terravox::c {\nint x;\n}\n"
         libraries = {list_a: "terravox_library(a)\n"}
+        analyses = {
+            ANALYSES[0]: "".join(
+                f'{{AnalysisKind::k{kind}, "{kind.lower()}", "{said}"}},\n'
+                for kind, said in (("Fog", "How"), ("Rain", "How"), ("Snow", "How"), ("Hail", ""))
+            )
+        }
         wing = '[wings]\n"common/a" = {{ at_most = {}, holds = "base" }}\n'
         alone = '"common/c" = { at_most = 1, holds = "c", alone = true }\n'
         plan = (
@@ -528,6 +559,16 @@ class TheCheckItself(unittest.TestCase):
                 "",
                 {a: "", b: of_a},
                 good + wing.format(1) + alone.replace("common/c", "voxelserver/b"),
+            ),
+            (
+                f"{a}: lists fog, rain, snow; {ANALYSES[0]} alone may",
+                {a: "f({'fog', AnalysisKind::kRain,\n  snow: 1});\n", **analyses},
+                own + '"common/voxel" = []\n',
+            ),
+            (
+                "",
+                {a: "f({'fog', 'rain', 'hail'});\n", **analyses},
+                own + '"common/voxel" = []\n',
             ),
             ("", {a: "\n"}, own + wing.format(1)),
             ("common/a: 2 lines, and its budget", {a: "\n\n"}, own + wing.format(1)),

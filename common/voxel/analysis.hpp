@@ -29,11 +29,13 @@ enum class AnalysisKind : std::uint8_t {
 using SceneFields = std::array<std::string_view, 16>;
 
 /// What may be asked of an analysis: scenes, commands, jobs over HTTP and help follow. How it is
-/// measured is its row in raytracer/analyse/evaluators/analysis.cpp.
+/// measured is in raytracer/analyse/evaluators.
 struct AnalysisTerms {
     AnalysisKind kind;
     std::string_view name;  ///< the word that stands for it
     std::string_view help;  ///< of its command; empty: it has none, another one's options choose it
+    /// A few words by which it is offered where a job is chosen; empty where `help` is.
+    std::string_view title = {};
     /// Paths of the scene's fields that it reads, in addition to those of all.
     SceneFields fields = {};
 
@@ -51,18 +53,21 @@ inline constexpr AnalysisTerms kAnalyses[] = {
     {AnalysisKind::kTerrain,
      "terrain",
      "Heights of surface and ground, slope, aspect, hillshade, class, material, colour",
+     "Terrain: heights, slopes",
      {{"analysis.relief", "analysis.window", "analysis.fill_m", "analysis.relief_light"}}},
     {AnalysisKind::kSky,
      "sky",
      "How much of the sky is seen: sky-view factor, openness",
+     "How much sky is seen",
      {{"analysis.surface", "analysis.thin_blocks", "analysis.directions", "analysis.range_m"}}},
     {AnalysisKind::kSun, "sun",
      "Hours of direct sun on a day or in a period, or where it shines at an instant",
-     kFieldsOfSunHours},
-    {AnalysisKind::kSunPeriod, "sun-period", "", kFieldsOfSunHours},
-    {AnalysisKind::kSunMonths, "sun-months", "", kFieldsOfSunHours},
+     "Hours of sun", kFieldsOfSunHours},
+    {AnalysisKind::kSunPeriod, "sun-period", "", "", kFieldsOfSunHours},
+    {AnalysisKind::kSunMonths, "sun-months", "", "", kFieldsOfSunHours},
     {AnalysisKind::kShadow,
      "shadow",
+     "",
      "",
      {{"analysis.surface", "analysis.thin_blocks", "sun.date", "sun.time_h", "sun.zone",
        "sun.utc_offset_h"}}},
@@ -70,6 +75,7 @@ inline constexpr AnalysisTerms kAnalyses[] = {
     {AnalysisKind::kEnergy,
      "energy",
      "Energy of sun and sky on a day or in a period, on roofs and ground as they lie",
+     "Energy of the sun",
      {{"analysis.surface", "analysis.thin_blocks", "analysis.directions", "analysis.step_min",
        "analysis.from", "analysis.to", "analysis.bin_deg", "analysis.linke", "analysis.diffuse",
        "analysis.albedo", "analysis.crown_light", "analysis.storey_m", "sun.date", "sun.zone",
@@ -78,10 +84,11 @@ inline constexpr AnalysisTerms kAnalyses[] = {
     {AnalysisKind::kSight,
      "sight",
      "What observers see, and from where they are seen: viewsheds",
+     "Seen from a place",
      {{"analysis.surface", "analysis.range_m", "analysis.target_m", "analysis.curvature",
        "analysis.refraction"}}},
     {AnalysisKind::kClearance, "clearance",
-     "Free height above the ground, below decks, wires and crowns"},
+     "Free height above the ground, below decks, wires and crowns", "Free height above the ground"},
 };
 
 [[nodiscard]] inline const AnalysisTerms& find_terms(AnalysisKind kind) noexcept {

@@ -97,6 +97,22 @@ class Rasters(Case):
                     if name in units:
                         self.assertEqual(units[name], unit)
                 self.assertEqual(info["metadata"][""]["terravox_holes"], "0")
+                said = {band["description"]: band.get("metadata") for band in info["bands"]}
+                styles = {name: about[""] for name, about in said.items() if about}
+                self.assertEqual(
+                    styles["hole"],
+                    {
+                        "terravox_title": "Data that could not be read",
+                        "terravox_ramp": "much",
+                        "terravox_low": "0",
+                        "terravox_high": "1",
+                        "terravox_words": "read|could not be read",
+                    },
+                )
+                self.assertIn(names[0], styles)
+                self.assertNotIn("red", styles)
+                if "first_sun" in styles:
+                    self.assertEqual(styles["first_sun"]["terravox_form"], "clock")
 
     def test_values_of_terrain_agree_with_each_other(self):
         file = raster("terrain")

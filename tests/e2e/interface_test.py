@@ -69,13 +69,13 @@ class Interface(Case):
         first = "".join(row.split("|")[1] for row in re.findall(r"^\| `.*", jobs, re.MULTILINE))
         members = document["components"]["schemas"]["JobRequest"]["properties"]
         self.assertEqual(sorted(re.findall("`([a-z_]+)`", first)), sorted(members))
-        # What is offered is one table; the page has a list of its own.
-        offered = self.server.json("/v2/jobs")["kinds"]
-        source = (ROOT / "voxelserver/serve/page/src/jobs.ts").read_text(encoding="utf-8")
-        of_page = re.search(r"kKinds = \[(.*)\]", source)[1]
+        # What is offered is one table, of which the page is told.
+        reply = self.server.json("/v2/jobs")
+        offered = reply["kinds"]
+        self.assertEqual([one["kind"] for one in reply["analyses"]], offered)
+        self.assertEqual(self.server.json("/v2/stats")["jobs"]["analyses"], reply["analyses"])
         kind_row = re.search(r"^\| `kind` \|(.*)", jobs, re.MULTILINE)[1]
         self.assertEqual(members["kind"]["enum"], offered)
-        self.assertEqual(re.findall(r"'(\w+)'", of_page), offered)
         self.assertEqual(re.findall(r"`(\w+)`", kind_row), offered)
         # The server knows no others: it names them when it refuses one.
         known = set()

@@ -3,8 +3,9 @@ import { test } from 'node:test';
 import { toCaption } from '../../voxelserver/serve/page/src/analysis-form.js';
 import {
   colourlessText,
-  chooseStyle,
+  readStyle,
   valueText,
+  type BandStyle,
 } from '../../voxelserver/serve/page/src/band-styles.js';
 import { toColour, paint, chooseScale } from '../../voxelserver/serve/page/src/colour-scale.js';
 import {
@@ -13,11 +14,52 @@ import {
   makeFileName,
   readJob,
   resolutionFor,
+  type Analysis,
   type Wish,
 } from '../../voxelserver/serve/page/src/jobs.js';
 import { openRaster } from '../../voxelserver/serve/page/src/raster.js';
 import { kNoData, makeRaster } from './support/make-raster.js';
 import { makeShare } from './support/test-bytes.js';
+
+/** Metadata of bands as the server's rasters have them. */
+const kBands: Readonly<Record<string, Readonly<Record<string, string>>>> = {
+  dsm: { title: 'Height of the surface', ramp: 'heights' },
+  ndsm: { title: 'Height above the ground', ramp: 'much', low: '0' },
+  aspect: { title: 'Aspect', ramp: 'around', low: '0', high: '360' },
+  svf: { title: 'Sky-view factor', ramp: 'much', low: '0', high: '1' },
+  openness: { title: 'Openness', ramp: 'much', low: '0', high: '90' },
+  sun_hours: { title: 'Hours of direct sun', ramp: 'warm', low: '0' },
+  first_sun: { title: 'First sun, clock time', ramp: 'much', form: 'clock' },
+  kwh_m2: { title: 'Energy of sun and sky', ramp: 'warm', low: '0' },
+  seen: { title: 'Observers', ramp: 'much', low: '0', words: 'not seen|seen' },
+  hole: { title: 'Holes', ramp: 'much', low: '0', high: '1', words: 'read|not read' },
+};
+
+function styleOf(band: string): BandStyle {
+  const items = Object.entries(kBands[band]!).map(([name, text]) => [`terravox_${name}`, text]);
+  return readStyle(Object.fromEntries(items) as Record<string, string>)!;
+}
+
+test('a band is drawn as its raster says, or not at all', () => {
+  assert.deepEqual(styleOf('seen'), {
+    title: 'Observers',
+    ramp: 'much',
+    low: 0,
+    words: ['not seen', 'seen'],
+  });
+  assert.deepEqual(styleOf('first_sun'), {
+    title: 'First sun, clock time',
+    ramp: 'much',
+    isClock: true,
+  });
+  const cases: readonly [string, Record<string, string>][] = [
+    ['no title', { DESCRIPTION: 'red' }],
+    ['no colours', { terravox_title: 'Red' }],
+    ['colours of classes', { terravox_title: 'Material', terravox_ramp: 'materials' }],
+    ['colours of another one', { terravox_title: 'Red', terravox_ramp: 'toString' }],
+  ];
+  for (const [name, about] of cases) assert.equal(readStyle(about), undefined, name);
+});
 
 test('a raster is read: place, bands, values of each', async () => {
   const [width, height] = [37, 21];
@@ -27,16 +69,16 @@ test('a raster is read: place, bands, values of each', async () => {
       next() < 0.1 ? kNoData : Math.fround((next() - 0.5) * scale),
     );
   const bands = [
-    { name: 'sun_hours', unit: 'h', values: values(30) },
-    { name: 'first_sun', unit: 'h', values: values(1e6) },
-    { name: 'hole', unit: '', values: values(1) },
+    { name: 'sun_hours', unit: 'h', about: kBands['sun_hours']!, values: values(30) },
+    { name: 'first_sun', unit: 'h', about: kBands['first_sun']!, values: values(1e6) },
+    { name: 'red', unit: '', values: values(1) },
   ];
   const made = { width, height, tile: 16, bands, west: 462400, north: 101600, cell: 0.5 };
   const raster = await openRaster(new Blob([new Uint8Array(makeRaster(made))]));
   assert.deepEqual(raster.extent, [462400, 101600 - 21 / 2, 462400 + 37 / 2, 101600]);
   assert.deepEqual(
-    raster.bands,
-    bands.map(({ name, unit }) => ({ name, unit })),
+    raster.bands.map(({ name, unit, style }) => [name, unit, style?.title]),
+    bands.map(({ name, unit, about }) => [name, unit, about?.['title']]),
   );
   assert.deepEqual([raster.width, raster.height, raster.noData], [width, height, kNoData]);
   for (const [i, band] of bands.entries()) {
@@ -76,7 +118,7 @@ test('a scale has a length, and values that are all alike have the colour of the
     ['hole', 1, 0, 1],
   ];
   for (const [band, value, min, max] of cases) {
-    const style = chooseStyle(band)!;
+    const style = styleOf(band);
     const scale = chooseScale(Float32Array.of(value, kNoData, value), kNoData, style)!;
     assert.deepEqual(scale, { min, max }, band);
     const end = value === 1 ? max : min;
@@ -92,7 +134,7 @@ test('the ends that values give leave out the outermost hundredths, such as one 
   const values = Float32Array.from({ length: 1000 }, (_, i) => (i % 200) / 10);
   values.set([300, -50, kNoData, NaN, Infinity], 100);
   const ends = (band: string): number[] => {
-    const { min, max } = chooseScale(values, kNoData, chooseStyle(band))!;
+    const { min, max } = chooseScale(values, kNoData, styleOf(band))!;
     return [min, max].map((end) => Math.round(end * 10) / 10);
   };
   assert.deepEqual(ends('dsm'), [0.1, 19.8]);
@@ -101,18 +143,17 @@ test('the ends that values give leave out the outermost hundredths, such as one 
   const scale = chooseScale(values, kNoData)!;
   assert.deepEqual(toColour(300, scale, 'heights'), toColour(scale.max, scale, 'heights'));
   const rarelySunny = Float32Array.from({ length: 1000 }, (_, i) => (i < 5 ? 10 : 0));
-  assert.deepEqual(chooseScale(rarelySunny, kNoData, chooseStyle('sun_hours')), { min: 0, max: 1 });
+  assert.deepEqual(chooseScale(rarelySunny, kNoData, styleOf('sun_hours')), { min: 0, max: 1 });
 });
 
 test('a band that has ends by nature has these, and directions close a circle', () => {
-  const aspect = chooseStyle('aspect')!;
+  const aspect = styleOf('aspect');
   const scale = chooseScale(Float32Array.of(10, 350), kNoData, aspect)!;
   assert.deepEqual(scale, { min: 0, max: 360 });
   assert.deepEqual(toColour(0, scale, aspect.ramp), toColour(360, scale, aspect.ramp));
-  const energy = chooseScale(Float32Array.of(900, 1200), kNoData, chooseStyle('kwh_m2'));
+  const energy = chooseScale(Float32Array.of(900, 1200), kNoData, styleOf('kwh_m2'));
   assert.deepEqual(energy, { min: 0, max: 1200 });
   assert.equal(chooseScale(Float32Array.of(kNoData), kNoData, aspect), undefined);
-  assert.equal(chooseStyle('material'), undefined);
 });
 
 test('values are written as their band is read', () => {
@@ -125,13 +166,13 @@ test('values are written as their band is read', () => {
     ['ndsm', 'm', -0.3, 100, '0 m'],
     ['ndsm', 'm', -0.3, 1, '-0.30 m'],
     ['first_sun', 'h', 4 + 10 / 60, 20, '04:10'],
-    ['last_sun', 'h', 19.9999, 20, '20:00'],
+    ['first_sun', 'h', 19.9999, 20, '20:00'],
     ['seen', '', 1, 1, 'seen'],
     ['seen', '', 0, 1, 'not seen'],
-    ['something_new', 'm', 12.345, 50, '12.3 m'],
+    ['dsm', 'm', 12.345, 50, '12.3 m'],
   ];
   for (const [band, unit, value, max, text] of cases) {
-    assert.equal(valueText(value, unit, chooseStyle(band)!, { min: 0, max }), text, band);
+    assert.equal(valueText(value, unit, styleOf(band), { min: 0, max }), text, band);
   }
 });
 
@@ -147,12 +188,24 @@ test('what has no colour is said where it may be a value', () => {
     ],
   ];
   for (const [band, hasHoles, text] of cases) {
-    assert.equal(colourlessText(chooseStyle(band)!, hasHoles), text, band);
+    assert.equal(colourlessText(styleOf(band), hasHoles), text, band);
   }
 });
 
-const wish: Wish = {
+const kNothing = { hasSurface: false, hasDays: false, hasObserver: false };
+const sun: Analysis = {
   kind: 'sun',
+  title: 'Hours of sun',
+  hasSurface: true,
+  hasDays: true,
+  hasObserver: false,
+};
+const energy = { ...sun, kind: 'energy', title: 'Energy of the sun' };
+const terrain = { ...kNothing, kind: 'terrain', title: 'Terrain: heights, slopes' };
+const sight = { ...kNothing, kind: 'sight', title: 'Sight', hasSurface: true, hasObserver: true };
+
+const wish: Wish = {
+  analysis: sun,
   extent: [10, 20, 30, 50],
   resolutionM: 2,
   surface: 'ground',
@@ -171,7 +224,7 @@ test('what is asked for has the form of the interface', () => {
     surface: 'ground',
     date: '2026-06-21',
   });
-  assert.deepEqual(toBody({ ...wish, kind: 'energy', to: '2026-06-30' }, placed), {
+  assert.deepEqual(toBody({ ...wish, analysis: energy, to: '2026-06-30' }, placed), {
     kind: 'energy',
     ...body,
     surface: 'ground',
@@ -179,10 +232,8 @@ test('what is asked for has the form of the interface', () => {
     to: '2026-06-30',
     step_min: 30,
   });
-  for (const kind of ['terrain', 'clearance'] as const) {
-    assert.deepEqual(toBody({ ...wish, kind }, placed), { kind, ...body });
-  }
-  assert.deepEqual(toBody({ ...wish, kind: 'sight' }, placed), {
+  assert.deepEqual(toBody({ ...wish, analysis: terrain }, placed), { kind: 'terrain', ...body });
+  assert.deepEqual(toBody({ ...wish, analysis: sight }, placed), {
     kind: 'sight',
     ...body,
     surface: 'ground',
@@ -190,9 +241,9 @@ test('what is asked for has the form of the interface', () => {
     target_m: 1.6,
   });
   // In voxels, whose z is to the south.
-  const sight = toBody({ ...wish, kind: 'sight' }, { isPlaced: false, unitsPerVoxel: 2 });
-  assert.deepEqual(sight['area'], [5, -25, 15, -10]);
-  assert.deepEqual(sight['observers'], [[6, -11, 1.6]]);
+  const inVoxels = toBody({ ...wish, analysis: sight }, { isPlaced: false, unitsPerVoxel: 2 });
+  assert.deepEqual(inVoxels['area'], [5, -25, 15, -10]);
+  assert.deepEqual(inVoxels['observers'], [[6, -11, 1.6]]);
 });
 
 test('a result says what it is of, and its file is named so', () => {
@@ -203,7 +254,7 @@ test('a result says what it is of, and its file is named so', () => {
   );
   const year: Wish = {
     ...wish,
-    kind: 'energy',
+    analysis: energy,
     surface: 'top',
     from: '2026-01-01',
     to: '2026-12-31',
@@ -213,11 +264,11 @@ test('a result says what it is of, and its file is named so', () => {
     'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. ' +
       'The sky has no clouds: this is an upper limit.',
   );
-  assert.equal(toCaption({ ...wish, kind: 'terrain' }), 'Terrain: heights, slopes · cells of 2 m.');
+  assert.equal(toCaption({ ...wish, analysis: terrain }), 'Terrain: heights, slopes · cells of 2 m.');
   assert.match(toCaption({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
   assert.equal(makeFileName(wish), 'terravox-sun-2026-06-21.tif');
   assert.equal(makeFileName(year), 'terravox-energy-2026-01-01-2026-12-31.tif');
-  assert.equal(makeFileName({ ...wish, kind: 'sight' }), 'terravox-sight.tif');
+  assert.equal(makeFileName({ ...wish, analysis: sight }), 'terravox-sight.tif');
 });
 
 test('cells are as large as they must be', () => {

@@ -1,7 +1,9 @@
 #include "raytracer/analyse/evaluators/analysis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
+#include <utility>
 
 #include "common/voxel/analysis.hpp"
 #include "raytracer/analyse/solar/place_and_clock.hpp"
@@ -9,19 +11,26 @@
 namespace terravox::analyse {
 namespace {
 
-constexpr Analysis kPicture{core::AnalysisKind::kNone};
-constexpr const Analysis* kTable[] = {
-    &kPicture,           &kTerrainAnalysis,   &kSkyAnalysis,    &kSunAnalysis,
-    &kSunPeriodAnalysis, &kSunMonthsAnalysis, &kShadowAnalysis, &kSunViewAnalysis,
-    &kEnergyAnalysis,    &kFacadeAnalysis,    &kSightAnalysis,  &kClearanceAnalysis,
-};
-static_assert(std::size(kTable) == std::size(voxel::kAnalyses));
+using FindAnalysis = const Analysis& (*)() noexcept;
+
+template <std::size_t... rows>
+constexpr auto list_rows(std::index_sequence<rows...>) noexcept {
+    return std::array<FindAnalysis, sizeof...(rows)>{&analysis_of<voxel::kAnalyses[rows].kind>...};
+}
 
 }  // namespace
 
+/// A picture has no bands, and its light is gathered by another evaluator.
+template <>
+const Analysis& analysis_of<core::AnalysisKind::kNone>() noexcept {
+    static constexpr Analysis kPicture;
+    return kPicture;
+}
+
 const Analysis& find_analysis(core::AnalysisKind kind) noexcept {
-    return **std::find_if(std::begin(kTable), std::end(kTable),
-                          [&](const Analysis* analysis) { return analysis->kind == kind; });
+    static constexpr auto kTable =
+        list_rows(std::make_index_sequence<std::size(voxel::kAnalyses)>());
+    return kTable[static_cast<std::size_t>(&voxel::find_terms(kind) - voxel::kAnalyses)]();
 }
 
 std::size_t count_measured(std::span<const RasterBand> bands) noexcept {

@@ -28,14 +28,26 @@ enum class Ramp : std::uint8_t {
     kMaterials,  ///< materials, a colour each
 };
 
-/// How a band is drawn as a map.
+[[nodiscard]] constexpr std::string_view name_of_ramp(Ramp ramp) noexcept {
+    constexpr std::string_view kNames[] = {"heights", "much",    "warm",     "around",
+                                           "grey",    "classes", "materials"};
+    return kNames[static_cast<std::size_t>(ramp)];
+}
+
+/// How a band is drawn as a map. Rasters carry it for whoever draws them (docs/guide/analyses.md).
 struct BandStyle {
     std::string_view title = {};  ///< of its map; empty: it has none, and is in tables only
     Ramp ramp = Ramp::kGrey;
     /// Ends of the scale; nullopt: by the values.
     std::optional<double> low = {};
     std::optional<double> high = {};
+    bool is_reported = true;  ///< has a map in reports
+    bool is_clock = false;    ///< values are hours of a clock
+    /// "0|1": what the values 0 and 1 mean, where there are no others; empty: they are measures.
+    std::string_view words = {};
 };
+inline constexpr bool kNotReported = false;
+inline constexpr bool kClock = true;
 
 /// A band of a raster.
 struct RasterBand {
@@ -54,7 +66,10 @@ inline constexpr RasterBand kAspectBand{"aspect", "degree", {"Aspect", Ramp::kAr
 inline constexpr RasterBand kSunHoursBand{
     "sun_hours", "h", {"Hours of direct sun", Ramp::kWarm, 0.0}};
 /// The last one of each: 1 where data could not be read.
-inline constexpr RasterBand kHoleBand{"hole"};
+inline constexpr RasterBand kHoleBand{"hole",
+                                      "",
+                                      {"Data that could not be read", Ramp::kMuch, 0.0, 1.0,
+                                       kNotReported, !kClock, "read|could not be read"}};
 
 /// What the evaluators of a view have in common.
 struct Sunlight : shade::Measuring {
@@ -77,7 +92,6 @@ enum class SkyUse : std::uint8_t { kNone, kFromCells, kFromWalls };
 
 /// An analysis: how that is measured which voxel::AnalysisTerms name.
 struct Analysis {
-    core::AnalysisKind kind;
     /// In the order of its files, holes last. A tile has holes first, then the measured ones.
     std::span<const RasterBand> bands = {};
     /// What evaluates its rays; nullptr: a picture. The arguments must outlive the result.
@@ -96,10 +110,10 @@ std::unique_ptr<const shade::RayEvaluator> make(const shade::View& view, const S
         return std::make_unique<Evaluator>(view);
 }
 
-// Each is defined by the source that measures it, and a row of the table in analysis.cpp.
-extern const Analysis kTerrainAnalysis, kSkyAnalysis, kSunAnalysis, kSunPeriodAnalysis,
-    kSunMonthsAnalysis, kShadowAnalysis, kSunViewAnalysis, kEnergyAnalysis, kFacadeAnalysis,
-    kSightAnalysis, kClearanceAnalysis;
+/// That of one kind. The source that measures it specializes kAnalysis and instantiates this; a
+/// program that lacks one is not linked.
+template <core::AnalysisKind kind>
+[[nodiscard]] const Analysis& analysis_of() noexcept;
 
 [[nodiscard]] const Analysis& find_analysis(core::AnalysisKind kind) noexcept;
 

@@ -15,6 +15,16 @@
 
 namespace terravox::analyse {
 
+using core::AnalysisKind;
+
+template <AnalysisKind kind>
+inline constexpr Analysis kAnalysis{};
+
+template <AnalysisKind kind>
+const Analysis& analysis_of() noexcept {
+    return kAnalysis<kind>;
+}
+
 /// The value of a band of a cell.
 /// @param band of the evaluator's enumeration
 template <class Band>

@@ -68,7 +68,8 @@ private:
 
 }  // namespace
 
-constexpr Analysis kClearanceAnalysis{core::AnalysisKind::kClearance, kClearanceBands,
-                                      make<ClearanceEvaluator>};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kClearance>{kClearanceBands, make<ClearanceEvaluator>};
+template const Analysis& analysis_of<AnalysisKind::kClearance>() noexcept;
 
 }  // namespace terravox::analyse

@@ -67,7 +67,7 @@ constexpr RasterBand kEnergyBands[] = {
     {"kwh_m2", "kWh/m2", {"Energy of sun and sky", Ramp::kWarm, 0.0}},
     {"beam", "kWh/m2", {"Energy directly from the sun", Ramp::kWarm, 0.0}},
     {"diffuse", "kWh/m2", {"Energy from the sky", Ramp::kWarm, 0.0}},
-    {"reflected", "kWh/m2"},
+    {"reflected", "kWh/m2", {"Energy from what is around", Ramp::kWarm, 0.0, {}, kNotReported}},
     kSlopeBand,
     kAspectBand,
     kSunHoursBand,
@@ -195,7 +195,9 @@ private:
 
 }  // namespace
 
-constexpr Analysis kEnergyAnalysis{core::AnalysisKind::kEnergy, kEnergyBands, make<EnergyEvaluator>,
-                                   SunUse::kEnergy, SkyUse::kFromCells};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kEnergy>{kEnergyBands, make<EnergyEvaluator>,
+                                                    SunUse::kEnergy, SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kEnergy>() noexcept;
 
 }  // namespace terravox::analyse

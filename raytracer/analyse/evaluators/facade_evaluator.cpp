@@ -452,7 +452,9 @@ private:
 
 }  // namespace
 
-constexpr Analysis kFacadeAnalysis{core::AnalysisKind::kFacade, kFacadeBands, make<FacadeEvaluator>,
-                                   SunUse::kEnergy, SkyUse::kFromWalls};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kFacade>{kFacadeBands, make<FacadeEvaluator>,
+                                                    SunUse::kEnergy, SkyUse::kFromWalls};
+template const Analysis& analysis_of<AnalysisKind::kFacade>() noexcept;
 
 }  // namespace terravox::analyse

@@ -236,7 +236,9 @@ enum class SightBand : std::uint8_t {
 };
 
 constexpr RasterBand kSightBands[] = {
-    {"seen", "", {"Observers that see the place", Ramp::kMuch, 0.0}},
+    {"seen",
+     "",
+     {"Observers that see the place", Ramp::kMuch, 0.0, {}, true, !kClock, "not seen|seen"}},
     {"distance_m", "m", {"Distance to the nearest observer that sees it", Ramp::kMuch, 0.0}},
     kClassBand,
     kMaterialBand,
@@ -338,6 +340,8 @@ private:
 
 }  // namespace
 
-constexpr Analysis kSightAnalysis{core::AnalysisKind::kSight, kSightBands, make<SightEvaluator>};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSight>{kSightBands, make<SightEvaluator>};
+template const Analysis& analysis_of<AnalysisKind::kSight>() noexcept;
 
 }  // namespace terravox::analyse

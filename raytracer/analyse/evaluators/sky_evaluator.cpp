@@ -237,7 +237,9 @@ private:
 
 }  // namespace
 
-constexpr Analysis kSkyAnalysis{core::AnalysisKind::kSky, kSkyBands, make<SkyEvaluator>,
-                                SunUse::kNone, SkyUse::kFromCells};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSky>{kSkyBands, make<SkyEvaluator>, SunUse::kNone,
+                                                 SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kSky>() noexcept;
 
 }  // namespace terravox::analyse

@@ -58,22 +58,25 @@ void add_to_months(const solar::SunDirection& from, core::Bands& bands) noexcept
 
 constexpr RasterBand kSunBands[] = {
     kSunHoursBand,
-    {"first_sun", "h", {"First sun, clock time", Ramp::kMuch}},
-    {"last_sun", "h", {"Last sun, clock time", Ramp::kMuch}},
+    {"first_sun", "h", {"First sun, clock time", Ramp::kMuch, {}, {}, true, kClock}},
+    {"last_sun", "h", {"Last sun, clock time", Ramp::kMuch, {}, {}, true, kClock}},
     kHoleBand,
 };
 
 constexpr RasterBand kSunPeriodBands[] = {
     kSunHoursBand,
     {"sun_hours_per_day", "h", {"Hours of direct sun a day", Ramp::kWarm, 0.0}},
-    {"sun_share"},
+    {"sun_share", "", {"Share of daylight in the sun", Ramp::kWarm, 0.0, 1.0, kNotReported}},
     kHoleBand,
 };
 
+constexpr RasterBand month(std::string_view name) noexcept {
+    return {name, "h", {name, Ramp::kWarm, 0.0, {}, kNotReported}};
+}
 constexpr RasterBand kSunMonthsBands[] = {
-    kSunHoursBand,    {"january", "h"},  {"february", "h"}, {"march", "h"},  {"april", "h"},
-    {"may", "h"},     {"june", "h"},     {"july", "h"},     {"august", "h"}, {"september", "h"},
-    {"october", "h"}, {"november", "h"}, {"december", "h"}, kHoleBand,
+    kSunHoursBand,    month("january"),  month("february"), month("march"),  month("april"),
+    month("may"),     month("june"),     month("july"),     month("august"), month("september"),
+    month("october"), month("november"), month("december"), kHoleBand,
 };
 
 constexpr RasterBand kShadowBands[] = {
@@ -226,15 +229,24 @@ private:
 
 }  // namespace
 
-constexpr Analysis kSunAnalysis{core::AnalysisKind::kSun, kSunBands, make<SunEvaluator>,
-                                SunUse::kWay, SkyUse::kFromCells};
-constexpr Analysis kSunPeriodAnalysis{core::AnalysisKind::kSunPeriod, kSunPeriodBands,
-                                      make<SunEvaluator>, SunUse::kWay, SkyUse::kFromCells};
-constexpr Analysis kSunMonthsAnalysis{core::AnalysisKind::kSunMonths, kSunMonthsBands,
-                                      make<SunEvaluator>, SunUse::kWay, SkyUse::kFromCells};
-constexpr Analysis kShadowAnalysis{core::AnalysisKind::kShadow, kShadowBands, make<SunEvaluator>,
-                                   SunUse::kWay, SkyUse::kFromCells};
-constexpr Analysis kSunViewAnalysis{
-    core::AnalysisKind::kSunView, {}, make<SunViewEvaluator>, SunUse::kWay};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSun>{kSunBands, make<SunEvaluator>, SunUse::kWay,
+                                                 SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kSun>() noexcept;
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSunPeriod>{kSunPeriodBands, make<SunEvaluator>,
+                                                       SunUse::kWay, SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kSunPeriod>() noexcept;
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSunMonths>{kSunMonthsBands, make<SunEvaluator>,
+                                                       SunUse::kWay, SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kSunMonths>() noexcept;
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kShadow>{kShadowBands, make<SunEvaluator>, SunUse::kWay,
+                                                    SkyUse::kFromCells};
+template const Analysis& analysis_of<AnalysisKind::kShadow>() noexcept;
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kSunView>{{}, make<SunViewEvaluator>, SunUse::kWay};
+template const Analysis& analysis_of<AnalysisKind::kSunView>() noexcept;
 
 }  // namespace terravox::analyse

@@ -87,7 +87,8 @@ private:
 
 }  // namespace
 
-constexpr Analysis kTerrainAnalysis{core::AnalysisKind::kTerrain, kTerrainBands,
-                                    make<TerrainEvaluator>};
+template <>
+constexpr Analysis kAnalysis<AnalysisKind::kTerrain>{kTerrainBands, make<TerrainEvaluator>};
+template const Analysis& analysis_of<AnalysisKind::kTerrain>() noexcept;
 
 }  // namespace terravox::analyse

@@ -11,6 +11,25 @@ namespace {
 
 constexpr int kTiffTiles = 16;
 
+/// Writes how a band is drawn into its metadata: of bands without a title nothing.
+void add_style(GDALRasterBandH to, const BandStyle& style) {
+    const auto add = [&](const char* name, const std::string& value) {
+        GDALSetMetadataItem(to, name, value.c_str(), nullptr);
+    };
+    if (style.title.empty())
+        return;
+    add("terravox_title", std::string(style.title));
+    add("terravox_ramp", std::string(name_of_ramp(style.ramp)));
+    if (style.low)
+        add("terravox_low", util::plain_number_text(*style.low));
+    if (style.high)
+        add("terravox_high", util::plain_number_text(*style.high));
+    if (style.is_clock)
+        add("terravox_form", "clock");
+    if (!style.words.empty())
+        add("terravox_words", std::string(style.words));
+}
+
 }  // namespace
 
 CellFile::CellFile(const std::filesystem::path& out, core::AnalysisKind kind, int columns, int rows,
@@ -37,6 +56,7 @@ CellFile::CellFile(const std::filesystem::path& out, core::AnalysisKind kind, in
         watch.check(GDALSetRasterNoDataValue(to, static_cast<double>(core::kNoData)) == CE_None);
         if (!band.unit.empty())
             watch.check(GDALSetRasterUnitType(to, std::string(band.unit).c_str()) == CE_None);
+        add_style(to, band.style);
     }
 }
 

@@ -34,7 +34,7 @@ footer { margin-top: 3rem; font-size: .9rem; }
 
 BandFacts collect_facts(CellFile& cells, const RasterBand& band, const std::stop_token& stop) {
     BandFacts out{band, measure_statistics(cells, band.name, stop), {}};
-    if (band.style.title.empty() || out.statistics.cells == 0)
+    if (band.style.title.empty() || !band.style.is_reported || out.statistics.cells == 0)
         return out;
     out.legend = has_categories(band.style.ramp)
                      ? categories_for(band.style, count_values(cells, band.name, stop))

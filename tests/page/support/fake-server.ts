@@ -245,7 +245,7 @@ export class FakeServer {
         failed: 1,
       },
       jobs: this.hasJobs
-        ? { kinds: ['sun'], max_cells: 4_000_000, max_minutes: 30, waiting: 0, running: 0 }
+        ? { analyses: kAnalyses, max_cells: 4_000_000, max_minutes: 30, waiting: 0, running: 0 }
         : null,
       memory: { rss_bytes: 512 * 2 ** 20, limit_bytes: 4 * 2 ** 30 },
       prepare: { done: 1, total: 4, failed: 1 },
@@ -259,6 +259,18 @@ function sendBox(reply: ServerResponse, box: Uint8Array | undefined): void {
   reply.end(box);
 }
 
+const kAnalyses = [
+  ['terrain', 'Terrain: heights, slopes', []],
+  ['sky', 'How much sky is seen', ['surface']],
+  ['sun', 'Hours of sun', ['surface', 'days']],
+  ['sight', 'Seen from a place', ['surface', 'observers']],
+  ['clearance', 'Free height above the ground', []],
+].map(([kind, title, members]) => ({
+  kind,
+  title,
+  ...Object.fromEntries((members as string[]).map((member) => [member, true])),
+}));
+
 /** Hours of sun that grow to the east, with a gap. */
 function jobRaster([west, , east, north]: readonly number[]): Buffer {
   const side = 40;
@@ -266,8 +278,18 @@ function jobRaster([west, , east, north]: readonly number[]): Buffer {
     i % side < 4 ? kNoData : (i % side) / 4,
   );
   const bands = [
-    { name: 'sun_hours', unit: 'h', values },
-    { name: 'first_sun', unit: 'h', values: values.map(() => 5) },
+    {
+      name: 'sun_hours',
+      unit: 'h',
+      about: { title: 'Hours of direct sun', ramp: 'warm', low: '0' },
+      values,
+    },
+    {
+      name: 'first_sun',
+      unit: 'h',
+      about: { title: 'First sun, clock time', ramp: 'much', form: 'clock' },
+      values: values.map(() => 5),
+    },
     { name: 'hole', unit: '', values: values.map(() => 0) },
   ];
   return makeRaster({

@@ -11,6 +11,8 @@ export type MadeRaster = {
   readonly bands: readonly {
     readonly name: string;
     readonly unit: string;
+    /** How it is drawn; undefined: not at all. */
+    readonly about?: Readonly<Record<string, string>>;
     readonly values: readonly number[];
   }[];
   readonly west: number;
@@ -56,9 +58,12 @@ function makeTiles({ width, height, tile, bands }: MadeRaster): Buffer[] {
 }
 
 function makeMetadata({ bands }: MadeRaster): string {
-  const items = bands.flatMap(({ name, unit }, i) => [
+  const items = bands.flatMap(({ name, unit, about = {} }, i) => [
     `<Item name="DESCRIPTION" sample="${i}" role="description">${name}</Item>`,
     `<Item name="UNITTYPE" sample="${i}" role="unittype">${unit}</Item>`,
+    ...Object.entries(about).map(
+      ([item, text]) => `<Item name="terravox_${item}" sample="${i}">${text}</Item>`,
+    ),
   ]);
   // So long that a reader fetches it apart from the numbers of the image.
   const long = `<Item name="ABOUT">${'x'.repeat(8192)}</Item>`;

@@ -76,11 +76,19 @@ nlohmann::json jobs_json(jobs::JobQueue* queue) {
         return {};
     const jobs::JobCounts counts = queue->counts();
     const jobs::JobLimits& limits = queue->limits();
-    return {{"kinds", voxel::list_analyses()},
-            {"max_cells", limits.max_cells},
-            {"max_minutes", limits.max_minutes},
-            {"waiting", counts.waiting},
-            {"running", counts.running}};
+    json analyses = json::array();
+    for (const voxel::AnalysisTerms& terms : voxel::kAnalyses) {
+        if (terms.help.empty())
+            continue;
+        analyses.push_back({{"kind", terms.name},
+                            {"title", terms.title},
+                            {"surface", terms.reads("analysis.surface")},
+                            {"days", terms.reads("sun.date")},
+                            {"observers", terms.reads("analysis.target_m")}});
+    }
+    return {{"kinds", voxel::list_analyses()}, {"analyses", analyses},
+            {"max_cells", limits.max_cells},   {"max_minutes", limits.max_minutes},
+            {"waiting", counts.waiting},       {"running", counts.running}};
 }
 
 Response answer_jobs(Service& service, const RouteRequest& call) {

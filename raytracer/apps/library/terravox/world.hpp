@@ -37,8 +37,8 @@ struct OpenOptions {
 
 /// What `terravox analyse KIND` measures.
 struct AnalysisOptions {
-    /// terrain, sky, sun (of a day, or of a period with analysis.from and analysis.to), sun-months
-    /// (of a period), shadow (at sun.time_h), energy, sight or clearance
+    /// As the command has them; sun with analysis.from and analysis.to: of a period. Also
+    /// sun-months (of a period) and shadow (at sun.time_h).
     std::string kind;
     std::optional<MapBounds> area;       ///< its heights are ignored; nullopt: all
     std::optional<double> resolution_m;  ///< edge of a cell; nullopt: that of a voxel

@@ -255,9 +255,8 @@ class World:
     ) -> xr.Dataset:
         """Measure the world on a grid of cells, as `terravox analyse` does.
 
-        :param kind: terrain, sky, sun (of a day, or of a period by the fields analysis.from and
-            analysis.to), sun-months (of a period), shadow (at sun.time_h), energy, sight or
-            clearance
+        :param kind: as the command has them; sun with the fields analysis.from and analysis.to:
+            of a period; also sun-months (of a period) and shadow (at sun.time_h)
         :param resolution: edge of a cell, metres; None: that of a voxel
         :param level: of the voxels; None: the coarsest that are no larger than a cell
         :param observers: of kind sight: easting, northing and height of the observers

@@ -15,11 +15,11 @@ TEST_CASE("each analysis has terms, a row, and bands that are each measured or d
     for (const voxel::AnalysisTerms& terms : voxel::kAnalyses) {
         INFO(terms.name);
         const analyse::Analysis& row = analyse::find_analysis(terms.kind);
-        CHECK(row.kind == terms.kind);
         CHECK(&voxel::find_terms(terms.kind) == &terms);
         CHECK(core::from_word<core::AnalysisKind>(terms.name) == terms.kind);
         CHECK((row.make == nullptr) == (terms.kind == core::AnalysisKind::kNone));
         CHECK((terms.help.empty() || !row.bands.empty()));
+        CHECK(terms.help.empty() == terms.title.empty());
         CHECK((row.bands.empty() || row.bands.back().name == analyse::kHoleBand.name));
         std::set<std::string_view> names;
         std::set<std::size_t> planes;

@@ -94,6 +94,9 @@ TEST_CASE("a job is made, watched, fetched and deleted", "[voxelserver][http][jo
     const auto limits = job_json(f.send("GET", "/v2/jobs"));
     CHECK(limits["max_cells"] == 4'000'000);
     CHECK(limits["kinds"] == voxel::list_analyses());
+    CHECK(limits["analyses"].size() == voxel::list_analyses().size());
+    CHECK(limits["analyses"][1] == nlohmann::json::parse(R"({"kind": "sky", "days": false,
+        "observers": false, "surface": true, "title": "How much sky is seen"})"));
     const std::string path = f.done();
     const auto job = job_json(f.send("GET", path));
     CHECK(job["kind"] == "sky");

@@ -1,17 +1,9 @@
 import type { Vec2 } from './vec3.js';
 import { byId, setText, toOptions } from './dom.js';
-import { countCells, hasDays, hasSurface, resolutionFor, type Kind, type Wish } from './jobs.js';
+import { countCells, resolutionFor, type Analysis, type Wish } from './jobs.js';
 import { formatCount } from './number-format.js';
 import type { Stats } from './replies.js';
 
-const kNames: Readonly<Record<Kind, string>> = {
-  terrain: 'Terrain: heights, slopes',
-  sky: 'How much sky is seen',
-  sun: 'Hours of sun',
-  energy: 'Energy of the sun',
-  sight: 'Seen from a place',
-  clearance: 'Free height above the ground',
-};
 const kSurfaces: Readonly<Record<Wish['surface'], string>> = {
   top: 'roofs and crowns',
   ground: 'ground below them',
@@ -43,13 +35,15 @@ const kDay = new Intl.DateTimeFormat('en-GB', { dateStyle: 'medium', timeZone: '
 const dayText = (day: string): string => kDay.format(new Date(day));
 
 /** What a result is of: by the time that it is shown the form may say something else. */
-export function toCaption({ kind, surface, from, to, resolutionM, clockOffsetH }: Wish): string {
-  const parts: string[] = [kNames[kind]];
-  if (hasSurface(kind)) parts.push(kSurfaces[surface]);
-  if (hasDays(kind)) parts.push(from === to ? dayText(from) : `${dayText(from)} to ${dayText(to)}`);
+export function toCaption(wish: Wish): string {
+  const { analysis, surface, from, to, resolutionM, clockOffsetH } = wish;
+  const { kind, title, hasSurface, hasDays } = analysis;
+  const parts: string[] = [title];
+  if (hasSurface) parts.push(kSurfaces[surface]);
+  if (hasDays) parts.push(from === to ? dayText(from) : `${dayText(from)} to ${dayText(to)}`);
   parts.push(`cells of ${resolutionM} m`);
   const sentences = [`${parts.join(' · ')}.`];
-  if (hasDays(kind)) sentences.push('The sky has no clouds: this is an upper limit.');
+  if (hasDays) sentences.push('The sky has no clouds: this is an upper limit.');
   if (kind === 'sun' && from === to && clockOffsetH !== undefined) {
     sentences.push(`Clock times are those of UTC${clockOffsetH < 0 ? '' : '+'}${clockOffsetH}.`);
   }
@@ -64,14 +58,19 @@ export class AnalysisForm {
   readonly #to = byId('analysis-to', HTMLInputElement);
   readonly #resolution = byId('analysis-resolution', HTMLInputElement);
   readonly #limits: JobLimits;
+  readonly #analyses: readonly Analysis[];
   #place: FormPlace | undefined;
   #hasOwnResolution = false;
 
-  /** @param onWish called with what the user asks for, or with the reason why that cannot be */
-  constructor(limits: JobLimits, kinds: readonly Kind[], onWish: (wish: Wish | string) => void) {
+  /**
+   * @param isOnEarth elsewhere nobody knows where the sun is
+   * @param onWish called with what the user asks for, or with the reason why that cannot be
+   */
+  constructor(limits: JobLimits, isOnEarth: boolean, onWish: (wish: Wish | string) => void) {
     this.#limits = limits;
-    this.#kind.append(...toOptions(kinds.map((kind) => [kind, kNames[kind]])));
-    if (kinds.includes('sun')) this.#kind.value = 'sun';
+    this.#analyses = limits.analyses.filter(({ hasDays }) => isOnEarth || !hasDays);
+    this.#kind.append(...toOptions(this.#analyses.map(({ kind, title }) => [kind, title])));
+    if (this.#analyses.some(({ kind }) => kind === 'sun')) this.#kind.value = 'sun';
     this.#surface.append(...toOptions(Object.entries(kSurfaces)));
     for (const day of [this.#from, this.#to]) day.value = today();
     const form = byId('analysis-form', HTMLFormElement);
@@ -107,10 +106,14 @@ export class AnalysisForm {
     byId('analysis-submit', HTMLButtonElement).disabled = busy;
   }
 
+  get #analysis(): Analysis | undefined {
+    return this.#analyses.find(({ kind }) => kind === this.#kind.value);
+  }
+
   #showFields(): void {
-    const kind = this.#kind.value as Kind;
-    byId('analysis-on', HTMLElement).hidden = !hasSurface(kind);
-    const shown = { 'analysis-days': hasDays(kind), 'analysis-observer': kind === 'sight' };
+    const { hasSurface, hasDays, hasObserver } = this.#analysis ?? {};
+    byId('analysis-on', HTMLElement).hidden = !hasSurface;
+    const shown = { 'analysis-days': hasDays, 'analysis-observer': hasObserver };
     for (const [id, isShown] of Object.entries(shown)) {
       const fields = byId(id, HTMLFieldSetElement);
       fields.hidden = !isShown;
@@ -134,16 +137,17 @@ export class AnalysisForm {
 
   #wish(): Wish | string {
     const place = this.#place;
-    const kind = this.#kind.value as Kind;
+    const analysis = this.#analysis;
+    if (analysis === undefined) return 'The server offers no analysis of this world.';
     if (place?.extent === undefined) {
       return 'The map shows nothing of the world: move it to where there is land.';
     }
-    if (kind === 'sight' && place.picked === undefined) {
+    if (analysis.hasObserver && place.picked === undefined) {
       return 'Click the map where somebody stands who looks around.';
     }
     const aboveM = Number(byId('analysis-above', HTMLInputElement).value);
     return {
-      kind,
+      analysis,
       extent: place.extent,
       resolutionM: Number(this.#resolution.value),
       surface: this.#surface.value === 'ground' ? 'ground' : 'top',

@@ -9,7 +9,6 @@ import {
   makeFileName,
   readJob,
   type Job,
-  type Kind,
   type Places,
   type Wish,
 } from './jobs.js';
@@ -19,7 +18,7 @@ const kPollMs = 1000;
 /** Analyses by the server: asked for, watched and shown. A server that makes none says so here. */
 export class AnalysisPanel {
   readonly #api: Api;
-  readonly #kinds: readonly Kind[];
+  readonly #isOnEarth: boolean;
   readonly #places: Places;
   readonly #result: AnalysisResult;
   readonly #state = byId('analysis-state', HTMLElement);
@@ -29,9 +28,9 @@ export class AnalysisPanel {
   /** Of the job that is watched or shown; empty: none. */
   #id = '';
 
-  constructor(api: Api, kinds: readonly Kind[], places: Places, layer: AnalysisLayer) {
+  constructor(api: Api, isOnEarth: boolean, places: Places, layer: AnalysisLayer) {
     this.#api = api;
-    this.#kinds = kinds;
+    this.#isOnEarth = isOnEarth;
     this.#places = places;
     this.#result = new AnalysisResult(layer);
     for (const id of ['analysis-stop', 'analysis-remove']) {
@@ -48,7 +47,7 @@ export class AnalysisPanel {
         : '',
     );
     if (limits === undefined) return;
-    this.#form = new AnalysisForm(limits, this.#kinds, (wish) => void this.#ask(wish));
+    this.#form = new AnalysisForm(limits, this.#isOnEarth, (wish) => void this.#ask(wish));
     if (this.#place) this.#form.place = this.#place;
   }
 

@@ -1,7 +1,7 @@
 import type { Vec2 } from './vec3.js';
 import type { AnalysisLayer } from './analysis-layer.js';
 import { toMessage } from './http/api.js';
-import { colourlessText, chooseStyle, valueText, type BandStyle } from './band-styles.js';
+import { colourlessText, valueText, type BandStyle } from './band-styles.js';
 import { chooseScale, toGradient, type ColourScale } from './colour-scale.js';
 import { byId, download, element, setText } from './dom.js';
 import { openRaster, type Raster } from './raster.js';
@@ -42,8 +42,7 @@ export class AnalysisResult {
     this.#save = () => download(file, fileName);
     this.#raster = await openRaster(file);
     this.#band.replaceChildren();
-    this.#raster.bands.forEach(({ name }, i) => {
-      const style = chooseStyle(name);
+    this.#raster.bands.forEach(({ name, style }, i) => {
       if (style && (name !== 'hole' || hasHoles)) {
         this.#band.append(element('option', { value: String(i) }, style.title));
       }
@@ -83,8 +82,8 @@ export class AnalysisResult {
     const [raster, turn] = [this.#raster, this.#turn];
     if (raster === undefined) return;
     const number = Number(this.#band.value);
-    const { name, unit } = raster.bands[number] ?? { name: '', unit: '' };
-    const style = chooseStyle(name) ?? { title: name, ramp: 'much' };
+    const { unit, style } = raster.bands[number] ?? {};
+    if (unit === undefined || style === undefined) return;
     this.#showNote(style);
     try {
       const values = await raster.readBand(number);

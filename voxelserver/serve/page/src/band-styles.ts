@@ -1,8 +1,8 @@
-import type { ColourScale, Ramp, ScaleEnds } from './colour-scale.js';
+import { toRamp, type ColourScale, type Ramp, type ScaleEnds } from './colour-scale.js';
 
 /**
- * How the bands of analyses are drawn: colours and fixed ends are those of the report
- * (raytracer/analyse/evaluators/analysis.cpp), which also rounds the ends that the values give.
+ * How the bands of analyses are drawn: as their rasters say, which is as in the report. That also
+ * rounds the ends that the values give.
  */
 
 export type BandStyle = ScaleEnds & {
@@ -14,49 +14,26 @@ export type BandStyle = ScaleEnds & {
   readonly words?: readonly [string, string];
 };
 
-const kStyles: Readonly<Record<string, BandStyle>> = {
-  dsm: { title: 'Height of the surface', ramp: 'heights' },
-  dtm: { title: 'Height of the ground', ramp: 'heights' },
-  ndsm: { title: 'Height above the ground', ramp: 'much', low: 0 },
-  slope: { title: 'Slope', ramp: 'much', low: 0 },
-  aspect: { title: 'Aspect, clockwise from north', ramp: 'around', low: 0, high: 360 },
-  hillshade: { title: 'Hillshade', ramp: 'grey', low: 0, high: 255 },
-  svf: { title: 'Sky-view factor', ramp: 'much', low: 0, high: 1 },
-  sky_view_solid: { title: 'Share of the sky', ramp: 'much', low: 0, high: 1 },
-  openness: { title: 'Openness', ramp: 'much', low: 0, high: 90 },
-  sun_hours: { title: 'Hours of direct sun', ramp: 'warm', low: 0 },
-  first_sun: { title: 'First sun, clock time', ramp: 'much', isClock: true },
-  last_sun: { title: 'Last sun, clock time', ramp: 'much', isClock: true },
-  sun_hours_per_day: { title: 'Hours of direct sun a day', ramp: 'warm', low: 0 },
-  sun_share: { title: 'Share of daylight in the sun', ramp: 'warm', low: 0, high: 1 },
-  kwh_m2: { title: 'Energy of sun and sky', ramp: 'warm', low: 0 },
-  beam: { title: 'Energy directly from the sun', ramp: 'warm', low: 0 },
-  diffuse: { title: 'Energy from the sky', ramp: 'warm', low: 0 },
-  reflected: { title: 'Energy from what is around', ramp: 'warm', low: 0 },
-  seen: {
-    title: 'Seen from the place',
-    ramp: 'much',
-    low: 0,
-    high: 1,
-    words: ['not seen', 'seen'],
-  },
-  clearance: { title: 'Free height above the ground', ramp: 'much', low: 0 },
-  distance_m: { title: 'Distance to the place', ramp: 'much', low: 0 },
-  hole: {
-    title: 'Data that could not be read',
-    ramp: 'much',
-    low: 0,
-    high: 1,
-    words: ['read', 'could not be read'],
-  },
-};
-/** Bands whose values are numbers of something: no colours between them mean anything. */
-const kHiddenBands = new Set(['class', 'material', 'red', 'green', 'blue', 'dtm_source']);
-
-/** @return undefined for a band that is not drawn */
-export function chooseStyle(band: string): BandStyle | undefined {
-  if (kHiddenBands.has(band)) return undefined;
-  return kStyles[band] ?? { title: band, ramp: 'much' };
+/**
+ * @param about metadata of a band of a raster; a title says that it can be drawn
+ * @return undefined for a band that is not drawn
+ */
+export function readStyle(about: Readonly<Record<string, string>>): BandStyle | undefined {
+  const title = about['terravox_title'];
+  const ramp = toRamp(about['terravox_ramp']);
+  if (title === undefined || ramp === undefined) return undefined;
+  const [low, high] = [about['terravox_low'], about['terravox_high']].map((text) =>
+    text === undefined ? undefined : Number(text),
+  );
+  const words = about['terravox_words']?.split('|');
+  return {
+    title,
+    ramp,
+    ...(low !== undefined && { low }),
+    ...(high !== undefined && { high }),
+    ...(about['terravox_form'] === 'clock' && { isClock: true }),
+    ...(words?.length === 2 && { words: words as [string, string] }),
+  };
 }
 
 /** Three digits of what the scale spans: more would only tell cells apart that have one colour. */

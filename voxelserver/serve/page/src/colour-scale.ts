@@ -19,6 +19,10 @@ const kStops: Readonly<Record<Ramp, Stops>> = {
   grey: toStops('000000 ffffff'),
 };
 
+/** @return undefined for a name that is none, such as that of colours for classes */
+export const toRamp = (name = ''): Ramp | undefined =>
+  Object.hasOwn(kStops, name) ? (name as Ramp) : undefined;
+
 /** @param colours red, green, blue as six hexadecimal digits each */
 function toStops(colours: string): Stops {
   return colours.split(' ').map((colour): Vec3 => {

@@ -1,24 +1,37 @@
 import type { Vec3 } from './vec3.js';
-import { isFields, toNumber, toText } from './json.js';
+import { isFields, toList, toNumber, toText } from './json.js';
 
 /** Analyses that the server makes for clients (docs/formats/http.md: Jobs). */
 
-export const kKinds = ['terrain', 'sky', 'sun', 'energy', 'sight', 'clearance'] as const;
-export type Kind = (typeof kKinds)[number];
-/** Whether it is of the sun, so of some days. */
-export const hasDays = (kind: Kind): boolean => kind === 'sun' || kind === 'energy';
-/** Whether it is measured on the surface that is chosen: of others there is one alone. */
-export const hasSurface = (kind: Kind): boolean => kind !== 'terrain' && kind !== 'clearance';
-/** @param isOnEarth elsewhere nobody knows where the sun is */
-export const listKinds = (isOnEarth: boolean): readonly Kind[] =>
-  kKinds.filter((kind) => isOnEarth || !hasDays(kind));
+export type Analysis = {
+  readonly kind: string;
+  readonly title: string;
+  /** Whether it is measured on the surface that is chosen: of others there is one alone. */
+  readonly hasSurface: boolean;
+  /** Whether it is of the sun, so of some days. */
+  readonly hasDays: boolean;
+  /** Whether it is of what somebody sees from a place. */
+  readonly hasObserver: boolean;
+};
+
+/** @param json what the server offers */
+export const readAnalyses = (json: unknown): readonly Analysis[] =>
+  toList(json)
+    .filter(isFields)
+    .map((one) => ({
+      kind: toText(one['kind']),
+      title: toText(one['title']),
+      hasSurface: one['surface'] === true,
+      hasDays: one['days'] === true,
+      hasObserver: one['observers'] === true,
+    }));
 
 export type Job = Readonly<ReturnType<typeof parseJob>>;
 export const readJob = (json: unknown): Job => parseJob(json);
 
 /** What is asked for, as the form has it. */
 export type Wish = {
-  readonly kind: Kind;
+  readonly analysis: Analysis;
   /** West, south, east, north, CRS units. */
   readonly extent: readonly number[];
   readonly resolutionM: number;
@@ -62,10 +75,11 @@ export function toBody(
 ): Record<string, unknown> {
   const [west, south, east, north] = wish.extent as [number, number, number, number];
   const area = isPlaced ? [west, south, east, north] : [west / u, -north / u, east / u, -south / u];
-  const body: Record<string, unknown> = { kind: wish.kind, area, resolution_m: wish.resolutionM };
-  if (hasSurface(wish.kind)) body['surface'] = wish.surface;
-  if (hasDays(wish.kind)) Object.assign(body, toDateFields(wish));
-  if (wish.kind === 'sight' && wish.observer) {
+  const { kind, hasSurface, hasDays, hasObserver } = wish.analysis;
+  const body: Record<string, unknown> = { kind, area, resolution_m: wish.resolutionM };
+  if (hasSurface) body['surface'] = wish.surface;
+  if (hasDays) Object.assign(body, toDateFields(wish));
+  if (hasObserver && wish.observer) {
     const [e, n, above] = wish.observer;
     body['observers'] = [isPlaced ? [e, n, above] : [e / u, -n / u, above]];
     body['target_m'] = kEyesM;
@@ -80,9 +94,9 @@ const toDateFields = ({ from, to }: Wish): Record<string, unknown> =>
   from === to ? { date: from } : { from, to, step_min: kStepMin };
 
 /** A name for the raster that tells it from those of other kinds and days. */
-export function makeFileName({ kind, from, to }: Wish): string {
+export function makeFileName({ analysis, from, to }: Wish): string {
   const days = from === to ? [from] : [from, to];
-  return `${['terravox', kind, ...(hasDays(kind) ? days : [])].join('-')}.tif`;
+  return `${['terravox', analysis.kind, ...(analysis.hasDays ? days : [])].join('-')}.tif`;
 }
 
 /** Columns and rows of a raster, about. */

@@ -1,4 +1,5 @@
 import { fromArrayBuffer } from 'geotiff';
+import { readStyle, type BandStyle } from './band-styles.js';
 
 /** A raster of an analysis, a Cloud Optimized GeoTIFF, at the resolution at which it is shown. */
 export type Raster = {
@@ -6,7 +7,12 @@ export type Raster = {
   readonly height: number;
   /** West, south, east, north, CRS units. */
   readonly extent: readonly [number, number, number, number];
-  readonly bands: readonly { readonly name: string; readonly unit: string }[];
+  readonly bands: readonly {
+    readonly name: string;
+    readonly unit: string;
+    /** Undefined: it is not drawn. */
+    readonly style: BandStyle | undefined;
+  }[];
   readonly noData: number;
   /** The values of a band, row by row from the north-west. */
   readonly readBand: (band: number) => Promise<Float32Array>;
@@ -29,10 +35,11 @@ export async function openRaster(file: Blob): Promise<Raster> {
   const bands: Raster['bands'][number][] = [];
   // One after the other: asked for at once, all but the first come without their names.
   for (let i = 0; i < finest.getSamplesPerPixel(); ++i) {
-    const about = (await finest.getGDALMetadata(i)) as Record<string, string> | null;
+    const about = ((await finest.getGDALMetadata(i)) ?? {}) as Record<string, string>;
     bands.push({
-      name: about?.['DESCRIPTION'] ?? `band ${i + 1}`,
-      unit: about?.['UNITTYPE'] ?? '',
+      name: about['DESCRIPTION'] ?? `band ${i + 1}`,
+      unit: about['UNITTYPE'] ?? '',
+      style: readStyle(about),
     });
   }
   return {

@@ -8,6 +8,7 @@ import {
   type Fields,
   type Numbers,
 } from './json.js';
+import { readAnalyses } from './jobs.js';
 import type { Block, Vec3 } from './vec3.js';
 
 /**
@@ -120,6 +121,11 @@ function readStage({ name, seconds, count }: Fields) {
   return { name: toText(name), seconds: toNumber(seconds), count: toNumber(count) };
 }
 
+function readJobLimits(value: unknown) {
+  const limits = toNumbers(value, kJobs);
+  return limits && { ...limits, analyses: readAnalyses((value as Fields)['analyses']) };
+}
+
 export type Stats = Readonly<ReturnType<typeof parseStats>>;
 export const readStats = (json: unknown): Stats => parseStats(json);
 
@@ -138,8 +144,8 @@ function parseStats(json: unknown) {
     disk: toNumbers(all['disk'], kCache),
     making: toNumbers(all['making'], kMaking),
     memory: toNumbers(all['memory'], kMemory),
-    /** Limits of analyses; undefined: the server makes none. */
-    jobs: toNumbers(all['jobs'], kJobs),
+    /** Analyses and their limits; undefined: the server makes none. */
+    jobs: readJobLimits(all['jobs']),
     prepare: toNumbers(all['prepare'], kPrepare),
   };
 }

@@ -6,7 +6,6 @@ import type { Api } from './http/api.js';
 import { CachedLayer } from './cached-layer.js';
 import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
 import { byId, setFacts, setText, toOptions } from './dom.js';
-import { listKinds } from './jobs.js';
 import { formatCount } from './number-format.js';
 import { MapView } from './map-view.js';
 import { PlacePanel } from './place-panel.js';
@@ -68,12 +67,7 @@ export class WorldView {
       () => (this.#squares.hasHatch = !analyses.layer.getVisible()),
     );
     const places = { isPlaced: world.crs !== '', unitsPerVoxel: world.unitsPerVoxel };
-    this.#analyses = new AnalysisPanel(
-      api,
-      listKinds(world.centre !== undefined),
-      places,
-      analyses,
-    );
+    this.#analyses = new AnalysisPanel(api, world.centre !== undefined, places, analyses);
     this.#setUpLayers(world.levels);
     this.#table = new SquaresTable((square) => this.#goToSquare(square));
     setUpSearch(
