@@ -51,37 +51,47 @@ void set_colours(SquareSource& source, std::uint16_t brightest) {
     source.colour_shift = brightest > 255 ? 8 : 0;
 }
 
-// Sets the heights that nearly all points keep, where enough points are known.
-// @param sample kept points, at least one
-// @return the brightest colour of the points that were looked at
-std::uint16_t set_heights(SquareSample& out, const SquareSource& source,
-                          std::span<const pointcloud::Point> sample, const KeepsPoint& keeps) {
+/// What points of a file tell of all of them.
+struct PointFacts {
+    std::vector<double> heights;  ///< of those that are kept; empty: not enough is known
+    std::uint16_t brightest = 0;  ///< colour
+};
+
+/// Looks at the sample or, where that says too little and the file is small, at all points.
+/// @param sample kept points, at least one
+PointFacts look_at_points(const SquareSource& source, std::span<const pointcloud::Point> sample,
+                          const KeepsPoint& keeps) {
     // The sample of a file with few chunks comes from a corner of it, and says nothing of the rest;
     // such files are mostly small, and then all points are read in tenths of a second.
     constexpr std::size_t kSpread = 24;  // of 64
     constexpr std::uint64_t kFewPoints = 250'000;
     const bool is_spread = parts_met(source.info, sample) >= kSpread;
     if (!is_spread && source.info.point_count > kFewPoints)
-        return 0;
-    std::vector<double> heights;
-    std::uint16_t brightest = 0;
+        return {};
+    PointFacts out;
     const auto add = [&](std::span<const pointcloud::Point> points) {
-        brightest = std::max(brightest, find_brightest(points));
+        out.brightest = std::max(out.brightest, find_brightest(points));
         for (const pointcloud::Point& p : points)
             if (keeps(p))
-                heights.push_back(p.z);
+                out.heights.push_back(p.z);
     };
-    const pointcloud::PointRange all{0, source.info.point_count};
-    try {
-        if (is_spread)
-            add(sample);
-        else
-            source.points->read({&all, 1}, add);
-    } catch (const util::Error&) {
-        return 0;  // whoever wants the square's voxels hears of the damage
+    if (is_spread) {
+        add(sample);
+        return out;
     }
-    if (heights.empty())
-        return 0;  // another file has taken its place
+    try {
+        const pointcloud::PointRange all{0, source.info.point_count};
+        source.points->read({&all, 1}, add);
+    } catch (const util::Error&) {
+        return {};  // whoever wants the square's voxels hears of the damage
+    }
+    // Without any that is kept, another file has taken its place.
+    return out.heights.empty() ? PointFacts{} : out;
+}
+
+/// Sets the heights between which nearly all points lie.
+/// @param heights at least one
+void set_heights(SquareSample& out, std::vector<double>& heights) {
     const std::size_t beyond = heights.size() / 50;
     const auto at = [&](std::size_t i) {
         const auto place = heights.begin() + static_cast<std::ptrdiff_t>(i);
@@ -90,7 +100,6 @@ std::uint16_t set_heights(SquareSample& out, const SquareSource& source,
     };
     out.low = at(beyond);
     out.high = at(heights.size() - 1 - beyond);
-    return brightest;
 }
 
 }  // namespace
@@ -113,8 +122,11 @@ SquareSample take_sample(SquareSource& source, const ClassTable& classes,
     out.high = info.max[2];
     if (sample.empty())
         return out;
+    PointFacts facts = look_at_points(source, sample, keeps);
+    if (!facts.heights.empty())
+        set_heights(out, facts.heights);
     // Points without colours, or dark ones, may come first.
-    set_colours(source, std::max(brightest, set_heights(out, source, sample, keeps)));
+    set_colours(source, std::max(brightest, facts.brightest));
     out.echoes = echoes_from(source, sample, classes);
     out.has_echoes = !out.echoes.empty();
     return out;
