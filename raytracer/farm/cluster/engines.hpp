@@ -6,9 +6,36 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/farm/cluster/tasks.hpp"
+#include "common/util/process.hpp"
+#include "common/util/text.hpp"
+#include "raytracer/farm/cluster/template.hpp"
 
 namespace terravox::cluster {
+
+using util::Command;
+[[nodiscard]] Command extend(Command command, const Command& more);
+
+/// Default number of frames per task: a node gets about eight tasks. Fewer would leave nodes idle
+/// at the end; each additional one opens the world again, and costs the scheduler some tenths of a
+/// second.
+[[nodiscard]] int usual_per_task(int frames, int nodes) noexcept;
+
+/// An array of tasks that are independent of each other, and a job that joins what they have made.
+/// What they run is bash code, the same for every scheduler: templates of config/cluster/scripts.
+/// Programs replace the shell (exec), so that signals of schedulers reach them.
+struct ArrayJob {
+    std::string name;        ///< of the job
+    std::string tasks_name;  ///< of the array, lower case: "frames"
+    std::string join_name;   ///< of the job at the end: "merge"
+    int tasks = 1;
+    std::string task;
+    std::string join;           ///< once all tasks have ended
+    bool joins_little = false;  ///< one processor, and little memory, are enough for that
+    // Of Slurm alone:
+    std::string to_do = {};  ///< leaves only tasks that are not done; empty: all are submitted
+    std::string bake = {};   ///< what tasks before all others run
+    int bakers = 0;          ///< number of these
+};
 
 /// Resources that a task requests.
 struct Needs {
@@ -88,5 +115,26 @@ struct Engine {
 };
 enum EngineNumber : std::size_t { kSlurm, kOpenJd, kKubernetes };
 extern const std::array<Engine, 3> kEngines;
+
+/// Frames of an animation, divided among tasks, and their video.
+struct FrameJob {
+    std::string name;     ///< of the job
+    Command animate;      ///< program, "animate", arguments without ranges and video
+    std::string pattern;  ///< of the frames' names
+    util::IntRange frames;
+    int per_task = 1;        ///< of the last one the remainder
+    std::string video = {};  ///< empty: none
+    [[nodiscard]] int tasks() const noexcept { return (frames.count() + per_task - 1) / per_task; }
+};
+/// The join fails and lists the missing frames, if any.
+/// @throws UsageError for an invalid pattern
+[[nodiscard]] ArrayJob array_of_frames(const FrameJob& job, const Engine& engine);
+
+/// One picture or raster in parts.
+/// @param render program, "render" or "analyse" and its kind, arguments
+/// @param output the one among them, which names the files of tiles
+/// @param files arguments of `terravox merge`: -o and what to write
+[[nodiscard]] ArrayJob array_of_parts(const Command& render, const std::string& output, int count,
+                                      const Command& files, const Engine& engine);
 
 }  // namespace terravox::cluster

@@ -71,7 +71,7 @@ std::optional<int> find_cpus(const Arguments& args) {
 /// @throws UsageError
 ArrayJob make_frames(const Arguments& args, const Engine& engine, ForwardedArguments passed) {
     FrameJob job{
-        .name = args.pool.name, .animate = {}, .pattern = passed.outputs.front(), .plan = {}};
+        .name = args.pool.name, .animate = {}, .pattern = passed.outputs.front(), .frames = {}};
     job.video = passed.video;
     // With --frames the animation need not exist on a machine that is none of the cluster.
     const bool reads_animation = engine.runs_here || args.frames.empty();
@@ -79,16 +79,15 @@ ArrayJob make_frames(const Arguments& args, const Engine& engine, ForwardedArgum
                              (reads_animation ? animate::Animation::read(passed.animation).frames()
                                               : animate::Animation::kMaxFrames) -
                                  1};
-    job.plan.frames =
+    job.frames =
         args.frames.empty() ? all : util::parse_range("cluster: --frames", args.frames, all);
     if (!job.video.empty() && !args.frames.empty())
         throw util::UsageError(
             "cluster: --frames with --video; allowed: all frames, which a video is made of");
     if (!job.video.empty() && engine.runs_here)
         animate::check_video(job.video, animate::FrameNames(job.pattern));
-    job.plan.per_task = args.frames_per_task > 0
-                            ? args.frames_per_task
-                            : usual_per_task(job.plan.frames.count(), args.place.nodes);
+    job.per_task = args.frames_per_task > 0 ? args.frames_per_task
+                                            : usual_per_task(job.frames.count(), args.place.nodes);
     passed.take({"--video"});
     job.animate = passed.with_program(engine.find_program(args.program));
     return array_of_frames(job, engine);
@@ -105,13 +104,10 @@ ForwardedArguments read_frames(const std::vector<std::string>& words) {
 /// job's folder, not next to the picture.
 ArrayJob make_parts(const Arguments& args, ForwardedArguments passed) {
     const std::string picture = passed.outputs.front();
-    PartJob job{.render = {},
-                .parts = args.place.folder / "parts" / fs::path(picture).filename(),
-                .count = args.parts,
-                .files = passed.take({"-o", "--output"})};
+    const std::string output = args.place.folder / "parts" / fs::path(picture).filename();
+    Command files = passed.take({"-o", "--output"});
     if (passed.command != "render")  // made of the whole raster
-        job.files =
-            extend(passed.take({"--report", "--map", "--objects", "--polygons"}), job.files);
+        files = extend(passed.take({"--report", "--map", "--objects", "--polygons"}), files);
     if (const auto read =
             ForwardedArguments::read(passed.command, extend(passed.words, {"-o", picture}));
         read.outputs.size() != 1 || read.world.inputs != passed.world.inputs)
@@ -122,9 +118,10 @@ ArrayJob make_parts(const Arguments& args, ForwardedArguments passed) {
     // Checkpoints have no coarse passes, whatever the scene specifies.
     scene.quality.coarse_step = 1;
     farm::check_can_checkpoint(scene);
-    passed.add({"-o", job.parts});
-    job.render = passed.with_program(kEngines[kSlurm].find_program(args.program));
-    return array_of_parts(job, kEngines[kSlurm]);
+    passed.add({"-o", output});
+    const Engine& slurm = kEngines[kSlurm];
+    return array_of_parts(passed.with_program(slurm.find_program(args.program)), output, args.parts,
+                          files, slurm);
 }
 
 /// LiDAR squares are prepared once, into a cache folder that all nodes share; other worlds need no

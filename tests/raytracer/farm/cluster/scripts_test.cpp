@@ -62,13 +62,12 @@ struct Stage {
     [[nodiscard]] JobFiles pool(const PoolJob& job) const {
         return kEngines[kSlurm].make_pool(job, place);
     }
-    [[nodiscard]] FrameJob film(TaskPlan plan, const std::string& pattern = "%d.png",
+    [[nodiscard]] FrameJob film(util::IntRange frames, int per_task,
+                                const std::string& pattern = "%d.png",
                                 const std::string& video = {}) const {
-        return {"a film",
-                {program().string(), "animate", kHostile, "-o", pattern},
-                pattern,
-                plan,
-                video};
+        return {"a film", {program().string(), "animate", kHostile, "-o", pattern},
+                pattern,  frames,
+                per_task, video};
     }
 
     TemporaryFolder folder;
@@ -118,7 +117,7 @@ TEST_CASE("tasks render their own run of frames with the arguments as given",
     Stage stage;
     const std::string script =
         find_script(kEngines[kSlurm].make_array(
-                        array_of_frames(stage.film({{3, 12}, 4}), kEngines[kSlurm]), stage.place),
+                        array_of_frames(stage.film({3, 12}, 4), kEngines[kSlurm]), stage.place),
                     "frames");
     const std::vector<std::string> as_given{"animate", kHostile, "-o", "%d.png"};
     struct Case {
@@ -143,11 +142,11 @@ TEST_CASE("tasks render their own run of frames with the arguments as given",
 TEST_CASE("each frame belongs to one task", "[cluster][scripts]") {
     Stage stage;
     const auto per_task = GENERATE(1, 3, 10, 11);
-    const TaskPlan plan{{5, 14}, per_task};
-    const ArrayJob job = array_of_frames(stage.film(plan), kEngines[kSlurm]);
+    const FrameJob film = stage.film({5, 14}, per_task);
+    const ArrayJob job = array_of_frames(film, kEngines[kSlurm]);
     const std::string script = find_script(kEngines[kSlurm].make_array(job, stage.place), "frames");
     int next = 5;
-    for (int task = 0; task < plan.tasks(); ++task) {
+    for (int task = 0; task < film.tasks(); ++task) {
         const auto words = stage.called(script, {"SLURM_ARRAY_TASK_ID=" + std::to_string(task)});
         REQUIRE(words.size() == 8);
         CHECK(words[5] == std::to_string(next));
@@ -233,7 +232,7 @@ TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     const std::string pattern = "it's 100 $frames/%03d of.png";
     const auto join = [&](const std::string& video) {
         const ArrayJob job =
-            array_of_frames(stage.film({{8, 11}, 4}, pattern, video), kEngines[kSlurm]);
+            array_of_frames(stage.film({8, 11}, 4, pattern, video), kEngines[kSlurm]);
         return find_script(kEngines[kSlurm].make_array(job, stage.place), "merge");
     };
     const std::string script = join(kHostile);
@@ -253,26 +252,23 @@ TEST_CASE("frames are joined when all are there", "[cluster][scripts]") {
     words.resize(4);
     words.insert(words.end(), {"--first", "8", "--last", "11"});
     CHECK(stage.called(join(""), {}) == words);
-    CHECK_THROWS_AS(array_of_frames(stage.film({{0, 1}, 1}, "a.png"), kEngines[kSlurm]),
+    CHECK_THROWS_AS(array_of_frames(stage.film({0, 1}, 1, "a.png"), kEngines[kSlurm]),
                     util::UsageError);
 }
 
 TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]") {
     Stage stage;
     const std::string picture = (stage.folder.path() / kHostile / "a picture.exr").string();
-    PartJob job{{stage.program().string(), "render", "w", "-o", picture},
-                picture,
-                5,
-                {"-o", kHostile, "-o", "b.png"}};
-    const auto script = [&](const char* name) {
-        return find_script(
-            kEngines[kSlurm].make_array(array_of_parts(job, kEngines[kSlurm]), stage.place), name);
+    const auto script = [&](const char* name, int count = 5) {
+        const ArrayJob job =
+            array_of_parts({stage.program().string(), "render", "w", "-o", picture}, picture, count,
+                           {"-o", kHostile, "-o", "b.png"}, kEngines[kSlurm]);
+        return find_script(kEngines[kSlurm].make_array(job, stage.place), name);
     };
     CHECK(stage.called(script("parts"), {"SLURM_ARRAY_TASK_ID=2"}, {"0"}) ==
           std::vector<std::string>{"render", "w", "-o", picture, "--resume", "--part", "3/5"});
     CHECK(stage.called(script("parts"), {"SLURM_ARRAY_TASK_ID=1"}, {"3"}).back() == "5/5");
-    job.count = 2;
-    CHECK(stage.called(script("merge"), {}) ==
+    CHECK(stage.called(script("merge", 2), {}) ==
           std::vector<std::string>{"merge",
                                    farm::checkpoint_path(picture, farm::Part{1, 2}).string(),
                                    farm::checkpoint_path(picture, farm::Part{2, 2}).string(), "-o",
@@ -281,7 +277,7 @@ TEST_CASE("parts resume with their tiles, and are joined", "[cluster][scripts]")
 
 TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scripts]") {
     Stage stage;
-    ArrayJob job = array_of_frames(stage.film({{3, 12}, 4}), kEngines[kSlurm]);
+    ArrayJob job = array_of_frames(stage.film({3, 12}, 4), kEngines[kSlurm]);
     job.bakers = 7;
     job.bake = fill("scripts/bake.sh", {{"words", Command{kHostile, "-o", "x"}},
                                         {"program", stage.program().string()},
@@ -297,8 +293,8 @@ TEST_CASE("squares are prepared by the arguments of the frames", "[cluster][scri
 
 TEST_CASE("a job template holds scripts that bash runs", "[cluster][openjd]") {
     Stage stage;
-    FrameJob job{
-        "a film", {stage.program().string(), "animate", kHostile}, "%d.png", {{0, 9}, 4}, "v.mp4"};
+    FrameJob job{"a film", {stage.program().string(), "animate", kHostile}, "%d.png", {0, 9}, 4,
+                 "v.mp4"};
     stage.place.needs = {2, 1000};
     const auto openjd = [&] {
         const ArrayJob frames = array_of_frames(job, kEngines[kOpenJd]);
@@ -342,7 +338,8 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
     FrameJob job{"film",
                  {stage.program().string(), "animate", kHostile, "$(HOME) $$", "{{command}}"},
                  "%d.png",
-                 {{0, 9}, 4}};
+                 {0, 9},
+                 4};
     stage.place.needs = {2, 1000};
     const auto frames = nlohmann::json::parse(
         kEngines[kKubernetes]
@@ -513,7 +510,7 @@ TEST_CASE("tasks of frames are those that animate lists", "[cluster][scripts]") 
     Stage stage;
     const Submission slurm(stage);
     std::ofstream(stage.program()) << "#!/bin/bash\n[[ $FAIL ]] && exit 2\necho 5 6 12\n";
-    ArrayJob job = array_of_frames(stage.film({{3, 12}, 4}), kEngines[kSlurm]);
+    ArrayJob job = array_of_frames(stage.film({3, 12}, 4), kEngines[kSlurm]);
     // The program of this machine lists them; here it is the stage's.
     const std::string line = "list=(\n";
     const std::size_t at = job.to_do.find(line) + line.size();
