@@ -15,14 +15,15 @@ using FindAnalysis = const Analysis& (*)() noexcept;
 
 template <std::size_t... rows>
 constexpr auto list_rows(std::index_sequence<rows...>) noexcept {
-    return std::array<FindAnalysis, sizeof...(rows)>{&analysis_of<voxel::kAnalyses[rows].kind>...};
+    return std::array<FindAnalysis, sizeof...(rows)>{
+        &find_analysis<voxel::kAnalyses[rows].kind>...};
 }
 
 }  // namespace
 
 /// A picture has no bands, and its light is gathered by another evaluator.
 template <>
-const Analysis& analysis_of<core::AnalysisKind::kNone>() noexcept {
+const Analysis& find_analysis<core::AnalysisKind::kNone>() noexcept {
     static constexpr Analysis kPicture;
     return kPicture;
 }

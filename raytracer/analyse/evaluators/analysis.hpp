@@ -113,7 +113,7 @@ std::unique_ptr<const shade::RayEvaluator> make(const shade::View& view, const S
 /// That of one kind. The source that measures it specializes kAnalysis and instantiates this; a
 /// program that lacks one is not linked.
 template <core::AnalysisKind kind>
-[[nodiscard]] const Analysis& analysis_of() noexcept;
+[[nodiscard]] const Analysis& find_analysis() noexcept;
 
 [[nodiscard]] const Analysis& find_analysis(core::AnalysisKind kind) noexcept;
 

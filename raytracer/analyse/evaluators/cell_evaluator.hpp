@@ -21,7 +21,7 @@ template <AnalysisKind kind>
 inline constexpr Analysis kAnalysis{};
 
 template <AnalysisKind kind>
-const Analysis& analysis_of() noexcept {
+const Analysis& find_analysis() noexcept {
     return kAnalysis<kind>;
 }
 

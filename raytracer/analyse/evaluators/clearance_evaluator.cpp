@@ -70,6 +70,6 @@ private:
 
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kClearance>{kClearanceBands, make<ClearanceEvaluator>};
-template const Analysis& analysis_of<AnalysisKind::kClearance>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kClearance>() noexcept;
 
 }  // namespace terravox::analyse

@@ -198,6 +198,6 @@ private:
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kEnergy>{kEnergyBands, make<EnergyEvaluator>,
                                                     SunUse::kEnergy, SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kEnergy>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kEnergy>() noexcept;
 
 }  // namespace terravox::analyse

@@ -455,6 +455,6 @@ private:
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kFacade>{kFacadeBands, make<FacadeEvaluator>,
                                                     SunUse::kEnergy, SkyUse::kFromWalls};
-template const Analysis& analysis_of<AnalysisKind::kFacade>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kFacade>() noexcept;
 
 }  // namespace terravox::analyse

@@ -342,6 +342,6 @@ private:
 
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSight>{kSightBands, make<SightEvaluator>};
-template const Analysis& analysis_of<AnalysisKind::kSight>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSight>() noexcept;
 
 }  // namespace terravox::analyse

@@ -240,6 +240,6 @@ private:
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSky>{kSkyBands, make<SkyEvaluator>, SunUse::kNone,
                                                  SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kSky>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSky>() noexcept;
 
 }  // namespace terravox::analyse

@@ -232,21 +232,21 @@ private:
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSun>{kSunBands, make<SunEvaluator>, SunUse::kWay,
                                                  SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kSun>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSun>() noexcept;
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSunPeriod>{kSunPeriodBands, make<SunEvaluator>,
                                                        SunUse::kWay, SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kSunPeriod>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSunPeriod>() noexcept;
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSunMonths>{kSunMonthsBands, make<SunEvaluator>,
                                                        SunUse::kWay, SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kSunMonths>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSunMonths>() noexcept;
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kShadow>{kShadowBands, make<SunEvaluator>, SunUse::kWay,
                                                     SkyUse::kFromCells};
-template const Analysis& analysis_of<AnalysisKind::kShadow>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kShadow>() noexcept;
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kSunView>{{}, make<SunViewEvaluator>, SunUse::kWay};
-template const Analysis& analysis_of<AnalysisKind::kSunView>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kSunView>() noexcept;
 
 }  // namespace terravox::analyse

@@ -89,6 +89,6 @@ private:
 
 template <>
 constexpr Analysis kAnalysis<AnalysisKind::kTerrain>{kTerrainBands, make<TerrainEvaluator>};
-template const Analysis& analysis_of<AnalysisKind::kTerrain>() noexcept;
+template const Analysis& find_analysis<AnalysisKind::kTerrain>() noexcept;
 
 }  // namespace terravox::analyse
