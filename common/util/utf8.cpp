@@ -27,6 +27,14 @@ Character first_character(std::string_view text) noexcept {
     return {bytes, code};
 }
 
+void append_utf8(std::string& out, char32_t code) {
+    int rest = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+    constexpr std::array kHeads{0x00, 0xc0, 0xe0, 0xf0};
+    out.push_back(static_cast<char>(kHeads[static_cast<std::size_t>(rest)] | code >> (6 * rest)));
+    while (--rest >= 0)
+        out.push_back(static_cast<char>(0x80 | (code >> (6 * rest) & 0x3f)));
+}
+
 std::vector<std::string> broken_lines(std::string_view text,
                                       const std::function<bool(const std::string&)>& fits) {
     std::vector<std::string> lines;

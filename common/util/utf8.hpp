@@ -17,6 +17,10 @@ struct Character {
 /// @param text not empty
 [[nodiscard]] Character first_character(std::string_view text) noexcept;
 
+/// Appends a character.
+/// @param code up to 0x1fffff
+void append_utf8(std::string& out, char32_t code);
+
 /// Lines of a text in UTF-8, broken at spaces, or within a word that is too long for a line.
 /// @param fits whether a line is short enough; a single character always is
 [[nodiscard]] std::vector<std::string> broken_lines(

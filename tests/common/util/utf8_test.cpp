@@ -16,6 +16,16 @@ TEST_CASE("characters are read as UTF-8, and what is not is marked", "[common][u
         CHECK(first_character(bad).bytes == 0);
 }
 
+TEST_CASE("characters are written as they are read", "[common][util]") {
+    for (const char32_t code :
+         {U'\1', U'\x7f', U'\x80', U'\x7ff', U'\x800', U'\xffff', U'\U00010000', U'\U0010ffff'}) {
+        std::string text;
+        terravox::util::append_utf8(text, code);
+        CHECK(first_character(text).code == code);
+        CHECK(first_character(text).bytes == text.size());
+    }
+}
+
 TEST_CASE("lines are broken at spaces, else within a word, and never within a character",
           "[common][util]") {
     struct Case {

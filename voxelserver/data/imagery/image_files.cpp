@@ -9,6 +9,7 @@
 #include "common/geo/raster_gate.hpp"
 #include "common/util/files.hpp"
 #include "common/util/text.hpp"
+#include "common/util/utf8.hpp"
 #include "common/voxel/fingerprint.hpp"
 
 namespace terravox::imagery {
@@ -24,34 +25,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\n";
-
-std::string_view trimmed(std::string_view text) noexcept {
-    const std::size_t begin = text.find_first_not_of(kBlank);
-    return begin == std::string_view::npos
-               ? std::string_view()
-               : text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
-
-void append_utf8(std::string& out, std::uint32_t code) {
-    const auto tail = [&](int shift) {
-        out.push_back(static_cast<char>(0x80 | (code >> shift & 0x3f)));
-    };
-    if (code < 0x80) {
-        out.push_back(static_cast<char>(code));
-    } else if (code < 0x800) {
-        out.push_back(static_cast<char>(0xc0 | code >> 6));
-        tail(0);
-    } else if (code < 0x10000) {
-        out.push_back(static_cast<char>(0xe0 | code >> 12));
-        tail(6);
-        tail(0);
-    } else {
-        out.push_back(static_cast<char>(0xf0 | code >> 18));
-        tail(12);
-        tail(6);
-        tail(0);
-    }
-}
 
 /// @param name the text between & and ;
 bool append_entity(std::string& out, std::string_view name) {
@@ -72,7 +45,7 @@ bool append_entity(std::string& out, std::string_view name) {
     if (error != std::errc() || end != digits.data() + digits.size() || code == 0 ||
         code > 0x10ffff)
         return false;
-    append_utf8(out, code);
+    util::append_utf8(out, code);
     return true;
 }
 
@@ -96,7 +69,7 @@ bool is_relative(std::string_view attributes) {
         const std::size_t equals = attributes.find('=');
         if (equals == std::string_view::npos)
             return false;
-        const std::string_view name = trimmed(attributes.substr(0, equals));
+        const std::string_view name = util::trimmed(attributes.substr(0, equals));
         attributes = attributes.substr(equals + 1);
         const std::size_t open = attributes.find_first_not_of(kBlank);
         if (open == std::string_view::npos || (attributes[open] != '"' && attributes[open] != '\''))
@@ -106,7 +79,7 @@ bool is_relative(std::string_view attributes) {
             return false;
         // GDAL compares names of elements and attributes case-insensitively.
         if (util::equal_but_for_case(name, "relativeToVRT"))
-            return trimmed(attributes.substr(open + 1, close - open - 1)) == "1";
+            return util::trimmed(attributes.substr(open + 1, close - open - 1)) == "1";
         attributes = attributes.substr(close + 1);
     }
 }
@@ -131,7 +104,7 @@ std::vector<fs::path> vrt_sources(std::string_view text, const fs::path& folder,
         if (end == std::string_view::npos)
             break;
         at = end;
-        const std::string file = unescaped(trimmed(text.substr(begin + 1, end - begin - 1)));
+        const std::string file = unescaped(util::trimmed(text.substr(begin + 1, end - begin - 1)));
         if (file.empty() || file.find('\0') != std::string::npos)
             continue;
         fs::path path =

@@ -2,7 +2,6 @@
 
 #include <sqlite3.h>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "common/util/error.hpp"
@@ -10,6 +9,8 @@
 
 namespace terravox::store {
 namespace {
+
+using Rows = sqlite::Statement;
 
 constexpr int kMaxValue_bytes = 1'000'000;  // and row: the longest are lists of addresses
 constexpr int kStepsPerCallback = 1'000'000;
@@ -38,59 +39,20 @@ void ReadOnlyDatabase::fail() const {
 }
 
 std::optional<std::int64_t> ReadOnlyDatabase::number(const char* sql) {
-    Rows rows(*this, sql);
-    return rows.next() ? rows.integer(0) : std::nullopt;
+    Rows rows = query(sql);
+    return rows.step() ? rows.integer(0) : std::nullopt;
 }
 
 bool ReadOnlyDatabase::has_table(const char* name) {
-    Rows rows(*this, "SELECT name, sql FROM sqlite_master WHERE type = 'table'");
-    while (rows.next())
+    Rows rows = query("SELECT name, sql FROM sqlite_master WHERE type = 'table'");
+    while (rows.step())
         if (rows.text(0) == name)
             return !rows.text(1).value_or("").starts_with("CREATE VIRTUAL");
     return false;
 }
 
-Rows::Rows(ReadOnlyDatabase& database, const char* sql) : m_database(database) {
-    if (sqlite3_prepare_v2(database.get(), sql, -1, &m_statement, nullptr) != SQLITE_OK)
-        database.fail();
-}
-
-Rows::~Rows() {
-    sqlite3_finalize(m_statement);
-}
-
-bool Rows::next() {
-    const int code = sqlite3_step(m_statement);
-    if (code != SQLITE_ROW && code != SQLITE_DONE)
-        m_database.fail();
-    return code == SQLITE_ROW;
-}
-
-bool Rows::is_null(int column) const noexcept {
-    return sqlite3_column_type(m_statement, column) == SQLITE_NULL;
-}
-
-std::optional<std::string> Rows::text(int column) const {
-    if (sqlite3_column_type(m_statement, column) != SQLITE_TEXT)
-        return std::nullopt;
-    const auto* first = reinterpret_cast<const char*>(sqlite3_column_text(m_statement, column));
-    if (first == nullptr)
-        return std::nullopt;
-    return std::string(first, static_cast<std::size_t>(sqlite3_column_bytes(m_statement, column)));
-}
-
-std::optional<std::int64_t> Rows::integer(int column) const noexcept {
-    if (sqlite3_column_type(m_statement, column) != SQLITE_INTEGER)
-        return std::nullopt;
-    return sqlite3_column_int64(m_statement, column);
-}
-
-std::optional<double> Rows::number(int column) const noexcept {
-    const int type = sqlite3_column_type(m_statement, column);
-    if (type != SQLITE_INTEGER && type != SQLITE_FLOAT)
-        return std::nullopt;
-    const double value = sqlite3_column_double(m_statement, column);
-    return std::isfinite(value) ? std::optional(value) : std::nullopt;
+sqlite::Statement ReadOnlyDatabase::query(const char* sql) {
+    return sqlite::Statement(m_database.get(), sql, [this] { fail(); });
 }
 
 namespace fs = std::filesystem;
@@ -186,13 +148,13 @@ public:
         std::vector<StoredSquare> out;
         if (!m_filled)
             return out;
-        Rows rows(m_database,
-                  "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, "
-                  "point_count, error_message, "
-                  "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, "
-                  "max_z, west, south, east, north, grid_crs "
-                  "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
-        for (std::size_t row = 0; rows.next(); ++row) {
+        Rows rows = m_database.query(
+            "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, "
+            "point_count, error_message, "
+            "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, "
+            "max_z, west, south, east, north, grid_crs "
+            "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
+        for (std::size_t row = 0; rows.step(); ++row) {
             m_where = "squares." + std::to_string(row) + ".";
             StoredSquare square = read_square(rows);
             if (!out.empty() && out.back().source == square.source &&
@@ -209,10 +171,10 @@ public:
         std::vector<StoredOrthophoto> out;
         if (!m_filled)
             return out;
-        Rows rows(m_database,
-                  "SELECT file_path, file_bytes, licence, attribution FROM orthophotos "
-                  "WHERE verified_at IS NOT NULL ORDER BY file_path");
-        for (std::size_t row = 0; rows.next(); ++row) {
+        Rows rows = m_database.query(
+            "SELECT file_path, file_bytes, licence, attribution FROM orthophotos "
+            "WHERE verified_at IS NOT NULL ORDER BY file_path");
+        for (std::size_t row = 0; rows.step(); ++row) {
             m_where = "orthophotos." + std::to_string(row) + ".";
             if (row >= kMaxRows)
                 fail("more than " + std::to_string(kMaxRows) + " orthophotos");

@@ -97,14 +97,18 @@ std::uint64_t compute_checksum(Kind kind, const voxel::BoxKey& key, const voxel:
     return item.bytes ? XXH3_64bits_withSeed(item.bytes->data(), item.bytes->size(), seed) : seed;
 }
 
+std::int32_t read_int32(const Statement& row, int column) {
+    return static_cast<std::int32_t>(row.to_integer(column));
+}
+
 voxel::InputExtent read_reach(const Statement& row) {
-    return {row.int32(Column::kMinBx), row.int32(Column::kMinBz), row.int32(Column::kMaxBx),
-            row.int32(Column::kMaxBz)};
+    return {read_int32(row, Column::kMinBx), read_int32(row, Column::kMinBz),
+            read_int32(row, Column::kMaxBx), read_int32(row, Column::kMaxBz)};
 }
 
 voxel::Fingerprint read_fingerprint(const Statement& row) {
-    return {static_cast<std::uint64_t>(row.integer(Column::kFingerprint0)),
-            static_cast<std::uint64_t>(row.integer(Column::kFingerprint1))};
+    return {static_cast<std::uint64_t>(row.to_integer(Column::kFingerprint0)),
+            static_cast<std::uint64_t>(row.to_integer(Column::kFingerprint1))};
 }
 
 void bind_key(Statement& s, Kind kind, const voxel::BoxKey& key) {
@@ -136,37 +140,38 @@ void remove_files(const fs::path& file) {
         fs::remove(file.string() + tail, ignored);
 }
 
+/// A connection to a file that has the schema.
+class CacheDatabase : public Database {
+public:
+    explicit CacheDatabase(const fs::path& file) : Database(file.string()) {
+        run(kPragmas);
+        if (number(kParts) != kPartsOfAll)
+            run(kSchema);
+    }
+};
+
 }  // namespace
 
 class DiskCache::Connection {
 public:
-    explicit Connection(const fs::path& file) : database(file.string()) {
-        database.run(kPragmas);
-        if (database.number(kParts) != kPartsOfAll)
-            database.run(kSchema);
-        find.emplace(database.get(),
-                     fmt::format("SELECT {}, {}, id FROM item WHERE kind=?1 AND level=?2 AND "
-                                 "morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC",
-                                 kIndexedColumns, kOtherColumns));
-        put.emplace(database.get(),
-                    fmt::format("INSERT OR REPLACE INTO item({}, {}) VALUES(?1, ?2, ?3, ?4, ?5, "
-                                "?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
-                                kIndexedColumns, kOtherColumns));
-        mark_used.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
-        evict.emplace(
-            database.get(),
-            "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
-    }
+    explicit Connection(const fs::path& file) : database(file) {}
     [[nodiscard]] std::uint64_t used_bytes() {
         return static_cast<std::uint64_t>(
             (database.number("PRAGMA page_count") - database.number("PRAGMA freelist_count")) *
             database.number("PRAGMA page_size"));
     }
-    Database database;
-    std::optional<Statement> find;
-    std::optional<Statement> put;
-    std::optional<Statement> mark_used;
-    std::optional<Statement> evict;
+    CacheDatabase database;
+    Statement find =
+        database.prepare(fmt::format("SELECT {}, {}, id FROM item WHERE kind=?1 AND level=?2 AND "
+                                     "morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC",
+                                     kIndexedColumns, kOtherColumns));
+    Statement put = database.prepare(
+        fmt::format("INSERT OR REPLACE INTO item({}, {}) VALUES(?1, ?2, ?3, ?4, ?5, "
+                    "?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+                    kIndexedColumns, kOtherColumns));
+    Statement mark_used = database.prepare("UPDATE item SET used=?1 WHERE id=?2");
+    Statement evict = database.prepare(
+        "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
 };
 
 DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, MakeFingerprint fingerprint)
@@ -216,7 +221,7 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
     std::optional<Item> out;
     try {
         const std::lock_guard lock(m_reader_mutex);
-        Statement& row = *m_reader->find;
+        Statement& row = m_reader->find;
         const StatementReset reset(row);
         bind_key(row, kind, key);
         while (!out && row.step()) {
@@ -225,15 +230,16 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
             const voxel::Fingerprint print = read_fingerprint(row);
             if (m_fingerprint(item.reach) != print)
                 continue;
-            item.tag = static_cast<std::uint64_t>(row.integer(Column::kTag));
-            item.bytes = row.bytes(Column::kBytes);
+            item.tag = static_cast<std::uint64_t>(row.to_integer(Column::kTag));
+            if (const auto bytes = row.bytes(Column::kBytes))
+                item.bytes = std::make_shared<const std::string>(*bytes);
             if (compute_checksum(kind, key, print, item) !=
-                static_cast<std::uint64_t>(row.integer(Column::kChecksum))) {
+                static_cast<std::uint64_t>(row.to_integer(Column::kChecksum))) {
                 is_damaged = true;
                 continue;
             }
-            if (now_s() - row.integer(Column::kUsed) > kTouchAfter_s)
-                used_row = row.integer(Column::kId);
+            if (now_s() - row.to_integer(Column::kUsed) > kTouchAfter_s)
+                used_row = row.to_integer(Column::kId);
             out = std::move(item);
         }
     } catch (const SqliteError& e) {
@@ -319,16 +325,15 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
     try {
         for (const BatchWriter::Write& w : writes) {
             if (w.used_row != 0) {
-                m_writer->mark_used->bind(0, now_s()).bind(1, w.used_row);
-                m_writer->mark_used->run();
+                m_writer->mark_used.bind(0, now_s()).bind(1, w.used_row).run();
                 continue;
             }
             const voxel::Fingerprint print = m_fingerprint(w.item.reach);
-            Statement& put = *m_writer->put;
+            Statement& put = m_writer->put;
             const StatementReset reset(put);
             bind_key(put, w.kind, w.key);
             bind_item(put, print, w.item, compute_checksum(w.kind, w.key, print, w.item));
-            put.step();
+            (void)put.step();
             ++count;
         }
         m_writer->database.run("COMMIT");
@@ -341,8 +346,7 @@ std::size_t DiskCache::write_all(const std::vector<BatchWriter::Write>& writes) 
 
 void DiskCache::evict() {
     while (m_writer->used_bytes() > m_limit_bytes) {
-        m_writer->evict->bind(0, kEvictRows);
-        m_writer->evict->run();
+        m_writer->evict.bind(0, kEvictRows).run();
         const int gone = sqlite3_changes(m_writer->database.get());
         if (gone == 0)
             break;
@@ -385,15 +389,15 @@ std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t max
         return out;
     try {
         const std::lock_guard lock(m_lister_mutex);
-        Statement row(m_lister->database.get(),
-                      fmt::format("SELECT {} FROM item INDEXED BY item_key WHERE kind=?1 AND "
-                                  "level=?2 ORDER BY morton",
-                                  kIndexedColumns));
+        Statement row = m_lister->database.prepare(
+            fmt::format("SELECT {} FROM item INDEXED BY item_key WHERE kind=?1 AND "
+                        "level=?2 ORDER BY morton",
+                        kIndexedColumns));
         row.bind(Column::kKind, static_cast<int>(kind)).bind(Column::kLevel, level);
         while (out.size() < max_keys && row.step())
             if (m_fingerprint(read_reach(row)) == read_fingerprint(row))
-                out.push_back({level, row.int32(Column::kBx), row.int32(Column::kBy),
-                               row.int32(Column::kBz)});
+                out.push_back({level, read_int32(row, Column::kBx), read_int32(row, Column::kBy),
+                               read_int32(row, Column::kBz)});
     } catch (const SqliteError& e) {
         warn(e);
     }

@@ -229,18 +229,9 @@ bool etag_matches_strongly(std::string_view if_match, std::string_view etag) noe
     return is_in_tags(if_match, etag, false);
 }
 
-namespace {
-
-std::string_view trimmed(std::string_view text) noexcept {
-    text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
-    return text.substr(0, text.find_last_not_of(" \t") + 1);
-}
-
-}  // namespace
-
 std::string_view take_element(std::string_view& list) noexcept {
     const std::size_t end = std::min(list.find(','), list.size());
-    const std::string_view out = trimmed(list.substr(0, end));
+    const std::string_view out = util::trimmed(list.substr(0, end));
     list.remove_prefix(std::min(end + 1, list.size()));
     return out;
 }
@@ -252,8 +243,9 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
     while (!accept_encoding.empty()) {
         const std::string_view one = take_element(accept_encoding);
         const std::size_t semicolon = std::min(one.find(';'), one.size());
-        const std::string_view name = trimmed(one.substr(0, semicolon));
-        const std::string_view weight = trimmed(one.substr(std::min(semicolon + 1, one.size())));
+        const std::string_view name = util::trimmed(one.substr(0, semicolon));
+        const std::string_view weight =
+            util::trimmed(one.substr(std::min(semicolon + 1, one.size())));
         // q=0, q=0.0 ...: not acceptable.
         const bool wanted =
             !(weight.size() >= 3 && util::lower_case(weight[0]) == 'q' && weight[1] == '=' &&

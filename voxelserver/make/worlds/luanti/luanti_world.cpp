@@ -8,6 +8,7 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "common/util/text.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/make/worlds/luanti/block_survey.hpp"
 #include "voxelserver/make/worlds/luanti/node_block.hpp"
@@ -21,14 +22,6 @@ constexpr const char* kMapName = "map.sqlite";
 constexpr const char* kSettingsName = "world.mt";
 constexpr std::size_t kMaxSettingsBytes = std::size_t{1} << 20;
 
-std::string_view trimmed(std::string_view text) noexcept {
-    constexpr std::string_view kSpace = " \t\r";
-    const auto first = text.find_first_not_of(kSpace);
-    if (first == std::string_view::npos)
-        return {};
-    return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
 using Settings = std::map<std::string, std::string, std::less<>>;
 
 /// The lines `key = value` of a world.mt; other lines are ignored.
@@ -41,7 +34,8 @@ Settings read_settings(const fs::path& file) {
         const std::string_view line = left.substr(0, end);
         left.remove_prefix(end == std::string_view::npos ? left.size() : end + 1);
         if (const auto equal = line.find('='); equal != std::string_view::npos)
-            out[std::string(trimmed(line.substr(0, equal)))] = trimmed(line.substr(equal + 1));
+            out[std::string(util::trimmed(line.substr(0, equal)))] =
+                util::trimmed(line.substr(equal + 1));
     }
     return out;
 }

@@ -1,7 +1,5 @@
 #include "voxelserver/make/worlds/luanti/map_database.hpp"
 
-#include <sqlite3.h>
-
 #include <map>
 #include <string>
 #include <system_error>
@@ -34,21 +32,18 @@ std::optional<BlockPlace> decoded(std::int64_t number) noexcept {
 }
 
 /// The place that the key of a row stands for.
-std::optional<BlockPlace> find_place(sqlite3_stmt* row, bool is_encoded) noexcept {
-    const int columns = is_encoded ? 1 : 3;
-    for (int i = 0; i < columns; ++i) {
-        if (sqlite3_column_type(row, i) != SQLITE_INTEGER)
-            return std::nullopt;
-    }
-    const std::int64_t first = sqlite3_column_int64(row, 0);
-    if (is_encoded)
-        return decoded(first);
-    const std::int64_t y = sqlite3_column_int64(row, 1);
-    const std::int64_t z = sqlite3_column_int64(row, 2);
-    if (!within_world(first, y, z))
+std::optional<BlockPlace> find_place(const sqlite::Statement& row, bool is_encoded) noexcept {
+    const auto first = row.integer(0);
+    if (!first)
         return std::nullopt;
-    return BlockPlace{static_cast<std::int32_t>(first), static_cast<std::int32_t>(y),
-                      mirrored(static_cast<std::int32_t>(z))};
+    if (is_encoded)
+        return decoded(*first);
+    const auto y = row.integer(1);
+    const auto z = row.integer(2);
+    if (!y || !z || !within_world(*first, *y, *z))
+        return std::nullopt;
+    return BlockPlace{static_cast<std::int32_t>(*first), static_cast<std::int32_t>(*y),
+                      mirrored(static_cast<std::int32_t>(*z))};
 }
 
 /// Whether the file is a database whose changes go into a write-ahead log first, as its head says.
@@ -59,30 +54,12 @@ bool is_in_wal_mode(const std::filesystem::path& file) {
     return head.size() > kReadVersionAt && head[kReadVersionAt] == kWal;
 }
 
-/// Resets a statement at the end of a block, so that it holds no lock on the file.
-class StatementReset {
-public:
-    explicit StatementReset(sqlite3_stmt* statement) : m_statement(statement) {}
-    ~StatementReset() { sqlite3_reset(m_statement); }
-    StatementReset(const StatementReset&) = delete;
-    StatementReset& operator=(const StatementReset&) = delete;
-
-private:
-    sqlite3_stmt* m_statement;
-};
-
 }  // namespace
-
-void MapDatabase::Finalize::operator()(sqlite3_stmt* statement) const noexcept {
-    sqlite3_finalize(statement);
-}
 
 MapDatabase::MapDatabase(const std::filesystem::path& file)
     : m_file(file), m_attempt("read the map " + file.string()) {
     open();
 }
-
-MapDatabase::~MapDatabase() = default;
 
 // In WAL mode a reader needs files next to the map, which SQLite would make. A map that its server
 // has closed is read without them: nothing says then when it is opened again, so that its state is
@@ -115,33 +92,21 @@ void MapDatabase::fail() const {
     throw util::Error(m_attempt + ": " + sqlite::last_error(m_database.get()));
 }
 
-MapDatabase::Statement MapDatabase::prepare(const char* sql) {
-    sqlite3_stmt* out = nullptr;
-    if (sqlite3_prepare_v2(m_database.get(), sql, -1, &out, nullptr) != SQLITE_OK)
-        fail();
-    return Statement(out);
-}
-
-bool MapDatabase::step(sqlite3_stmt* statement) {
-    const int code = sqlite3_step(statement);
-    if (code != SQLITE_ROW && code != SQLITE_DONE)
-        fail();
-    return code == SQLITE_ROW;
+sqlite::Statement MapDatabase::prepare(const char* sql) {
+    return sqlite::Statement(m_database.get(), sql, [this] { fail(); });
 }
 
 // Only a plain table with a primary key is accepted: a view or virtual table could be endless, and
 // without a key each block would cost a scan of the file. Generated columns are not listed.
 void MapDatabase::find_schema() {
-    const Statement tables = prepare(
+    sqlite::Statement tables = prepare(
         "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'blocks'"
         " AND sql NOT LIKE 'CREATE VIRTUAL%'");
     std::map<std::string, bool> is_key_of_column;
-    if (step(tables.get())) {
-        const Statement columns = prepare("PRAGMA table_info(blocks)");
-        while (step(columns.get())) {
-            const auto* name = reinterpret_cast<const char*>(sqlite3_column_text(columns.get(), 1));
-            is_key_of_column[name] = sqlite3_column_int(columns.get(), 5) > 0;
-        }
+    if (tables.step()) {
+        sqlite::Statement columns = prepare("PRAGMA table_info(blocks)");
+        while (columns.step())
+            is_key_of_column[columns.text(1).value_or("")] = columns.to_integer(5) > 0;
     }
     const auto is_key = [&](const char* column) {
         const auto found = is_key_of_column.find(column);
@@ -154,19 +119,20 @@ void MapDatabase::find_schema() {
             m_attempt +
             ": no blocks of a known form; allowed: a table 'blocks' with data and the "
             "primary key pos, or x, y, z");
-    m_select = prepare(m_encoded ? "SELECT data FROM blocks WHERE pos = ?1"
-                                 : "SELECT data FROM blocks WHERE x = ?1 AND y = ?2 AND z = ?3");
+    m_select = std::make_unique<sqlite::Statement>(
+        prepare(m_encoded ? "SELECT data FROM blocks WHERE pos = ?1"
+                          : "SELECT data FROM blocks WHERE x = ?1 AND y = ?2 AND z = ?3"));
 }
 
 std::uint64_t MapDatabase::for_each_place(const std::function<void(const BlockPlace&)>& visit) {
     const std::lock_guard lock(m_mutex);
     if (has_changed())
         open();
-    const Statement keys =
+    sqlite::Statement keys =
         prepare(m_encoded ? "SELECT pos FROM blocks" : "SELECT x, y, z FROM blocks");
     std::uint64_t misplaced = 0;
-    while (step(keys.get())) {
-        if (const auto place = find_place(keys.get(), m_encoded))
+    while (keys.step()) {
+        if (const auto place = find_place(keys, m_encoded))
             visit(*place);
         else
             ++misplaced;
@@ -195,22 +161,17 @@ std::vector<std::uint8_t> MapDatabase::read(const BlockPlace& place) {
 }
 
 std::vector<std::uint8_t> MapDatabase::read_now(const BlockPlace& place) {
-    sqlite3_stmt* const select = m_select.get();
-    const StatementReset resetting(select);
-    if (m_encoded) {
-        sqlite3_bind_int64(select, 1, encoded(place));
-    } else {
-        sqlite3_bind_int64(select, 1, place.x);
-        sqlite3_bind_int64(select, 2, place.y);
-        sqlite3_bind_int64(select, 3, mirrored(place.z));
-    }
-    if (!step(select))
+    const sqlite::StatementReset resetting(*m_select);
+    if (m_encoded)
+        m_select->bind(0, encoded(place));
+    else
+        m_select->bind(0, place.x).bind(1, place.y).bind(2, mirrored(place.z));
+    if (!m_select->step())
         return {};
-    const auto* first = static_cast<const std::uint8_t*>(sqlite3_column_blob(select, 0));
-    const int size = sqlite3_column_bytes(select, 0);
-    if (sqlite3_column_type(select, 0) != SQLITE_BLOB || size == 0)
+    const auto bytes = m_select->bytes(0);
+    if (!bytes || bytes->empty())
         throw util::Error("no bytes are stored");
-    return {first, first + size};
+    return {bytes->begin(), bytes->end()};
 }
 
 }  // namespace terravox::luanti

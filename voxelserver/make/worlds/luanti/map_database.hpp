@@ -9,10 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "voxelserver/data/sqlite/statement.hpp"
 #include "voxelserver/data/sqlite/untrusted_database.hpp"
 #include "voxelserver/make/worlds/luanti/map_block.hpp"
-
-struct sqlite3_stmt;
 
 namespace terravox::luanti {
 
@@ -24,7 +23,6 @@ class MapDatabase {
 public:
     /// @throws Error when it is not a database, or has no table of blocks with a known key
     explicit MapDatabase(const std::filesystem::path& file);
-    ~MapDatabase();
     MapDatabase(const MapDatabase&) = delete;
     MapDatabase& operator=(const MapDatabase&) = delete;
 
@@ -47,15 +45,9 @@ private:
         bool is_settled = false;
         friend bool operator==(const FileState&, const FileState&) = default;
     };
-    struct Finalize {
-        void operator()(sqlite3_stmt* statement) const noexcept;
-    };
-    using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
-
     void open();
     void find_schema();
-    [[nodiscard]] Statement prepare(const char* sql);
-    [[nodiscard]] bool step(sqlite3_stmt* statement);
+    [[nodiscard]] sqlite::Statement prepare(const char* sql);
     [[nodiscard]] FileState state() const;
     [[nodiscard]] bool has_changed() const;
     [[nodiscard]] std::vector<std::uint8_t> read_now(const BlockPlace& place);
@@ -69,7 +61,7 @@ private:
     std::optional<FileState> m_settled;
     sqlite::Connection m_database;
     bool m_encoded = false;  ///< the key is one number
-    Statement m_select;
+    std::unique_ptr<sqlite::Statement> m_select;
 };
 
 }  // namespace terravox::luanti

@@ -5,6 +5,8 @@
 #include <bit>
 #include <optional>
 
+#include "common/util/utf8.hpp"
+
 namespace terravox::minecraft {
 namespace {
 
@@ -204,20 +206,6 @@ std::optional<std::uint32_t> code_unit(std::string_view text, std::size_t& i) no
     return std::nullopt;
 }
 
-void append_utf8(std::string& out, std::uint32_t c) {
-    const auto push = [&](std::uint32_t byte) { out.push_back(static_cast<char>(byte)); };
-    if (c < 0x80)
-        return push(c);
-    if (c < 0x800)
-        return push(0xC0 | c >> 6), push(0x80 | (c & 0x3F));
-    if (c < 0x10000)
-        return push(0xE0 | c >> 12), push(0x80 | (c >> 6 & 0x3F)), push(0x80 | (c & 0x3F));
-    push(0xF0 | c >> 18);
-    push(0x80 | (c >> 12 & 0x3F));
-    push(0x80 | (c >> 6 & 0x3F));
-    push(0x80 | (c & 0x3F));
-}
-
 }  // namespace
 
 std::string to_utf8(std::string_view modified) {
@@ -233,7 +221,7 @@ std::string to_utf8(std::string_view modified) {
                 i = after;
             }
         }
-        append_utf8(out, c < 0x20 || c == 0x7F || (c >= 0xD800 && c < 0xE000) ? '?' : c);
+        util::append_utf8(out, c < 0x20 || c == 0x7F || (c >= 0xD800 && c < 0xE000) ? '?' : c);
     }
     return out;
 }
