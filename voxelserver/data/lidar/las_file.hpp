@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "common/geo/crs.hpp"
 #include "voxelserver/data/pointcloud/point.hpp"
+#include "voxelserver/data/pointcloud/point_source.hpp"
 
 namespace terravox::lidar {
 
@@ -27,15 +27,12 @@ struct CompatibleBytes {
 
 /// The header of a LAS or LAZ file, checked against the file's size. Coordinates are the file's
 /// own.
-struct LasInfo {
-    std::filesystem::path path;
-    std::uint64_t file_bytes = 0;
+struct LasInfo : pointcloud::PointCloudInfo {
     int version_minor = 2;  ///< LAS 1.x
     int point_format = 0;   ///< 0-10
     bool compressed = false;
     /// Whether chunks can be decoded independently, so that several readers can work in parallel.
     bool seekable = true;
-    std::uint64_t point_count = 0;
     /// Points per chunk; an estimate for uncompressed files and those with chunks of varying size.
     std::uint32_t chunk_points = 50000;
     /// The actual beginnings of the chunks (chunk_table.hpp); null unless compressed, seekable and
@@ -43,11 +40,6 @@ struct LasInfo {
     std::shared_ptr<const ChunkTable> chunks;
     /// Set for formats 6-10 stored within an older one; points are then returned as in the former.
     std::optional<CompatibleBytes> compatible;
-    std::array<double, 3> scale{};
-    std::array<double, 3> offset{};
-    std::array<double, 3> min{}, max{};  ///< as stated in the header; closed interval
-    /// From WKT or GeoTIFF keys; nullopt when the file has none that can be parsed.
-    std::optional<geo::Crs> crs;
     [[nodiscard]] bool has_colour() const noexcept {
         return point_format == 2 || point_format == 3 || point_format == 5 || point_format == 7 ||
                point_format == 8 || point_format == 10;

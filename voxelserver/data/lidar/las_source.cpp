@@ -6,19 +6,6 @@
 namespace terravox::lidar {
 namespace {
 
-pointcloud::PointCloudInfo make_info(const LasInfo& las) {
-    pointcloud::PointCloudInfo out;
-    out.path = las.path;
-    out.file_bytes = las.file_bytes;
-    out.point_count = las.point_count;
-    out.scale = las.scale;
-    out.offset = las.offset;
-    out.min = las.min;
-    out.max = las.max;
-    out.crs = las.crs;
-    return out;
-}
-
 // Into its place: a copy of what has just been written in parts waits for all of it.
 void convert(const RawPoint& raw, const LasInfo& las, pointcloud::Point& out) noexcept {
     out.x = raw.x * las.scale[0] + las.offset[0];
@@ -38,7 +25,7 @@ void convert(const RawPoint& raw, const LasInfo& las, pointcloud::Point& out) no
 
 LasSource::LasSource(const std::filesystem::path& path) : LasSource(read_las_info(path)) {}
 
-LasSource::LasSource(LasInfo las) : PointSource(make_info(las)), m_las(std::move(las)) {}
+LasSource::LasSource(LasInfo las) : PointSource(las), m_las(std::move(las)) {}
 
 std::vector<PointRange> LasSource::parts(std::uint64_t points) const {
     return split_by_chunk(m_las, points);

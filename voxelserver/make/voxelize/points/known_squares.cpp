@@ -17,6 +17,7 @@ namespace {
 
 using voxel::ByteReader;
 using voxel::ByteWriter;
+using voxel::MaybeConst;
 
 /// The last character is the version of the layout.
 constexpr std::string_view kMagic = "TVKNOWN2";
@@ -29,21 +30,6 @@ constexpr std::size_t kSquareBytes = 270;  ///< at least
 
 util::Error failure(const std::string& what) {
     return util::Error("read what is known of squares: " + what);
-}
-
-void put(ByteWriter& out, const std::array<double, 3>& values) {
-    for (const double v : values)
-        out.add(v);
-}
-std::array<double, 3> three(ByteReader& in) {
-    std::array<double, 3> out{};
-    for (double& v : out)
-        v = in.get<double>();
-    return out;
-}
-
-bool flag(ByteReader& in) {
-    return in.get<std::uint8_t>() != 0;
 }
 
 /// The CRSs of a list of squares: thousands of files have the same one, and parsing takes longer
@@ -80,42 +66,29 @@ private:
     std::vector<std::string> m_texts;
 };
 
-struct Texts {
-    std::string stated;
-    std::string placed;
+/// What of a square is stored in another form.
+struct StoredApart {
+    std::uint32_t stated_crs = 0;  ///< numbers in CrsList
+    std::uint32_t placed_crs = 0;
+    std::vector<BrightnessScale::Line> lines;
 };
 
-void put(ByteWriter& out, const KnownSquare& square, CrsList& crs, const Texts& texts) {
-    const pointcloud::PointCloudInfo& stated = square.stated;
-    out.add(square.identity);
-    out.add(square.side_identity);
-    out.add(stated.file_bytes);
-    out.add(stated.point_count);
-    for (const auto* values : {&stated.scale, &stated.offset, &stated.min, &stated.max})
-        put(out, *values);
-    out.add(static_cast<std::uint8_t>(stated.measured_bounds));
-    out.add(crs.add(texts.stated));
-    out.add(crs.add(texts.placed));
-    put(out, square.min);
-    put(out, square.max);
-    out.add(static_cast<std::uint64_t>(square.islands.size()));
-    for (const PlanRect& rect : square.islands)
-        for (const double v : {rect.min_x, rect.min_y, rect.max_x, rect.max_y})
-            out.add(v);
-    out.add(square.low);
-    out.add(square.high);
-    for (const bool is : {square.has_water, square.has_colour, square.has_index, square.has_echoes})
-        out.add(static_cast<std::uint8_t>(is));
-    out.add(static_cast<std::int32_t>(square.colour_shift));
-    out.add(square.scale_from);
-    out.add(static_cast<std::uint64_t>(square.brightness.lines().size()));
-    for (const BrightnessScale::Line& line : square.brightness.lines()) {
-        out.add(line.number);
-        out.add(line.bright_ground);
-    }
-    for (const std::int32_t v :
-         {square.bounds.min_x, square.bounds.min_z, square.bounds.max_x, square.bounds.max_z})
-        out.add(v);
+/// Names the members for both ways (voxel::MaybeConst).
+template <class Bytes>
+void visit(Bytes& bytes, MaybeConst<KnownSquare> auto& square,
+           MaybeConst<StoredApart> auto& apart) {
+    auto& stated = square.stated;
+    bytes.each(square.identity, square.side_identity, stated.file_bytes, stated.point_count,
+               stated.scale, stated.offset, stated.min, stated.max, stated.measured_bounds,
+               apart.stated_crs, apart.placed_crs, square.min, square.max);
+    bytes.list(square.islands, kRectBytes,
+               [&](auto& rect) { bytes.each(rect.min_x, rect.min_y, rect.max_x, rect.max_y); });
+    bytes.each(square.low, square.high, square.has_water, square.has_colour, square.has_index,
+               square.has_echoes, square.colour_shift, square.scale_from);
+    bytes.list(apart.lines, kLineBytes,
+               [&](auto& line) { bytes.each(line.number, line.bright_ground); });
+    auto& bounds = square.bounds;
+    bytes.each(bounds.min_x, bounds.min_z, bounds.max_x, bounds.max_z);
 }
 
 const std::string& text_at(const std::vector<std::string>& texts, std::uint32_t number) {
@@ -127,38 +100,12 @@ const std::string& text_at(const std::vector<std::string>& texts, std::uint32_t 
 KnownSquare find_square(ByteReader& in, const std::vector<std::string>& texts,
                         const std::vector<std::optional<geo::Crs>>& parsed) {
     KnownSquare out;
-    out.identity = in.fingerprint();
-    out.side_identity = in.fingerprint();
-    out.stated.file_bytes = in.get<std::uint64_t>();
-    out.stated.point_count = in.get<std::uint64_t>();
-    for (auto* values : {&out.stated.scale, &out.stated.offset, &out.stated.min, &out.stated.max})
-        *values = three(in);
-    out.stated.measured_bounds = flag(in);
-    const auto stated = in.get<std::uint32_t>();
-    (void)text_at(texts, stated);
-    out.stated.crs = parsed[stated];
-    out.crs_wkt = text_at(texts, in.get<std::uint32_t>());
-    out.min = three(in);
-    out.max = three(in);
-    out.islands.resize(in.count(kRectBytes));
-    for (PlanRect& rect : out.islands)
-        for (double* v : {&rect.min_x, &rect.min_y, &rect.max_x, &rect.max_y})
-            *v = in.get<double>();
-    out.low = in.get<double>();
-    out.high = in.get<double>();
-    for (bool* is : {&out.has_water, &out.has_colour, &out.has_index, &out.has_echoes})
-        *is = flag(in);
-    out.colour_shift = in.get<std::int32_t>();
-    out.scale_from = in.fingerprint();
-    std::vector<BrightnessScale::Line> lines(in.count(kLineBytes));
-    for (BrightnessScale::Line& line : lines) {
-        line.number = in.get<std::uint16_t>();
-        line.bright_ground = in.get<double>();
-    }
-    out.brightness = BrightnessScale(std::move(lines));
-    for (std::int32_t* v :
-         {&out.bounds.min_x, &out.bounds.min_z, &out.bounds.max_x, &out.bounds.max_z})
-        *v = in.get<std::int32_t>();
+    StoredApart apart;
+    visit(in, out, apart);
+    out.crs_wkt = text_at(texts, apart.placed_crs);
+    (void)text_at(texts, apart.stated_crs);
+    out.stated.crs = parsed[apart.stated_crs];
+    out.brightness = BrightnessScale(std::move(apart.lines));
     return out;
 }
 
@@ -257,10 +204,12 @@ std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {
     ByteWriter squares;
     std::uint64_t count = 0;
     for (const KnownSquare& square : m_squares) {
-        const Texts texts{square.stated.crs ? square.stated.crs->wkt() : "", square.crs_wkt};
-        if (!crs.survives(texts.stated) || !crs.survives(texts.placed))
+        const std::string stated = square.stated.crs ? square.stated.crs->wkt() : "";
+        if (!crs.survives(stated) || !crs.survives(square.crs_wkt))
             continue;
-        put(squares, square, crs, texts);
+        const StoredApart apart{crs.add(stated), crs.add(square.crs_wkt),
+                                square.brightness.lines()};
+        visit(squares, square, apart);
         ++count;
     }
     ByteWriter out;

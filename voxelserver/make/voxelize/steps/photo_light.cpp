@@ -190,26 +190,18 @@ voxel::Fingerprint to_fingerprint(const PhotoSample& sample, const voxel::Finger
 
 namespace {
 
-using sunlight::Light;
-
 /// To be raised when the layout changes.
 constexpr std::uint32_t kVersion = 1;
 
-void put(voxel::ByteWriter& out, const sunlight::Sun& sun) {
-    out.add(sun.azimuth_deg);
-    out.add(sun.altitude_deg);
-}
-
-sunlight::Sun make_sun(voxel::ByteReader& in) {
-    const auto azimuth_deg = in.get<double>();
-    return {azimuth_deg, in.get<double>()};
-}
-
-Light make_light(voxel::ByteReader& in) {
-    Light out{};
-    for (float& value : out)
-        value = in.get<float>();
-    return out;
+/// Names the members for both ways (voxel::MaybeConst).
+template <class Bytes>
+void visit(Bytes& bytes, voxel::MaybeConst<PhotoLight> auto& found) {
+    const auto visit_sun = [&](auto& sun) { bytes.each(sun.azimuth_deg, sun.altitude_deg); };
+    auto& light = found.light;
+    bytes.maybe(light.sun, visit_sun);
+    bytes.each(light.sky, light.veil, light.gain, light.typical);
+    visit_sun(found.estimate.sun);
+    bytes.each(found.estimate.correlation, found.estimate.margin);
 }
 
 bool is_sound(const sunlight::Sun& sun) noexcept {
@@ -239,19 +231,9 @@ bool is_sound(const PhotoLight& found) noexcept {
 }  // namespace
 
 std::string to_bytes(const PhotoLight& found) {
-    const sunlight::FlightLight& light = found.light;
     voxel::ByteWriter out;
     out.add(kVersion);
-    out.add(static_cast<std::uint8_t>(light.sun.has_value()));
-    put(out, light.sun.value_or(sunlight::Sun{}));
-    for (const Light& values : {light.sky, light.veil, light.gain})
-        for (const float value : values)
-            out.add(value);
-    for (const float value : light.typical)
-        out.add(value);
-    put(out, found.estimate.sun);
-    out.add(found.estimate.correlation);
-    out.add(found.estimate.margin);
+    visit(out, found);
     return out.bytes();
 }
 
@@ -260,19 +242,7 @@ std::optional<PhotoLight> parse_photo_light(std::string_view bytes) {
     if (in.get<std::uint32_t>() != kVersion)
         return std::nullopt;
     PhotoLight out;
-    const auto has_sun = in.get<std::uint8_t>();
-    const sunlight::Sun sun = make_sun(in);
-    if (has_sun > 1)
-        return std::nullopt;
-    if (has_sun == 1)
-        out.light.sun = sun;
-    for (Light* values : {&out.light.sky, &out.light.veil, &out.light.gain})
-        *values = make_light(in);
-    for (float& value : out.light.typical)
-        value = in.get<float>();
-    out.estimate.sun = make_sun(in);
-    out.estimate.correlation = in.get<double>();
-    out.estimate.margin = in.get<double>();
+    visit(in, out);
     return in.finished() && is_sound(out) ? std::optional(out) : std::nullopt;
 }
 

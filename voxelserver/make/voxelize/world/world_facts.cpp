@@ -16,95 +16,47 @@
 namespace terravox::voxelize {
 namespace {
 
-using voxel::ByteReader;
-using voxel::ByteWriter;
 using voxel::Fingerprint;
 
 constexpr std::size_t kRectBytes = 16;
 constexpr std::size_t kInputBytes = kRectBytes + 16 + 1;
 constexpr std::size_t kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
 
-void put(voxel::ByteWriter& out, const grid::ColumnRect& r) {
-    out.add(r.min_x);
-    out.add(r.min_z);
-    out.add(r.max_x);
-    out.add(r.max_z);
+using voxel::MaybeConst;
+
+// Each names the members of a value for both ways (voxel::MaybeConst).
+
+template <class Bytes>
+void visit(Bytes& bytes, MaybeConst<grid::ColumnRect> auto& r) {
+    bytes.each(r.min_x, r.min_z, r.max_x, r.max_z);
 }
 
-grid::ColumnRect rect(voxel::ByteReader& in) {
-    grid::ColumnRect r;
-    r.min_x = in.get<std::int32_t>();
-    r.min_z = in.get<std::int32_t>();
-    r.max_x = in.get<std::int32_t>();
-    r.max_z = in.get<std::int32_t>();
-    return r;
+template <class Bytes>
+void visit(Bytes& bytes, MaybeConst<voxel::WorldInfo> auto& info) {
+    bytes.each(info.title, info.bounds.min, info.bounds.max, info.voxel_m, info.levels, info.crs,
+               info.crs_wkt, info.crs_units_per_voxel);
+    bytes.maybe(info.centre,
+                [&](auto& at) { bytes.each(at.lat_deg, at.lon_deg, at.convergence_deg); });
+    bytes.each(info.licence, info.attribution);
+    bytes.maybe(info.typical_heights, [&](auto& range) { bytes.each(range.min, range.max); });
 }
 
-void put(voxel::ByteWriter& out, const std::vector<InputFingerprints::Input>& inputs) {
-    out.add(static_cast<std::uint64_t>(inputs.size()));
-    for (const auto& i : inputs) {
-        put(out, i.rect);
-        out.add(i.fingerprint);
-        out.add(static_cast<std::uint8_t>(i.coloured));
-    }
-}
-
-std::vector<InputFingerprints::Input> inputs(voxel::ByteReader& in) {
-    std::vector<InputFingerprints::Input> out(in.count(kInputBytes));
-    for (auto& i : out) {
-        i.rect = rect(in);
-        i.fingerprint = in.fingerprint();
-        i.coloured = in.get<std::uint8_t>() != 0;
-    }
-    return out;
-}
-
-void put(voxel::ByteWriter& out, const voxel::WorldInfo& info) {
-    out.add(info.title);
-    for (const auto& corner : {info.bounds.min, info.bounds.max})
-        for (const std::int32_t v : corner)
-            out.add(v);
-    out.add(info.voxel_m);
-    out.add(static_cast<std::int32_t>(info.levels));
-    out.add(info.crs);
-    out.add(info.crs_wkt);
-    out.add(info.crs_units_per_voxel);
-    out.add(static_cast<std::uint8_t>(info.centre.has_value()));
-    out.add(info.centre ? info.centre->lat_deg : 0);
-    out.add(info.centre ? info.centre->lon_deg : 0);
-    out.add(info.centre ? info.centre->convergence_deg : 0);
-    out.add(info.licence);
-    out.add(info.attribution);
-    out.add(static_cast<std::uint8_t>(info.typical_heights.has_value()));
-    out.add(info.typical_heights ? info.typical_heights->min : 0);
-    out.add(info.typical_heights ? info.typical_heights->max : 0);
-}
-
-voxel::WorldInfo world_info(voxel::ByteReader& in) {
-    voxel::WorldInfo out;
-    out.title = in.text();
-    for (auto* corner : {&out.bounds.min, &out.bounds.max})
-        for (std::int32_t& v : *corner)
-            v = in.get<std::int32_t>();
-    out.voxel_m = in.get<double>();
-    out.levels = in.get<std::int32_t>();
-    out.crs = in.text();
-    out.crs_wkt = in.text();
-    out.crs_units_per_voxel = in.get<double>();
-    const bool placed = in.get<std::uint8_t>() != 0;
-    const auto lat = in.get<double>();
-    const auto lon = in.get<double>();
-    const auto convergence = in.get<double>();
-    if (placed)
-        out.centre = geo::MapPlace{{lat, lon}, convergence};
-    out.licence = in.text();
-    out.attribution = in.text();
-    const bool has_heights = in.get<std::uint8_t>() != 0;
-    const auto min = in.get<std::int32_t>();
-    const auto max = in.get<std::int32_t>();
-    if (has_heights)
-        out.typical_heights = voxel::HeightRange{min, max};
-    return out;
+template <class Bytes>
+void visit(Bytes& bytes, MaybeConst<WorldFacts> auto& facts) {
+    visit(bytes, facts.info);
+    bytes.list(facts.islands, kRectBytes, [&](auto& r) { visit(bytes, r); });
+    bytes.list(facts.squares, kSquareBytes, [&](auto& s) {
+        bytes.each(s.name, s.file);
+        visit(bytes, s.bounds);
+        bytes.each(s.points, s.bytes);
+    });
+    auto& prints = facts.fingerprints;
+    bytes.each(facts.orthophotos, facts.water_cell_m, prints.everywhere, prints.palette);
+    for (auto* const inputs : {&prints.points, &prints.images})
+        bytes.list(*inputs, kInputBytes, [&](auto& i) {
+            visit(bytes, i.rect);
+            bytes.each(i.fingerprint, i.coloured);
+        });
 }
 
 }  // namespace
@@ -130,24 +82,7 @@ voxel::ColumnExtent WorldFacts::column(int level, std::int32_t bx, std::int32_t 
 
 std::string to_bytes(const WorldFacts& facts) {
     voxel::ByteWriter out;
-    put(out, facts.info);
-    out.add(static_cast<std::uint64_t>(facts.islands.size()));
-    for (const grid::ColumnRect& r : facts.islands)
-        put(out, r);
-    out.add(static_cast<std::uint64_t>(facts.squares.size()));
-    for (const SquareInfo& s : facts.squares) {
-        out.add(s.name);
-        out.add(s.file.string());
-        put(out, s.bounds);
-        out.add(s.points);
-        out.add(s.bytes);
-    }
-    out.add(facts.orthophotos);
-    out.add(facts.water_cell_m);
-    out.add(facts.fingerprints.everywhere);
-    out.add(facts.fingerprints.palette);
-    put(out, facts.fingerprints.points);
-    put(out, facts.fingerprints.images);
+    visit(out, facts);
     voxel::ByteWriter whole;
     whole.add(out.fingerprint());
     whole.add(kBoxRecipe);
@@ -174,24 +109,7 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
         throw fail("damaged (checksum)");
     voxel::ByteReader in(body);
     WorldFacts out;
-    out.info = world_info(in);
-    out.islands.resize(in.count(kRectBytes));
-    for (grid::ColumnRect& r : out.islands)
-        r = rect(in);
-    out.squares.resize(in.count(kSquareBytes));
-    for (SquareInfo& s : out.squares) {
-        s.name = in.text();
-        s.file = in.text();
-        s.bounds = rect(in);
-        s.points = in.get<std::uint64_t>();
-        s.bytes = in.get<std::uint64_t>();
-    }
-    out.orthophotos = in.get<std::uint64_t>();
-    out.water_cell_m = in.get<double>();
-    out.fingerprints.everywhere = in.fingerprint();
-    out.fingerprints.palette = in.fingerprint();
-    out.fingerprints.points = inputs(in);
-    out.fingerprints.images = inputs(in);
+    visit(in, out);
     // A checksum detects damage, not malice: values that would break arithmetic are rejected.
     if (!in.finished() || out.info.levels < 1 || out.info.levels > voxel::kMaxLevel)
         throw fail("damaged");
