@@ -11,14 +11,12 @@
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/fingerprint.hpp"
+#include "voxelserver/make/voxelize/points/stored_facts.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
-using voxel::ByteReader;
 using voxel::ByteWriter;
-using voxel::MaybeConst;
-
 /// The last character is the version of the layout.
 constexpr std::string_view kMagic = "TVKNOWN2";
 /// To be raised when opening finds something else in the same files.
@@ -73,7 +71,7 @@ struct StoredApart {
     std::vector<BrightnessScale::Line> lines;
 };
 
-/// Names the members for both ways (voxel::MaybeConst).
+/// Names the members for both ways (MaybeConst).
 template <class Bytes>
 void visit(Bytes& bytes, MaybeConst<KnownSquare> auto& square,
            MaybeConst<StoredApart> auto& apart) {
@@ -97,7 +95,7 @@ const std::string& text_at(const std::vector<std::string>& texts, std::uint32_t 
     return texts[number];
 }
 
-KnownSquare find_square(ByteReader& in, const std::vector<std::string>& texts,
+KnownSquare find_square(FactReader& in, const std::vector<std::string>& texts,
                         const std::vector<std::optional<geo::Crs>>& parsed) {
     KnownSquare out;
     StoredApart apart;
@@ -201,7 +199,7 @@ void KnownSquares::add(KnownSquare square) {
 
 std::string KnownSquares::to_bytes(const voxel::Fingerprint& way) const {
     CrsList crs;
-    ByteWriter squares;
+    FactWriter squares;
     std::uint64_t count = 0;
     for (const KnownSquare& square : m_squares) {
         const std::string stated = square.stated.crs ? square.stated.crs->wkt() : "";
@@ -229,14 +227,14 @@ KnownSquares KnownSquares::from_bytes(std::string_view bytes, const voxel::Finge
     if (!bytes.starts_with(kMagic))
         throw failure("another version, or no facts");
     bytes.remove_prefix(kMagic.size());
-    ByteReader head(bytes);
+    FactReader head(bytes);
     const voxel::Fingerprint said = head.fingerprint();
     if (!head.ok())
         throw failure("cut short");
     bytes.remove_prefix(sizeof said);
     if (voxel::to_fingerprint(bytes) != said)
         throw failure("damaged (checksum)");
-    ByteReader in(bytes);
+    FactReader in(bytes);
     if (in.fingerprint() != way)
         throw failure("found by another program, or with other filters");
     const voxel::Fingerprint roles = in.fingerprint();

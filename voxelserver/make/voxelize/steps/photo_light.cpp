@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/voxel/fingerprint.hpp"
+#include "voxelserver/make/voxelize/points/stored_facts.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -193,9 +194,9 @@ namespace {
 /// To be raised when the layout changes.
 constexpr std::uint32_t kVersion = 1;
 
-/// Names the members for both ways (voxel::MaybeConst).
+/// Names the members for both ways (MaybeConst).
 template <class Bytes>
-void visit(Bytes& bytes, voxel::MaybeConst<PhotoLight> auto& found) {
+void visit(Bytes& bytes, MaybeConst<PhotoLight> auto& found) {
     const auto visit_sun = [&](auto& sun) { bytes.each(sun.azimuth_deg, sun.altitude_deg); };
     auto& light = found.light;
     bytes.maybe(light.sun, visit_sun);
@@ -231,14 +232,14 @@ bool is_sound(const PhotoLight& found) noexcept {
 }  // namespace
 
 std::string to_bytes(const PhotoLight& found) {
-    voxel::ByteWriter out;
+    FactWriter out;
     out.add(kVersion);
     visit(out, found);
     return out.bytes();
 }
 
 std::optional<PhotoLight> parse_photo_light(std::string_view bytes) {
-    voxel::ByteReader in(bytes);
+    FactReader in(bytes);
     if (in.get<std::uint32_t>() != kVersion)
         return std::nullopt;
     PhotoLight out;

@@ -11,6 +11,7 @@
 #include "voxelserver/make/voxelize/points/class_table.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/points/stored_facts.hpp"
 #include "voxelserver/make/voxelize/world/input_fingerprints.hpp"
 
 namespace terravox::voxelize {
@@ -22,9 +23,7 @@ constexpr std::size_t kRectBytes = 16;
 constexpr std::size_t kInputBytes = kRectBytes + 16 + 1;
 constexpr std::size_t kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
 
-using voxel::MaybeConst;
-
-// Each names the members of a value for both ways (voxel::MaybeConst).
+// Each names the members of a value for both ways (MaybeConst).
 
 template <class Bytes>
 void visit(Bytes& bytes, MaybeConst<grid::ColumnRect> auto& r) {
@@ -81,7 +80,7 @@ voxel::ColumnExtent WorldFacts::column(int level, std::int32_t bx, std::int32_t 
 }
 
 std::string to_bytes(const WorldFacts& facts) {
-    voxel::ByteWriter out;
+    FactWriter out;
     visit(out, facts);
     voxel::ByteWriter whole;
     whole.add(out.fingerprint());
@@ -95,7 +94,7 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     };
     if (!bytes.starts_with(kFactsMagic))
         throw fail("another version, or no facts");
-    voxel::ByteReader head(bytes.substr(kFactsMagic.size()));
+    FactReader head(bytes.substr(kFactsMagic.size()));
     const Fingerprint said = head.fingerprint();
     const auto recipe = head.get<std::uint32_t>();
     if (!head.ok())
@@ -107,7 +106,7 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
         bytes.substr(kFactsMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
     if (voxel::to_fingerprint(body) != said)
         throw fail("damaged (checksum)");
-    voxel::ByteReader in(body);
+    FactReader in(body);
     WorldFacts out;
     visit(in, out);
     // A checksum detects damage, not malice: values that would break arithmetic are rejected.
