@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/util/error.hpp"
@@ -22,12 +23,10 @@ namespace {
 struct Field {
     std::string section;
     std::string name;
-    bool* flag = nullptr;
-    double* number = nullptr;
-    double low = 0;
+    std::variant<bool*, double*, std::string*> value;
+    double low = 0;  ///< of numbers
     double high = 0;
-    std::string* text = nullptr;
-    std::string old_name;  ///< still accepted for one more version, with a warning; empty = none
+    std::string old_name = {};  ///< still accepted for one more version, with a warning
 };
 
 /// The steps that had another key before.
@@ -36,55 +35,44 @@ std::string to_old_key(const StepSwitch& step) {
 }
 
 std::vector<Field> list_fields(Settings& s) {
-    const auto flag = [](const char* section, const char* name, bool& f) {
-        return Field{section, name, &f, nullptr, 0, 0, nullptr, {}};
-    };
-    const auto number = [](const char* section, const char* name, double& v, double low,
-                           double high) {
-        return Field{section, name, nullptr, &v, low, high, nullptr, {}};
-    };
     std::vector<Field> out = {
-        flag("points", "drop_withheld", s.points.drop_withheld),
-        flag("points", "drop_overlap", s.points.drop_overlap),
-        flag("points", "drop_isolated", s.points.drop_isolated),
+        {"points", "drop_withheld", &s.points.drop_withheld},
+        {"points", "drop_overlap", &s.points.drop_overlap},
+        {"points", "drop_isolated", &s.points.drop_isolated},
     };
-    for (const StepSwitch& step : kStepSwitches) {
-        Field& field = out.emplace_back(flag("steps", "", s.steps.*step.on));
-        field.name = to_key(step);
-        field.old_name = to_old_key(step);
-    }
+    for (const StepSwitch& step : kStepSwitches)
+        out.push_back({"steps", to_key(step), &(s.steps.*step.on), 0, 0, to_old_key(step)});
     const std::vector<Field> others = {
-        number("buildings", "storey_m", s.buildings.storey_m, 1, 20),
-        number("buildings", "steep_roof_m", s.buildings.steep_roof_m, 0, 50),
-        number("bridges", "thickness_m", s.bridges.thickness_m, 0.1, 20),
-        flag("bridges", "recognise", s.bridges.recognise),
-        number("bridges", "widest_m", s.bridges.widest_m, 1, 15),
-        Field{"bridges", "min_drop_m", nullptr, &s.bridges.min_drop_m, 0.5, 20, nullptr,
-              "least_drop_m"},
-        number("bridges", "above_water_m", s.bridges.above_water_m, 0.5, 50),
-        number("bridges", "above_land_m", s.bridges.above_land_m, 0.5, 50),
-        number("ground", "soil_m", s.ground.soil_m, 0, 100),
-        number("ground", "cliff_m", s.ground.cliff_m, 0, 1000),
-        number("ground", "depth_m", s.ground.depth_m, 0, 10'000),
-        number("vegetation", "low_m", s.vegetation.low_m, 0, 50),
-        number("vegetation", "medium_m", s.vegetation.medium_m, 0, 50),
-        number("vegetation", "canopy_gap_m", s.vegetation.canopy_gap_m, 0, 50),
-        number("vegetation", "trunk_from_m", s.vegetation.trunk_from_m, 0, 100),
-        number("vegetation", "clutter_m", s.vegetation.clutter_m, 0, 10),
-        flag("water", "from_class", s.water.from_class),
-        flag("water", "from_orthophoto", s.water.from_orthophoto),
-        flag("water", "from_voids", s.water.from_voids),
-        number("water", "slope", s.water.slope, 0, 10),
-        number("water", "min_depth_m", s.water.min_depth_m, 0, 100),
-        number("water", "max_depth_m", s.water.max_depth_m, 0, 100),
-        flag("orthophoto", "albedo", s.orthophoto.albedo),
-        number("material_guesses", "asphalt_below", s.material_guesses.asphalt_below, 0, 2.5),
-        number("material_guesses", "bare_below", s.material_guesses.bare_below, 0, 2.5),
-        number("material_guesses", "flat_slope", s.material_guesses.flat_slope, 0, 10),
-        number("material_guesses", "flat_share", s.material_guesses.flat_share, 0, 2),
-        number("material_guesses", "tiles_from", s.material_guesses.tiles_from, 0, 2.5),
-        Field{"specialization", "palette", nullptr, nullptr, 0, 0, &s.palette, {}},
-        Field{"colour_variation", "tints", nullptr, nullptr, 0, 0, &s.tints, {}},
+        {"buildings", "storey_m", &s.buildings.storey_m, 1, 20},
+        {"buildings", "steep_roof_m", &s.buildings.steep_roof_m, 0, 50},
+        {"bridges", "thickness_m", &s.bridges.thickness_m, 0.1, 20},
+        {"bridges", "recognise", &s.bridges.recognise},
+        {"bridges", "widest_m", &s.bridges.widest_m, 1, 15},
+        {"bridges", "min_drop_m", &s.bridges.min_drop_m, 0.5, 20, "least_drop_m"},
+        {"bridges", "above_water_m", &s.bridges.above_water_m, 0.5, 50},
+        {"bridges", "above_land_m", &s.bridges.above_land_m, 0.5, 50},
+        {"ground", "soil_m", &s.ground.soil_m, 0, 100},
+        {"ground", "cliff_m", &s.ground.cliff_m, 0, 1000},
+        {"ground", "depth_m", &s.ground.depth_m, 0, 10'000},
+        {"vegetation", "low_m", &s.vegetation.low_m, 0, 50},
+        {"vegetation", "medium_m", &s.vegetation.medium_m, 0, 50},
+        {"vegetation", "canopy_gap_m", &s.vegetation.canopy_gap_m, 0, 50},
+        {"vegetation", "trunk_from_m", &s.vegetation.trunk_from_m, 0, 100},
+        {"vegetation", "clutter_m", &s.vegetation.clutter_m, 0, 10},
+        {"water", "from_class", &s.water.from_class},
+        {"water", "from_orthophoto", &s.water.from_orthophoto},
+        {"water", "from_voids", &s.water.from_voids},
+        {"water", "slope", &s.water.slope, 0, 10},
+        {"water", "min_depth_m", &s.water.min_depth_m, 0, 100},
+        {"water", "max_depth_m", &s.water.max_depth_m, 0, 100},
+        {"orthophoto", "albedo", &s.orthophoto.albedo},
+        {"material_guesses", "asphalt_below", &s.material_guesses.asphalt_below, 0, 2.5},
+        {"material_guesses", "bare_below", &s.material_guesses.bare_below, 0, 2.5},
+        {"material_guesses", "flat_slope", &s.material_guesses.flat_slope, 0, 10},
+        {"material_guesses", "flat_share", &s.material_guesses.flat_share, 0, 2},
+        {"material_guesses", "tiles_from", &s.material_guesses.tiles_from, 0, 2.5},
+        {"specialization", "palette", &s.palette},
+        {"colour_variation", "tints", &s.tints},
     };
     out.insert(out.end(), others.begin(), others.end());
     return out;
@@ -126,20 +114,20 @@ const Field& find_field(const std::vector<Field>& fields, const std::string& sec
 
 void read_value(const Field& field, const std::string& path, const toml::node& value,
                 const Fail& fail) {
-    if (field.flag != nullptr) {
+    if (bool* const* flag = std::get_if<bool*>(&field.value)) {
         if (!value.is_boolean())
             fail(path + " is not true or false");
-        *field.flag = value.value_or(false);
-    } else if (field.number != nullptr) {
+        **flag = value.value_or(false);
+    } else if (double* const* number = std::get_if<double*>(&field.value)) {
         const auto v = value.value<double>();
         if (!v || !(*v >= field.low && *v <= field.high))
             fail(path + (v ? fmt::format(" = {}", *v) : " is no number") +
                  fmt::format("; allowed: {} to {}", field.low, field.high));
-        *field.number = *v;
+        **number = *v;
     } else {
         if (!value.is_string())
             fail(path + " is no text");
-        *field.text = value.value_or(std::string());
+        *std::get<std::string*>(field.value) = value.value_or(std::string());
     }
 }
 
@@ -165,14 +153,14 @@ voxel::Fingerprint to_fingerprint(const Settings& settings) {
     Settings copy = settings;  // list_fields() needs a mutable object
     voxel::ByteWriter out;
     for (const Field& f : list_fields(copy)) {
-        if (f.text != nullptr)
+        if (std::holds_alternative<std::string*>(f.value))
             continue;
         out.add(f.section);
         out.add(f.name);
-        if (f.flag != nullptr)
-            out.add(*f.flag);
+        if (bool* const* flag = std::get_if<bool*>(&f.value))
+            out.add(**flag);
         else
-            out.add(*f.number);
+            out.add(*std::get<double*>(f.value));
     }
     return out.fingerprint();
 }
