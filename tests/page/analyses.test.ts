@@ -264,7 +264,10 @@ test('a result says what it is of, and its file is named so', () => {
     'Energy of the sun · roofs and crowns · 1 Jan 2026 to 31 Dec 2026 · cells of 2 m. ' +
       'The sky has no clouds: this is an upper limit.',
   );
-  assert.equal(toCaption({ ...wish, analysis: terrain }), 'Terrain: heights, slopes · cells of 2 m.');
+  assert.equal(
+    toCaption({ ...wish, analysis: terrain }),
+    'Terrain: heights, slopes · cells of 2 m.',
+  );
   assert.match(toCaption({ ...wish, clockOffsetH: -5 }), /UTC-5\.$/);
   assert.equal(makeFileName(wish), 'terravox-sun-2026-06-21.tif');
   assert.equal(makeFileName(year), 'terravox-energy-2026-01-01-2026-12-31.tif');

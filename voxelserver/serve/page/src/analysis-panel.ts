@@ -4,14 +4,7 @@ import { AnalysisResult } from './analysis-result.js';
 import { toMessage, type Api } from './http/api.js';
 import { mayPass } from './http/retry.js';
 import { byId, setText } from './dom.js';
-import {
-  toBody,
-  makeFileName,
-  readJob,
-  type Job,
-  type Places,
-  type Wish,
-} from './jobs.js';
+import { toBody, makeFileName, readJob, type Job, type Places, type Wish } from './jobs.js';
 
 const kPollMs = 1000;
 
