@@ -2,16 +2,14 @@
 
 #include <cstdint>
 
+#include "common/util/mix.hpp"
+
 namespace terravox::core {
 
 /// Random numbers as a pure function of their arguments: the same pixel, sample and use always give
-/// the same number, whatever the thread or the order of the calls. Ref: Steele, Lea, Flood, "Fast
-/// splittable pseudorandom number generators", OOPSLA 2014 (the finalizer).
+/// the same number, whatever the thread or the order of the calls.
 [[nodiscard]] constexpr std::uint64_t hash64(std::uint64_t v) noexcept {
-    v += 0x9e3779b97f4a7c15;
-    v = (v ^ v >> 30) * 0xbf58476d1ce4e5b9;
-    v = (v ^ v >> 27) * 0x94d049bb133111eb;
-    return v ^ v >> 31;
+    return util::mix(v);
 }
 [[nodiscard]] constexpr std::uint64_t hash64(std::uint64_t a, std::uint64_t b) noexcept {
     return hash64(a ^ hash64(b));

@@ -2,23 +2,16 @@
 
 #include <cstdint>
 
-namespace terravox::survey {
+#include "common/util/mix.hpp"
 
-/// The finaliser of SplitMix64: a bijection that spreads every input bit over the whole word.
-/// Ref: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014.
-[[nodiscard]] constexpr std::uint64_t mix64(std::uint64_t v) noexcept {
-    v += 0x9E3779B97F4A7C15ULL;
-    v = (v ^ (v >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    v = (v ^ (v >> 27)) * 0x94D049BB133111EBULL;
-    return v ^ (v >> 31);
-}
+namespace terravox::survey {
 
 /// A hash of a seed and any number of integers (coordinates, counters); the order of the integers
 /// matters.
 template <class... Integers>
 [[nodiscard]] constexpr std::uint64_t compute_hash(std::uint64_t seed,
                                                    Integers... values) noexcept {
-    ((seed = mix64(seed ^ (static_cast<std::uint64_t>(values) * 0xD6E8FEB86659FD93ULL))), ...);
+    ((seed = util::mix(seed ^ (static_cast<std::uint64_t>(values) * 0xD6E8FEB86659FD93ULL))), ...);
     return seed;
 }
 
@@ -28,7 +21,7 @@ template <class... Integers>
 class Random {
 public:
     explicit constexpr Random(std::uint64_t key) noexcept : m_state(key) {}
-    constexpr std::uint64_t next() noexcept { return mix64(m_state += 0xA0761D6478BD642FULL); }
+    constexpr std::uint64_t next() noexcept { return util::mix(m_state += 0xA0761D6478BD642FULL); }
     /// [0, 1)
     constexpr double unit() noexcept { return static_cast<double>(next() >> 11) * 0x1p-53; }
     constexpr double range(double low, double high) noexcept { return low + (high - low) * unit(); }

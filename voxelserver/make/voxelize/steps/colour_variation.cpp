@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/util/error.hpp"
+#include "common/util/mix.hpp"
 #include "common/util/toml_file.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
@@ -15,15 +16,6 @@ namespace {
 
 constexpr double kMaxBrightness = 0.5;
 constexpr std::size_t kMaxColours = 64;
-
-// Ref: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014 (the
-// finalizer).
-std::uint64_t mixed(std::uint64_t v) noexcept {
-    v += 0x9e3779b97f4a7c15;
-    v = (v ^ v >> 30) * 0xbf58476d1ce4e5b9;
-    v = (v ^ v >> 27) * 0x94d049bb133111eb;
-    return v ^ v >> 31;
-}
 
 }  // namespace
 
@@ -71,7 +63,7 @@ std::optional<voxel::Rgb8> Tints::of(voxel::Material material,
     const auto& colours = m_colours[voxel::material_index(material)];
     if (colours.empty())
         return std::nullopt;
-    const std::uint64_t dice = mixed(number ^ static_cast<std::uint64_t>(material) << 56);
+    const std::uint64_t dice = util::mix(number ^ static_cast<std::uint64_t>(material) << 56);
     const voxel::Rgb8 colour = colours[(dice & 0xffffffff) % colours.size()];
     const double share = static_cast<double>(dice >> 32) / 0x1.0p32;  // [0, 1)
     const double factor = 1 + m_brightness * (2 * share - 1);
@@ -92,9 +84,9 @@ void Tints::add_values(voxel::ByteWriter& out) const {
 }
 
 std::uint64_t number_of_place(std::int32_t x, std::int32_t z, std::uint64_t seed) noexcept {
-    return mixed(mixed(static_cast<std::uint32_t>(x) |
-                       static_cast<std::uint64_t>(static_cast<std::uint32_t>(z)) << 32) ^
-                 seed);
+    return util::mix(util::mix(static_cast<std::uint32_t>(x) |
+                               static_cast<std::uint64_t>(static_cast<std::uint32_t>(z)) << 32) ^
+                     seed);
 }
 
 namespace {

@@ -2,17 +2,11 @@
 
 #include <cstdint>
 
+#include "common/util/mix.hpp"
+
 namespace terravox::procedural {
 
-/// A bijection that spreads every bit over the whole word.
-/// Ref: the finaliser of SplitMix64: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
-/// Generators", OOPSLA 2014.
-[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t v) noexcept {
-    v += 0x9E3779B97F4A7C15ULL;
-    v = (v ^ v >> 30) * 0xBF58476D1CE4E5B9ULL;
-    v = (v ^ v >> 27) * 0x94D049BB133111EBULL;
-    return v ^ v >> 31;
-}
+using util::mix;
 
 /// Derives the seed of one of several features that must be uncorrelated.
 [[nodiscard]] constexpr std::uint64_t make_seed(std::uint64_t seed, int thing) noexcept {
