@@ -131,8 +131,6 @@ util::ExitCode run_plan(const PlanArguments& args) {
     return plan.missing.empty() ? util::ExitCode::kDone : util::ExitCode::kHoles;
 }
 
-}  // namespace
-
 std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
     auto args = std::make_shared<PlanArguments>();
     CLI::App* const command = country.add_subcommand(
@@ -178,6 +176,8 @@ std::function<util::ExitCode()> add_country_plan(CLI::App& country) {
     return [args] { return run_plan(*args); };
 }
 
+}  // namespace
+
 std::function<util::ExitCode()> add_country_command(CLI::App& app) {
     CLI::App* const group = app.add_subcommand(
         "country",
@@ -188,19 +188,8 @@ std::function<util::ExitCode()> add_country_command(CLI::App& app) {
         "the same command goes on, and nothing that is finished is made again.\n"
         "Exit code 3: done, but some places are missing; they are named.");
     const auto plan = add_country_plan(*group);
-    const auto run = add_country_run(*group);
-    const auto status = add_country_status(*group);
-    const auto resume = add_country_resume(*group);
-    const auto patch = add_country_patch(*group);
-    return [=] {
-        if (group->got_subcommand("plan"))
-            return plan();
-        if (group->got_subcommand("run"))
-            return run();
-        if (group->got_subcommand("patch"))
-            return patch();
-        return group->got_subcommand("status") ? status() : resume();
-    };
+    const auto runs = add_country_runs(*group);
+    return [=] { return group->got_subcommand("plan") ? plan() : runs(); };
 }
 
 }  // namespace terravox::commands

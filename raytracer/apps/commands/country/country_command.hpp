@@ -14,15 +14,8 @@ namespace terravox::commands {
 /// @return runs the one that was given, once the arguments are parsed
 [[nodiscard]] std::function<util::ExitCode()> add_country_command(CLI::App& app);
 
-/// Adds `country plan`.
-/// @return runs it once the arguments are parsed
-[[nodiscard]] std::function<util::ExitCode()> add_country_plan(CLI::App& country);
-
-/// Add `country run`, `country resume`, `country patch` and `country status`.
-/// @return each runs its command once the arguments are parsed
-[[nodiscard]] std::function<util::ExitCode()> add_country_run(CLI::App& country);
-[[nodiscard]] std::function<util::ExitCode()> add_country_resume(CLI::App& country);
-[[nodiscard]] std::function<util::ExitCode()> add_country_patch(CLI::App& country);
-[[nodiscard]] std::function<util::ExitCode()> add_country_status(CLI::App& country);
+/// Adds the commands of a plan that is there: `country run`, `resume`, `patch` and `status`.
+/// @return runs the one that was given, once the arguments are parsed
+[[nodiscard]] std::function<util::ExitCode()> add_country_runs(CLI::App& country);
 
 }  // namespace terravox::commands

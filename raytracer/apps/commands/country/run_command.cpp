@@ -36,6 +36,7 @@ struct RunArguments {
     bool join = false;
     bool wait = false;
     bool json = false;
+    int memory_mib = 2048;  ///< of a patch, which runs alone
 };
 
 /// @return 3 where the archive lacks something
@@ -223,65 +224,6 @@ void add_machine_options(CLI::App& command, RunArguments& args) {
     command.add_flag("-q,--quiet", args.runner.quiet, "no progress");
 }
 
-}  // namespace
-
-std::function<util::ExitCode()> add_country_run(CLI::App& country) {
-    auto args = std::make_shared<RunArguments>();
-    CLI::App* const command =
-        add_command(country, *args, "run",
-                    "Make all shards of a plan that are not there, each by a process of its own, "
-                    "and join them");
-    command->add_option("-o,--output", args->out, "box archive (.tvx) to write");
-    command->add_flag("--overwrite", args->overwrite, "write over what is there");
-    command->add_flag("--join", args->join, "make no shard, join them only");
-    command->add_flag("--wait", args->wait,
-                      "with --join: wait until all shards are there, whoever makes them");
-    command
-        ->add_option("--task", args->task,
-                     "make only this shard, 1 to the number of shards: what a task of a cluster "
-                     "does")
-        ->check(CLI::PositiveNumber);
-    command->add_option("--scratch", args->scratch,
-                        "with --task: folder for decoded squares, which tasks of one machine may "
-                        "share; default: one in the plan's folder that goes away with the task");
-    command
-        ->add_option("--scratch-mib", args->scratch_mib,
-                     "with --task: limit of that folder, MiB; default: the plan's")
-        ->check(CLI::Range(64, 1 << 28));
-    add_machine_options(*command, *args);
-    return [args] { return run_run(*args); };
-}
-
-std::function<util::ExitCode()> add_country_resume(CLI::App& country) {
-    auto args = std::make_shared<RunArguments>();
-    CLI::App* const command =
-        add_command(country, *args, "resume",
-                    "Go on with the last run of a plan: the same as `run` with the same -o");
-    command->add_option("-o,--output", args->out, country::kConfirmedArchive);
-    add_machine_options(*command, *args);
-    return [args] { return run_resume(*args); };
-}
-
-std::function<util::ExitCode()> add_country_status(CLI::App& country) {
-    auto args = std::make_shared<RunArguments>();
-    CLI::App* const command =
-        add_command(country, *args, "status",
-                    "Say what is done, what runs and what failed, here and on other machines, and "
-                    "how long it will take");
-    command->add_flag("--json", args->json, "as JSON");
-    return [args] { return run_status(*args); };
-}
-
-namespace {
-
-struct PatchArguments {
-    std::string plan;
-    std::string out;
-    int threads = 0;
-    int memory_mib = 2048;  ///< it runs alone
-    bool quiet = false;
-};
-
 void print_changes(const std::vector<std::string>& changes) {
     constexpr std::size_t kMaxShown = 20;
     const std::size_t count = changes.size();
@@ -293,15 +235,15 @@ void print_changes(const std::vector<std::string>& changes) {
     std::fflush(stdout);
 }
 
-util::ExitCode run_patch(const PatchArguments& args) {
-    util::set_up_log(args.quiet ? "warn" : "info");
+util::ExitCode run_patch(const RunArguments& args) {
+    util::set_up_log(args.runner.quiet ? "warn" : "info");
     const country::PlanFolder folder{args.plan};
     const thread::StopSignals signals;
     country::PatchOptions options;
     options.archive = args.out;
-    options.threads = args.threads;
+    options.threads = args.runner.threads;
     options.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
-    options.quiet = args.quiet;
+    options.quiet = args.runner.quiet;
     options.stop = signals.token();
     options.on_changes = print_changes;
     const country::PatchOutcome outcome = country::patch_country(folder, options);
@@ -330,25 +272,60 @@ util::ExitCode run_patch(const PatchArguments& args) {
 
 }  // namespace
 
-std::function<util::ExitCode()> add_country_patch(CLI::App& country) {
-    auto args = std::make_shared<PatchArguments>();
-    CLI::App* const command = country.add_subcommand(
-        "patch",
+std::function<util::ExitCode()> add_country_runs(CLI::App& country) {
+    auto args = std::make_shared<RunArguments>();
+    CLI::App* const run =
+        add_command(country, *args, "run",
+                    "Make all shards of a plan that are not there, each by a process of its own, "
+                    "and join them");
+    run->add_option("-o,--output", args->out, "box archive (.tvx) to write");
+    run->add_flag("--overwrite", args->overwrite, "write over what is there");
+    run->add_flag("--join", args->join, "make no shard, join them only");
+    run->add_flag("--wait", args->wait,
+                  "with --join: wait until all shards are there, whoever makes them");
+    run->add_option("--task", args->task,
+                    "make only this shard, 1 to the number of shards: what a task of a cluster "
+                    "does")
+        ->check(CLI::PositiveNumber);
+    run->add_option("--scratch", args->scratch,
+                    "with --task: folder for decoded squares, which tasks of one machine may "
+                    "share; default: one in the plan's folder that goes away with the task");
+    run->add_option("--scratch-mib", args->scratch_mib,
+                    "with --task: limit of that folder, MiB; default: the plan's")
+        ->check(CLI::Range(64, 1 << 28));
+    add_machine_options(*run, *args);
+    CLI::App* const status =
+        add_command(country, *args, "status",
+                    "Say what is done, what runs and what failed, here and on other machines, and "
+                    "how long it will take");
+    status->add_flag("--json", args->json, "as JSON");
+    CLI::App* const resume =
+        add_command(country, *args, "resume",
+                    "Go on with the last run of a plan: the same as `run` with the same -o");
+    resume->add_option("-o,--output", args->out, country::kConfirmedArchive);
+    add_machine_options(*resume, *args);
+    CLI::App* const patch = add_command(
+        country, *args, "patch",
         "Bring the finished archive of a plan up to date: squares that have changed, are new or "
         "are gone since");
-    command->add_option("plan", args->plan, "the plan's folder")->required();
-    command->add_option("-o,--output", args->out, country::kConfirmedArchive);
-    command->add_option("--threads", args->threads, "0: one for each core")
+    patch->add_option("-o,--output", args->out, country::kConfirmedArchive);
+    patch->add_option("--threads", args->runner.threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
-    command
+    patch
         ->add_option("--memory-mib", args->memory_mib,
                      "limit of what is kept of the data in memory, MiB; what does not fit is "
                      "decoded more than once")
         ->check(CLI::Range(64, 1 << 20))
         ->capture_default_str();
-    command->add_flag("-q,--quiet", args->quiet, "no progress");
-    return [args] { return run_patch(*args); };
+    patch->add_flag("-q,--quiet", args->runner.quiet, "no progress");
+    return [=] {
+        if (run->parsed())
+            return run_run(*args);
+        if (resume->parsed())
+            return run_resume(*args);
+        return patch->parsed() ? run_patch(*args) : run_status(*args);
+    };
 }
 
 }  // namespace terravox::commands
