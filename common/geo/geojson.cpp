@@ -6,11 +6,13 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string_view>
 
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "common/util/json_text.hpp"
+#include "common/util/log.hpp"
 #include "common/util/numbers.hpp"
 #include "common/util/text.hpp"
 
@@ -61,6 +63,12 @@ double length_in(std::string_view text) {
     return text == "\"" || text == "''" ? (number + inches / 12) * kFoot_m : kNone;
 }
 
+/// What is wrong with one feature.
+class FeatureError : public util::Error {
+public:
+    using Error::Error;
+};
+
 /// Reads one file.
 class Reader {
 public:
@@ -78,12 +86,26 @@ public:
     [[nodiscard]] std::vector<Shape> shapes(const Crs& to) {
         read_root();
         transform(to);
+        if (!m_fault.empty() && m_shapes.empty())
+            throw util::Error(m_fault);
+        if (!m_fault.empty())
+            util::log_warn("{}; it is left out{}", m_fault,
+                           m_faults > 1 ? ", one of " + std::to_string(m_faults) + " such" : "");
         return std::move(m_shapes);
     }
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
         throw util::Error(m_attempt + ": " + what);
+    }
+    [[noreturn]] void fail_feature(const std::string& what) const {
+        throw FeatureError(m_attempt + ": feature " + std::to_string(m_feature) + " " + what);
+    }
+    /// Leaves the feature out that is being read. @param before shapes without it
+    void leave_out(const FeatureError& fault, std::size_t before) {
+        m_shapes.resize(before);
+        if (m_faults++ == 0)
+            m_fault = fault.what();
     }
     void check_stop() const {
         if (m_stop.stop_requested())
@@ -92,13 +114,13 @@ private:
     [[nodiscard]] std::string find_type(const json& object) const {
         const auto type = object.is_object() ? object.find("type") : object.end();
         if (!object.is_object() || type == object.end() || !type->is_string())
-            fail("an object without a type");
+            fail_feature("has an object without a type");
         return type->get<std::string>();
     }
     [[nodiscard]] const json& member(const json& object, const char* name) const {
         const auto found = object.find(name);
         if (found == object.end() || !found->is_array())
-            fail("feature " + std::to_string(m_feature) + " has no list '" + name + "'");
+            fail_feature(std::string("has no list '") + name + "'");
         return *found;
     }
 
@@ -109,9 +131,14 @@ private:
             return;
         }
         for (const json& feature : member(m_root, "features")) {
-            if (find_type(feature) != "Feature")
-                fail("feature " + std::to_string(m_feature) + " is a " + find_type(feature));
-            read_feature(feature, true);
+            const std::size_t before = m_shapes.size();
+            try {
+                if (find_type(feature) != "Feature")
+                    fail_feature("is a " + find_type(feature));
+                read_feature(feature, true);
+            } catch (const FeatureError& fault) {
+                leave_out(fault, before);
+            }
             ++m_feature;
         }
     }
@@ -166,8 +193,7 @@ private:
         else if (type == "MultiPoint" || type == "MultiLineString" || type == "MultiPolygon")
             read_parts(type, at);
         else
-            fail("feature " + std::to_string(m_feature) + " is a " + type +
-                 "; allowed: points, lines, polygons");
+            fail_feature("is a " + type + "; allowed: points, lines, polygons");
     }
 
     void read_parts(const std::string& type, const json& parts) {
@@ -187,10 +213,10 @@ private:
         shape.lengths = m_lengths;
         shape.feature = m_feature;
         if (!parts.is_array() || parts.empty())
-            fail("feature " + std::to_string(m_feature) + " has no positions");
+            fail_feature("has no positions");
         for (const json& part : parts) {
             if (!part.is_array() || part.empty())
-                fail("feature " + std::to_string(m_feature) + " has no positions");
+                fail_feature("has no positions");
             auto& positions = shape.parts.emplace_back();
             for (const json& position : part)
                 positions.push_back(read_position(position));
@@ -204,14 +230,10 @@ private:
             fail("more than " + std::to_string(kMaxGeoJsonPositions) + " positions");
         Shape::Position out{0, 0, std::numeric_limits<double>::quiet_NaN()};
         if (!from.is_array() || from.size() < 2)
-            fail("feature " + std::to_string(m_feature) +
-                 " has a position that is no list of "
-                 "numbers");
+            fail_feature("has a position that is no list of numbers");
         for (std::size_t i = 0; i < std::min<std::size_t>(from.size(), 3); ++i) {
             if (!from[i].is_number())
-                fail("feature " + std::to_string(m_feature) +
-                     " has a position that is no list "
-                     "of numbers");
+                fail_feature("has a position that is no list of numbers");
             out[i] = from[i].get<double>();
         }
         return out;
@@ -270,22 +292,50 @@ private:
         const Crs from = read_crs(name.empty() ? "OGC:CRS84" : name);
         if (from.same_horizontal(to))
             return;
+        const Transform transform(from, to);
+        try {
+            move(transform, m_shapes);
+        } catch (const util::Error&) {
+            move_each(transform);
+        }
+    }
+    static void move(const Transform& transform, std::span<Shape> shapes) {
         std::vector<double> x;
         std::vector<double> y;
-        each([&](Shape::Position& p) {
+        each(shapes, [&](Shape::Position& p) {
             x.push_back(p[0]);
             y.push_back(p[1]);
         });
-        Transform(from, to).apply(x, y);
+        transform.apply(x, y);
         std::size_t i = 0;
-        each([&](Shape::Position& p) {
+        each(shapes, [&](Shape::Position& p) {
             p[0] = x[i];
             p[1] = y[i++];
         });
     }
+    /// Leaves out features that lie outside of the domain of the transformation.
+    void move_each(const Transform& transform) {
+        std::vector<Shape> all = std::move(m_shapes);
+        m_shapes.clear();
+        for (std::size_t i = 0, end = 0; i < all.size(); i = end) {
+            check_stop();
+            m_feature = all[i].feature;
+            while (end < all.size() && all[end].feature == m_feature)
+                ++end;
+            const std::span<Shape> feature(&all[i], end - i);
+            try {
+                move(transform, feature);
+                m_shapes.insert(m_shapes.end(), feature.begin(), feature.end());
+            } catch (const util::Error& e) {
+                leave_out(FeatureError(m_attempt + ": feature " + std::to_string(m_feature) + ": " +
+                                       e.what()),
+                          m_shapes.size());
+            }
+        }
+    }
     template <class Visit>
-    void each(const Visit& visit) {
-        for (Shape& shape : m_shapes)
+    static void each(std::span<Shape> shapes, const Visit& visit) {
+        for (Shape& shape : shapes)
             for (auto& part : shape.parts)
                 for (Shape::Position& position : part)
                     visit(position);
@@ -298,6 +348,8 @@ private:
     std::shared_ptr<Lengths> m_lengths;
     std::size_t m_feature = 0;
     std::size_t m_positions = 0;
+    std::string m_fault;  ///< of the first feature that is left out
+    std::size_t m_faults = 0;
 };
 
 }  // namespace

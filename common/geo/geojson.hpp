@@ -47,9 +47,11 @@ inline constexpr std::size_t kMaxGeoJsonPositions = 100'000;
 
 /// Reads the shapes of a GeoJSON file into a CRS. Positions are longitude and latitude (RFC 7946)
 /// unless a member "crs" names another system, as GIS programs write it. Geometries without
-/// positions are left out, as RFC 7946 allows.
+/// positions are left out, as RFC 7946 allows. Of a collection, features with geometries of other
+/// kinds or without meaning, and those outside of the domain of a CRS, are left out with a warning
+/// that names the first; their numbers are not given to others.
 /// @throws Error naming the file when it cannot be read, is no GeoJSON, holds more than the limits
-/// above, or lies outside of the domain of a CRS; "interrupted" when stopped
+/// above, or when what is wrong leaves no shape; "interrupted" when stopped
 [[nodiscard]] std::vector<Shape> read_geojson(const std::filesystem::path& file, const Crs& to,
                                               const std::stop_token& stop = {});
 

@@ -72,6 +72,26 @@ TEST_CASE("geometries without positions are left out, those of a collection are 
     CHECK(shapes[1].metres("height") == 3);
 }
 
+TEST_CASE("a feature without meaning is left out of a collection", "[common][geo]") {
+    const std::string good = feature(R"({"type":"Point","coordinates":[15,46]})");
+    for (const std::string& bad :
+         {feature(R"({"type":"Curve","coordinates":[[1,2]]})"),
+          feature(R"({"type":"Point","coordinates":[1,"2"]})"),
+          feature(R"({"type":"Polygon","coordinates":[[]]})"), feature(R"({"type":"Point"})"),
+          feature(R"({"type":"MultiPoint","coordinates":[[15,46],[1]]})"), std::string("7"),
+          std::string(R"({"type":"Point","coordinates":[15,46]})"),
+          feature(R"({"type":"Point","coordinates":[15,1e9]})")}) {
+        INFO(bad);
+        const std::string all = R"({"type":"FeatureCollection","features":[)";
+        const auto shapes = read(all + good + "," + bad + "," + good + "]}");
+        REQUIRE(shapes.size() == 2);
+        CHECK(shapes[0].feature == 0);
+        CHECK(shapes[1].feature == 2);
+        CHECK(std::abs(shapes[1].parts[0][0][0] - 500'000) < 0.01);
+        CHECK_THROWS_WITH(read(all + bad + "]}"), contains("feature 0"));
+    }
+}
+
 TEST_CASE("a system may be named as an address", "[common][geo]") {
     const auto position = [](const std::string& name) {
         return read(R"({"type":"Point","coordinates":[462000,101000],)"
