@@ -31,15 +31,41 @@ Frame::Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n)
 geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y) {
     if (!file_crs.geographic())
         return file_crs;
-    if (!(std::abs(centre_x) <= 360 && std::abs(centre_y) <= 90))
+    if (!(centre_x >= -180 && centre_x <= 360 && std::abs(centre_y) <= 90))
         throw util::UsageError(
             "place the data: {} has degrees, but the middle of the data is {}; allowed: --crs with "
             "the system in metres that the data are in",
             file_crs.name(), fmt::format("{:.1f}, {:.1f}", centre_x, centre_y));
-    const int zone = std::clamp(static_cast<int>(std::floor((centre_x + 180) / 6)) + 1, 1, 60);
+    const double lon_deg = std::remainder(centre_x, 360);  // of longitudes from 0 to 360, too
+    const int zone = std::clamp(static_cast<int>(std::floor((lon_deg + 180) / 6)) + 1, 1, 60);
     const std::string name = "EPSG:" + std::to_string((centre_y < 0 ? 32700 : 32600) + zone);
     util::log_info("coordinates in degrees ({}): drawn in {}", file_crs.name(), name);
     return geo::Crs::from_text(name);
+}
+
+std::string fault_of_degrees(const geo::Crs& crs, const std::array<double, 6>& geo, int width,
+                             int height) {
+    if (!crs.geographic())
+        return {};
+    std::array<double, 4> lon_deg{};
+    std::array<double, 4> lat_deg{};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double u = i % 2 == 0 ? 0 : width;
+        const double v = i / 2 == 0 ? 0 : height;
+        lon_deg[i] = geo[0] + u * geo[1] + v * geo[2];
+        lat_deg[i] = geo[3] + u * geo[4] + v * geo[5];
+    }
+    const auto [west, east] = std::minmax_element(lon_deg.begin(), lon_deg.end());
+    const auto [south, north] = std::minmax_element(lat_deg.begin(), lat_deg.end());
+    // Cells whose middles lie on the last meridian and on a pole reach beyond them.
+    const double cell = std::max(std::hypot(geo[1], geo[4]), std::hypot(geo[2], geo[5]));
+    if (*west >= -180 - cell && *east <= 360 + cell && *east - *west <= 360 + cell &&
+        *south >= -90 - cell && *north <= 90 + cell)
+        return {};
+    return fmt::format(
+        "in {}, which has degrees, its longitudes are {:g} to {:g} and its latitudes {:g} to {:g}; "
+        "allowed: -180 to 360, one turn, and -90 to 90",
+        crs.name(), *west, *east, *south, *north);
 }
 
 }  // namespace terravox::grid

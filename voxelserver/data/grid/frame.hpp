@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "common/geo/crs.hpp"
 
@@ -34,7 +36,15 @@ private:
 };
 
 /// The CRS in which voxels are made for data in `file_crs`: the same, or, logged, the UTM zone of
-/// the centre for degrees. @throws UsageError for a centre that is not in degrees
+/// the centre for degrees.
+/// @param centre_x longitude in degrees, [-180, 360]: of grids from 0 to 360, too
+/// @throws UsageError for a centre that is not in degrees
 [[nodiscard]] geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y);
+
+/// What is wrong with the place of a raster whose CRS has degrees, as the end of a message; empty:
+/// nothing, or it has no degrees.
+/// @param geo GDAL's geotransform
+[[nodiscard]] std::string fault_of_degrees(const geo::Crs& crs, const std::array<double, 6>& geo,
+                                           int width, int height);
 
 }  // namespace terravox::grid

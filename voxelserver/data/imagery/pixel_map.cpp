@@ -50,6 +50,10 @@ PixelMap::PixelMap(const grid::Frame& frame, const Image& image) : m_frame(&fram
     std::vector<double> x;
     std::vector<double> y;
     outline(image, x, y);
+    if (image.crs() && image.crs()->geographic()) {
+        const auto [west, east] = std::minmax_element(x.begin(), x.end());
+        m_middle_deg = (*west + *east) / 2;
+    }
     if (image.crs() && !image.crs()->same_horizontal(frame.crs())) {
         try {
             geo::Transform(*image.crs(), frame.crs()).apply(x, y);
@@ -101,6 +105,10 @@ ColumnRect PixelMap::covered(const ColumnRect& rect) const noexcept {
 void PixelMap::to_pixels(std::vector<double>& e, std::vector<double>& n) const {
     if (m_to_image)
         m_to_image->apply(e, n);
+    // PROJ's longitudes are within 180 degrees of Greenwich, those of an image may go on to 360.
+    if (m_middle_deg)
+        for (double& lon_deg : e)
+            lon_deg += 360 * std::round((*m_middle_deg - lon_deg) / 360);
     for (std::size_t i = 0; i < e.size(); ++i) {
         const double u = m_inverse[0] + e[i] * m_inverse[1] + n[i] * m_inverse[2];
         const double v = m_inverse[3] + e[i] * m_inverse[4] + n[i] * m_inverse[5];

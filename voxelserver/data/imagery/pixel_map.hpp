@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "voxelserver/data/grid/frame.hpp"
@@ -75,6 +76,7 @@ private:
     const grid::Frame* m_frame;
     std::array<double, 6> m_inverse{};  ///< from coordinates of the image's CRS to pixels
     std::unique_ptr<geo::Transform> m_to_image;
+    std::optional<double> m_middle_deg;  ///< longitude of an image in degrees
     Extent m_extent;
     double m_room = 0;  ///< safety margin around it, in voxels
     double m_pixels_per_voxel = 1;

@@ -94,6 +94,8 @@ TEST_CASE("data in degrees are drawn in the UTM zone of their middle", "[voxelse
         {"Ljubljana", 14.5, 46.05, "EPSG:32633"},
         {"Quito", -78.5, -0.2, "EPSG:32717"},
         {"the date line", 180, 10, "EPSG:32660"},
+        {"beyond the date line", 180.1, 10, "EPSG:32601"},
+        {"longitudes from 0 to 360", 346, 46, "EPSG:32628"},
     }));
     DYNAMIC_SECTION(c.name) {
         const geo::Crs degrees = geo::Crs::from_text("EPSG:4326");
@@ -109,10 +111,39 @@ TEST_CASE("data in metres are drawn in their own system", "[voxelserver][grid]")
 
 TEST_CASE("metres in a system of degrees are refused", "[voxelserver][grid]") {
     const geo::Crs degrees = geo::Crs::from_text("EPSG:4326");
-    for (const auto& [x, y] : {std::pair{462500.0, 101500.0}, std::pair{14.5, 101.0}}) {
+    for (const auto& [x, y] :
+         {std::pair{462500.0, 101500.0}, std::pair{14.5, 101.0}, std::pair{-190.0, 46.0}}) {
         CHECK_THROWS_AS(grid::voxel_crs_for(degrees, x, y), util::UsageError);
         CHECK_THROWS_WITH(grid::voxel_crs_for(degrees, x, y),
                           contains("has degrees, but the middle of the data is") &&
                               contains("allowed: --crs with the system in metres"));
     }
+}
+
+TEST_CASE("a raster in degrees lies within one turn", "[voxelserver][grid]") {
+    struct Case {
+        const char* name;
+        double west;
+        double north;
+        double cell;
+        int width;
+        bool fits;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"at Greenwich", -1, 51, 0.01, 200, true},
+        {"the Earth from -180", -180, 90, 1, 360, true},
+        {"the Earth from 0", 0, 90, 1, 360, true},
+        {"with middles on the last meridian and the pole", -180.5, 90.5, 1, 361, true},
+        {"across 180 degrees", 179, 10, 0.01, 200, true},
+        {"more than a turn", -180, 90, 1, 500, false},
+        {"before -180", -190, 10, 0.01, 200, false},
+        {"beyond 360", 359, 10, 0.01, 200, false},
+        {"beyond the pole", 10, 92, 0.01, 100, false},
+        {"metres", 462000, 101000, 1, 100, false},
+    }));
+    INFO(c.name);
+    const std::array<double, 6> geo{c.west, c.cell, 0, c.north, 0, -c.cell};
+    CHECK(grid::fault_of_degrees(geo::Crs::from_text("EPSG:4326"), geo, c.width, 10).empty() ==
+          c.fits);
+    CHECK(grid::fault_of_degrees(geo::Crs::from_text("EPSG:3794"), geo, c.width, 10).empty());
 }

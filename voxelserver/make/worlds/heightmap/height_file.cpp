@@ -13,6 +13,7 @@
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
 
+#include "voxelserver/data/grid/frame.hpp"
 namespace terravox::heightmap {
 namespace {
 
@@ -154,6 +155,11 @@ double HeightFile::vertical_unit_m() const {
 }
 
 void HeightFile::learn_values() {
+    if (const std::string fault = grid::fault_of_degrees(*m_crs, m_geo, m_data->GetRasterXSize(),
+                                                         m_data->GetRasterYSize());
+        !fault.empty())
+        throw util::UsageError("read the heights of {}: {}, or --crs with the system that it is in",
+                               path().string(), fault);
     GDALRasterBand* own = m_source->GetRasterBand(1);
     double unit = 1;
     if (m_reading.height_unit_m)
