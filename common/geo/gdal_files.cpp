@@ -37,9 +37,17 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
     GDALDatasetUniquePtr data(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
                                                 kRasterDrivers,
                                                 overview >= 0 ? options.data() : nullptr));
-    if (!data)
-        fail("no raster that can be read: " + GdalErrorScope::reason() +
-             "; allowed: " + kRasterFormats);
+    if (!data) {
+        const std::string reason = GdalErrorScope::reason();
+        const std::string message = attempt + " " + path.string() +
+                                    ": no raster that can be read: " + reason +
+                                    "; allowed: " + kRasterFormats;
+        // Where none of its drivers knows a file GDAL says nothing, or that it is not recognized.
+        if (CPLGetLastErrorNo() != CPLE_None &&
+            reason.find("not recognized as") == std::string::npos)
+            throw RasterError(message, reason);
+        throw util::Error(message);
+    }
     if (data->GetRasterCount() < 1)
         fail("a raster without bands");
     return data;

@@ -4,8 +4,19 @@
 #include <gdal_priv.h>
 #include <filesystem>
 #include <string>
+#include <utility>
+
+#include "common/util/error.hpp"
 
 namespace terravox::geo {
+
+/// A file of a format of rasters that cannot be read.
+class RasterError : public util::Error {
+public:
+    RasterError(const std::string& message, std::string why)
+        : Error(message), reason(std::move(why)) {}
+    const std::string reason;  ///< GDAL's, or the gate's
+};
 
 /// Opens a raster from any source for reading: a file of one of kRasterFormats that passes the gate
 /// (raster_gate.hpp). `path` must name a plain file; GDAL's special names (/vsicurl/...,
@@ -16,7 +27,7 @@ namespace terravox::geo {
 /// @param overview index, from 0, of the GDAL overview to read instead of the raster; negative: the
 /// raster itself
 /// @return never null; at least one band
-/// @throws Error naming the file
+/// @throws RasterError naming the file, and another Error where no format knows it
 [[nodiscard]] GDALDatasetUniquePtr open_raster(const std::filesystem::path& path,
                                                const std::string& attempt, int overview = -1);
 

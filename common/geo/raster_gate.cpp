@@ -6,8 +6,10 @@
 #include <gdal_priv.h>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -177,6 +179,38 @@ void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access)
     check_virtual_raster(raster);
 }
 
+/// Whether the values of an Esri ASCII grid begin with "nan". GDAL (3.6, at least) takes the line
+/// for one of the header, and moves all others up.
+bool begins_with_nan(const fs::path& grid) {
+    constexpr int kLongest = 64;
+    std::ifstream in(grid);
+    std::string word;
+    while (in >> std::setw(kLongest) >> word) {
+        if (EQUAL(word.c_str(), "nan") || EQUAL(word.c_str(), "-nan"))
+            return true;
+        if (std::isalpha(static_cast<unsigned char>(word.front())) == 0)
+            return false;
+        in >> std::setw(kLongest) >> word;  // the value of a word of the header
+    }
+    return false;
+}
+
+/// @param data null where GDAL cannot open it
+void check_nan_of_grid(GDALDataset* data, const fs::path& grid) {
+    if (!begins_with_nan(grid))
+        return;
+    double first = 0;
+    if (data != nullptr &&
+        data->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 1, 1, &first, 1, 1, GDT_Float64, 0, 0,
+                                         nullptr) == CE_None &&
+        std::isnan(first))
+        return;
+    throw util::Error(
+        "its first value is nan, which GDAL {} takes for a word of the header; write a number for "
+        "no data: sed 's/nan/-9999/g' {} > NEW.asc",
+        GDALVersionInfo("RELEASE_NAME"), grid.filename().string());
+}
+
 void check_opened(const GDALDriver& driver, GDALDataset& data, const fs::path& raster) {
     if (EQUAL(driver.GetDescription(), "AAIGrid")) {
         const auto values = static_cast<std::uint64_t>(data.GetRasterXSize()) *
@@ -208,6 +242,8 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
         if (!is_virtual)
             check_before(*driver, info->pszFilename, info->eAccess);
         std::unique_ptr<GDALDataset> data(find_original(driver)(info));
+        if (!is_virtual && EQUAL(driver->GetDescription(), "AAIGrid"))
+            check_nan_of_grid(data.get(), info->pszFilename);
         if (data && !is_virtual)
             check_opened(*driver, *data, info->pszFilename);
         return data.release();

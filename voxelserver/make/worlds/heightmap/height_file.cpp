@@ -7,13 +7,14 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "common/geo/gdal_files.hpp"
 #include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
-
 #include "voxelserver/data/grid/frame.hpp"
+
 namespace terravox::heightmap {
 namespace {
 
@@ -52,6 +53,23 @@ std::optional<double> to_unit(const std::string& written) {
 }
 
 }  // namespace
+
+std::string fault_of_heights(GDALDataset& raster) {
+    const int bands = raster.GetRasterCount();
+    GDALRasterBand& band = *raster.GetRasterBand(1);
+    if (bands > 2 ||
+        (bands == 2 && raster.GetRasterBand(2)->GetColorInterpretation() != GCI_AlphaBand))
+        return "it has " + std::to_string(bands) + " bands, and heights have one, or alpha besides";
+    if (GDALDataTypeIsComplex(band.GetRasterDataType()) != 0)
+        return "its values are complex; allowed: whole or floating-point numbers";
+    // Heights below 256 fit into a byte; so do grey pictures, in formats of pictures.
+    const std::string_view format = raster.GetDriverName();
+    const bool is_picture = band.GetRasterDataType() == GDT_Byte &&
+                            (format == "JPEG" || format == "PNG" || format == "JP2OpenJPEG");
+    if (is_picture || band.GetColorTable() != nullptr)
+        return "its values are colours, no heights";
+    return {};
+}
 
 void HeightFile::fail(const std::string& what) const {
     throw util::Error("read the heights of {}: {}", m_reading.path.string(), what);
@@ -104,10 +122,8 @@ void HeightFile::learn() {
     m_band = m_data->GetRasterBand(1);
     if (m_data->GetRasterXSize() < 1 || m_data->GetRasterYSize() < 1)
         fail("a raster without cells");
-    if (GDALDataTypeIsComplex(m_band->GetRasterDataType()) != 0)
-        fail("its values are complex; allowed: whole or floating-point numbers");
-    if (m_band->GetColorTable() != nullptr)
-        fail("its values are colours, no heights");
+    if (const std::string fault = fault_of_heights(*m_source); !fault.empty())
+        fail(fault + "; an image is given with --ortho");
     // A file may declare one block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
@@ -118,7 +134,9 @@ void HeightFile::learn() {
         fail("its blocks are " + std::to_string(block_x) + " x " + std::to_string(block_y) +
              " cells; allowed: up to 512 MB; rewrite it with gdal_translate -co TILED=YES");
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None)
-        fail("not georeferenced (neither tags nor a world file)");
+        fail(m_data->GetGCPCount() > 0
+                 ? "placed by control points alone; make it straight with gdalwarp"
+                 : "not georeferenced (neither tags nor a world file)");
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     if (!std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); }) ||
         !(std::abs(area) > 0))
@@ -137,6 +155,11 @@ void HeightFile::learn() {
         m_crs = geo::Crs::from_ogr(*own, path().string());
     else
         fail("no coordinate reference system; give one with --crs");
+    if (const std::string fault = grid::fault_of_degrees(*m_crs, m_geo, m_data->GetRasterXSize(),
+                                                         m_data->GetRasterYSize());
+        !fault.empty())
+        throw util::UsageError("read the heights of {}: {}, or --crs with the system that it is in",
+                               path().string(), fault);
 }
 
 // A CRS given by the user is mostly horizontal only; the file's own may then define the unit of
@@ -155,11 +178,6 @@ double HeightFile::vertical_unit_m() const {
 }
 
 void HeightFile::learn_values() {
-    if (const std::string fault = grid::fault_of_degrees(*m_crs, m_geo, m_data->GetRasterXSize(),
-                                                         m_data->GetRasterYSize());
-        !fault.empty())
-        throw util::UsageError("read the heights of {}: {}, or --crs with the system that it is in",
-                               path().string(), fault);
     GDALRasterBand* own = m_source->GetRasterBand(1);
     double unit = 1;
     if (m_reading.height_unit_m)
@@ -184,6 +202,11 @@ void HeightFile::learn_values() {
     if (known != 0 && !std::isnan(nodata))
         m_nodata = nodata;
     m_float_nodata = m_band->GetRasterDataType() == GDT_Float32;
+    // Before it had a type of its own, GDAL read signed bytes as unsigned ones.
+    const char* const kind = own->GetMetadataItem("PIXELTYPE", "IMAGE_STRUCTURE");
+    m_signed_bytes = kind != nullptr && EQUAL(kind, "SIGNEDBYTE");
+    if (m_signed_bytes && m_warped)
+        fail("its values are signed bytes, and it must be warped; make it one of 16 bits");
     const int flags = m_band->GetMaskFlags();
     m_masked = (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
 }
@@ -255,6 +278,9 @@ Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
             fail("damaged: " + geo::GdalErrorScope::reason());
     };
     get(band, out.metres.data(), GDT_Float64);
+    if (m_signed_bytes)
+        for (double& v : out.metres)
+            v -= v > 127 ? 256 : 0;
     std::vector<std::uint8_t> mask;
     if (m_masked) {
         mask.resize(out.metres.size());

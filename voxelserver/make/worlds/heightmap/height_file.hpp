@@ -31,6 +31,10 @@ struct Cells {
     }
 };
 
+/// Why an opened raster has no heights: more bands than one and alpha, colours, complex values.
+/// Empty: nothing speaks against heights.
+[[nodiscard]] std::string fault_of_heights(GDALDataset& raster);
+
 /// One opened raster of heights. Not thread-safe: one for each thread.
 class HeightFile {
 public:
@@ -107,6 +111,7 @@ private:
     double m_scale = 1, m_offset = 0;  // of values, to metres
     std::optional<double> m_nodata;
     bool m_float_nodata = false;
+    bool m_signed_bytes = false;
     bool m_masked = false;
 };
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <string_view>
+#include <string>
 
 #include "common/geo/gdal_files.hpp"
 #include "common/util/cache.hpp"
@@ -302,25 +302,21 @@ std::unique_ptr<voxel::World> open_heightmap_world(const HeightmapOptions& optio
     return std::make_unique<HeightmapWorld>(options, survey(options));
 }
 
+std::optional<std::string> fault_of_raster(const std::filesystem::path& path) {
+    try {
+        return fault_of_heights(*geo::open_raster(path, "look at"));
+    } catch (const geo::RasterError& e) {
+        return e.reason;
+    } catch (const util::Error&) {
+        return std::nullopt;
+    }
+}
+
 bool is_height_raster(const std::filesystem::path& path) noexcept {
     try {
-        const GDALDatasetUniquePtr data = geo::open_raster(path, "look at");
-        if (data->GetRasterCount() > 2)
-            return false;
-        GDALRasterBand* band = data->GetRasterBand(1);
-        if (GDALDataTypeIsComplex(band->GetRasterDataType()) != 0 ||
-            band->GetColorTable() != nullptr)
-            return false;
-        // Heights below 256 fit into a byte; so do grey pictures, in formats of pictures.
-        const std::string_view format = data->GetDriverName();
-        if (band->GetRasterDataType() == GDT_Byte &&
-            (format == "JPEG" || format == "PNG" || format == "JP2OpenJPEG"))
-            return false;
-        return data->GetRasterCount() == 1 ||
-               (data->GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand);
-    } catch (const util::Error& e) {
+        const std::optional<std::string> fault = fault_of_raster(path);
         // One that lost its end was one: opening it says so. GDAL passes on the text alone.
-        return std::string_view(e.what()).find("cut short: ") != std::string_view::npos;
+        return fault && (fault->empty() || fault->starts_with("cut short: "));
     } catch (...) {
         return false;
     }

@@ -42,6 +42,11 @@ struct HeightmapOptions {
 /// not a raster, not georeferenced, damaged, or too large
 [[nodiscard]] std::unique_ptr<voxel::World> open_heightmap_world(const HeightmapOptions& options);
 
+/// Why a raster is not read as heights, as the end of a message: it has other bands, colours, or
+/// cannot be read. Reads only its header.
+/// @return empty: it has heights; nullopt: no format of rasters knows the file
+[[nodiscard]] std::optional<std::string> fault_of_raster(const std::filesystem::path& path);
+
 /// Whether GDAL reads the file as a raster of heights: one band of numbers, no colours. Reads only
 /// its header; false for a file that cannot be read.
 [[nodiscard]] bool is_height_raster(const std::filesystem::path& path) noexcept;

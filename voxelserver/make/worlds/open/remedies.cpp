@@ -8,6 +8,7 @@
 
 #include "common/util/files.hpp"
 #include "common/util/text.hpp"
+#include "voxelserver/make/worlds/heightmap/heightmap_world.hpp"
 #include "voxelserver/make/worlds/minecraft/source.hpp"
 
 namespace terravox::worlds {
@@ -98,6 +99,11 @@ std::string text_remedy(const fs::path& file, std::string_view head) {
            as_laz(file);
 }
 
+std::string image_remedy(const fs::path& file) {
+    const auto fault = heightmap::fault_of_raster(file);
+    return std::string(kImage) + (fault && !fault->empty() ? " (heights: " + *fault + ")" : "");
+}
+
 std::string zip_remedy(const fs::path& file) {
     constexpr std::size_t kCache_bytes = std::size_t{1} << 20;
     std::vector<std::string> endings;
@@ -132,13 +138,18 @@ std::string file_remedy(const fs::path& file) {
                as_laz(file);
     for (const Sign& sign : kSigns)
         if (has_sign(head, sign))
-            return sign.remedy;
+            return std::string_view(sign.remedy) == kImage ? image_remedy(file) : sign.remedy;
     for (const char* points : {".pcd", ".pts", ".bpf"})
         if (ending == points)
             return "translate it: pdal translate " + file.string() + " " + as_laz(file);
     if (ending == ".toml")
         return "it is a file of settings; give a scene with --scene, behind the data";
-    return text_remedy(file, head);
+    if (const std::string remedy = text_remedy(file, head); !remedy.empty())
+        return remedy;
+    if (const auto fault = heightmap::fault_of_raster(file); fault && !fault->empty())
+        return "it is a raster, but no heights can be read of it: " + *fault +
+               "; an image is given with --ortho";
+    return {};
 }
 
 bool is_any_world(const fs::path& folder) {
