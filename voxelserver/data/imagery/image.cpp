@@ -4,88 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <initializer_list>
-#include <string_view>
+#include <limits>
+#include <utility>
 
 #include "common/geo/gdal_files.hpp"
 #include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
-#include "common/util/text.hpp"
+#include "common/voxel/fingerprint.hpp"
+#include "voxelserver/data/grid/frame.hpp"
 
 namespace terravox::imagery {
-namespace {
-
-bool letter(char c) noexcept {
-    return c >= 'a' && c <= 'z';
-}
-
-/// "irc" is a word of "ortho_irc1.tif", not of "circle.tif".
-bool has_word(const std::string& text, std::initializer_list<std::string_view> words) {
-    for (const std::string_view word : words)
-        for (std::size_t at = text.find(word); at != std::string::npos;
-             at = text.find(word, at + 1))
-            if ((at == 0 || !letter(text[at - 1])) &&
-                (at + word.size() == text.size() || !letter(text[at + word.size()])))
-                return true;
-    return false;
-}
-
-bool says_near_infrared(GDALRasterBand& band) {
-#if GDAL_VERSION_NUM >= GDAL_COMPUTE_VERSION(3, 10, 0)
-    if (band.GetColorInterpretation() == GCI_NIRBand)
-        return true;
-#endif
-    return has_word(util::lower_case(band.GetDescription()),
-                    {"nir", "near infrared", "near-infrared", "near_infrared", "nearinfrared",
-                     "infrared", "pir", "ir"});
-}
-
-bool says_anything_else(GDALRasterBand& band) {
-    const GDALColorInterp meaning = band.GetColorInterpretation();
-    return (meaning != GCI_Undefined && meaning != GCI_GrayIndex) ||
-           std::string_view(band.GetDescription()) != "";
-}
-
-}  // namespace
-
-BandRoles find_roles(GDALDataset& image, const std::string& file_name) {
-    BandRoles roles;
-    const int bands = image.GetRasterCount();
-    const std::string name = util::lower_case(file_name);
-    if (image.GetRasterBand(1)->GetColorTable() != nullptr)
-        return {1, 1, 1, 0, true};
-    bool infrared_described = false;
-    for (int b = 1; b <= bands; ++b) {
-        GDALRasterBand& band = *image.GetRasterBand(b);
-        const GDALColorInterp meaning = band.GetColorInterpretation();
-        const std::string says = util::lower_case(band.GetDescription());
-        if (says_near_infrared(band)) {
-            roles.nir = roles.nir == 0 ? b : roles.nir;
-            infrared_described = true;
-        } else if (meaning == GCI_RedBand || says == "red")
-            roles.red = roles.red == 0 ? b : roles.red;
-        else if (meaning == GCI_GreenBand || says == "green")
-            roles.green = roles.green == 0 ? b : roles.green;
-        else if (meaning == GCI_BlueBand || says == "blue")
-            roles.blue = roles.blue == 0 ? b : roles.blue;
-    }
-    // Described as near infrared, but tagged as if red, green, blue.
-    if (infrared_described && roles.nir == 1 && roles.blue != 0 && bands < 4)
-        roles = {2, 3, 0, 1, false};
-    if (infrared_described && roles.red != 0)
-        return roles;
-    if (bands >= 3 && has_word(name, {"irc", "cir"}))
-        return {2, 3, 0, 1, false};
-    if (bands < 3)
-        return {1, 1, 1, 0, false};
-    if (roles.red == 0 || roles.green == 0 || roles.blue == 0)
-        roles = {1, 2, 3, roles.nir > 3 ? roles.nir : 0, false};
-    if (roles.nir == 0 && bands >= 4 &&
-        (has_word(name, {"rgbi", "rgbn", "rgbnir"}) ||
-         !says_anything_else(*image.GetRasterBand(4))))
-        roles.nir = 4;
-    return roles;
-}
 
 namespace fs = std::filesystem;
 
@@ -157,6 +85,8 @@ void Image::open() {
 void Image::learn_georeference() {
     const geo::GdalErrorScope errors;
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None) {
+        if (m_data->GetGCPCount() > 0)
+            fail("placed by control points alone; make it straight with gdalwarp");
         if (!m_square)
             fail(
                 "not georeferenced (neither GeoTIFF tags nor a world file, nor the name of a "
@@ -179,51 +109,204 @@ void Image::learn_georeference() {
              "; allowed: above 0)");
     if (const OGRSpatialReference* own = geo::Crs::placing(m_data->GetSpatialRef()))
         m_crs = geo::Crs::from_ogr(*own, m_path.string());
+    if (m_crs)
+        if (const std::string fault = grid::fault_of_degrees(*m_crs, m_geo, m_width, m_height);
+            !fault.empty())
+            fail(fault);
 }
 
 void Image::learn_values() {
     m_roles = find_roles(*m_data, m_path.filename().string());
-    GDALRasterBand* first = m_data->GetRasterBand(1);
-    const GDALDataType type = first->GetRasterDataType();
-    m_wide = type != GDT_Byte;
-    // Values of 12 bits in 16 are not shifted by 8; types other than unsigned 16-bit numbers are
-    // assumed to be in [0, 255].
-    m_shift = type == GDT_UInt16 ? 8 : 0;
-    if (const char* bits = first->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
-        bits != nullptr && type == GDT_UInt16)
-        m_shift = std::clamp(std::atoi(bits) - 8, 0, 8);
     m_bands = {m_roles.red, m_roles.green, m_roles.colour() ? m_roles.blue : m_roles.green};
     if (m_roles.nir != 0)
         m_bands.push_back(m_roles.nir);
-    if (const GDALColorTable* table = first->GetColorTable()) {
-        m_bands = {1};
-        const auto byte = [](short v) {
-            return static_cast<std::uint8_t>(std::clamp<int>(v, 0, 255));
-        };
-        for (int i = 0; i < table->GetColorEntryCount(); ++i) {
-            GDALColorEntry entry{};
-            const bool known = table->GetColorEntryAsRGB(i, &entry) != 0;
-            m_palette.push_back({byte(entry.c1), byte(entry.c2), byte(entry.c3), 0});
-            m_palette_valid.push_back(known && table->GetColorEntry(i)->c4 != 0 ? 1 : 0);
-        }
+    if (const GDALColorTable* table = m_data->GetRasterBand(1)->GetColorTable())
+        learn_palette(*table);
+    for (const int b : m_bands) {
+        const GDALColorInterp meaning = m_data->GetRasterBand(b)->GetColorInterpretation();
+        if (meaning >= GCI_HueBand && meaning <= GCI_YCbCr_CrBand)
+            fail("its bands are " + std::string(GDALGetColorInterpretationName(meaning)) +
+                 " and others; allowed: red, green, blue, near infrared or grey; convert it");
     }
-    const int flags = m_data->GetRasterBand(m_bands[0])->GetMaskFlags();
+    learn_depth();
+    learn_mask();
+}
+
+void Image::learn_palette(const GDALColorTable& table) {
+    m_bands = {1};
+    const auto byte = [](short v) { return static_cast<std::uint8_t>(std::clamp<int>(v, 0, 255)); };
+    for (int i = 0; i < table.GetColorEntryCount(); ++i) {
+        GDALColorEntry entry{};
+        const bool known = table.GetColorEntryAsRGB(i, &entry) != 0;
+        m_palette.push_back({byte(entry.c1), byte(entry.c2), byte(entry.c3), 0});
+        m_palette_valid.push_back(known && table.GetColorEntry(i)->c4 != 0 ? 1 : 0);
+    }
+}
+
+void Image::learn_depth() {
+    constexpr int kByte = 8;
+    int bits = 0;  // as the file states, of whole numbers
+    bool bytes = true;
+    bool scaled = false;
+    for (const int b : m_bands) {
+        GDALRasterBand& band = *m_data->GetRasterBand(b);
+        const GDALDataType type = band.GetRasterDataType();
+        if (GDALDataTypeIsComplex(type) != 0)
+            fail("its values are complex; allowed: whole or floating-point numbers");
+        bytes = bytes && type == GDT_Byte;
+        m_whole_numbers = m_whole_numbers && GDALDataTypeIsInteger(type) != 0;
+        if (const char* stated = band.GetMetadataItem("NBITS", "IMAGE_STRUCTURE"))
+            bits = std::max(bits, std::clamp(std::atoi(stated), 1, 32));
+        Meaning meaning;
+        int known = 0;
+        if (const double scale = band.GetScale(&known); known != 0)
+            meaning.scale = scale;
+        if (const double offset = band.GetOffset(&known); known != 0)
+            meaning.offset = offset;
+        scaled = scaled || meaning.scale != 1 || meaning.offset != 0;
+        m_meanings.push_back(meaning);
+    }
+    if (bytes || m_roles.palette || !scaled)
+        m_meanings.assign(m_bands.size(), {});
+    else
+        m_whole_numbers = false;
+    if (bytes && bits == 0)
+        bits = kByte;
+    const char* white = m_data->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
+    m_inverted = white != nullptr && EQUAL(white, "YES") && !m_roles.palette;
+    m_wide = !bytes || bits != kByte || m_inverted || m_roles.palette;
+    m_states_brightness = m_roles.palette || (m_whole_numbers && bits != 0);
+    if (m_wide && m_states_brightness && !m_roles.palette) {
+        set_brightness(Brightness::of_bits(bits));
+        m_opaque = std::ldexp(1.0F, bits - 1);
+    }
+}
+
+void Image::learn_mask() {
+    GDALRasterBand& first = *m_data->GetRasterBand(m_bands[0]);
+    const int flags = first.GetMaskFlags();
     int has_nodata = 0;
-    const double nodata = m_data->GetRasterBand(m_bands[0])->GetNoDataValue(&has_nodata);
+    const double nodata = first.GetNoDataValue(&has_nodata);
+    // GDAL knows alpha bands of bytes and 16 bits, as the last of two or four, and takes the latter
+    // for values that use all of their bits.
+    const int last = m_data->GetRasterCount();
+    if (last > 1 && last != m_roles.nir && !m_roles.palette &&
+        m_data->GetRasterBand(last)->GetColorInterpretation() == GCI_AlphaBand &&
+        (m_wide || (flags & GMF_ALPHA) == 0)) {
+        m_wide = true;
+        m_alpha = last;
+    }
     const bool alpha_is_nir =
         (flags & GMF_ALPHA) != 0 && m_roles.nir != 0 &&
         m_data->GetRasterBand(m_roles.nir)->GetColorInterpretation() == GCI_AlphaBand;
-    if ((flags & GMF_ALL_VALID) != 0 || alpha_is_nir)
+    if ((flags & GMF_ALL_VALID) != 0 || alpha_is_nir || m_alpha != 0) {
         m_mask = Mask::kNone;
-    else if ((flags & GMF_NODATA) != 0 && has_nodata != 0 &&
-             (type == GDT_Byte || type == GDT_UInt16)) {
-        const double max_value = type == GDT_Byte ? 255 : 65535;
-        const bool possible = nodata >= 0 && nodata <= max_value && nodata == std::floor(nodata);
-        m_mask = possible ? Mask::kValue : Mask::kNone;
-        if (possible)
-            m_nodata = static_cast<std::uint16_t>(nodata);
-    } else
+    } else if ((flags & GMF_NODATA) != 0 && has_nodata != 0) {
+        // Pixels without a number have no data in any case.
+        const bool possible =
+            m_wide || (nodata >= 0 && nodata <= 255 && nodata == std::floor(nodata));
+        m_mask = possible && !std::isnan(nodata) ? Mask::kValue : Mask::kNone;
+        // As GDAL converts values.
+        constexpr double kMost = std::numeric_limits<float>::max();
+        m_nodata = static_cast<float>(std::clamp(nodata, -kMost, kMost));
+    } else {
         m_mask = Mask::kBand;
+    }
+}
+
+void Image::set_brightness(const Brightness& brightness) {
+    for (Meaning& m : m_meanings) {
+        const Brightness scaled = brightness.of_scaled(m.scale, m.offset);
+        m.brightness = m_inverted ? scaled.inverted() : scaled;
+    }
+}
+
+void Image::take_brightness_of(const Image& same) {
+    m_meanings = same.m_meanings;
+    m_opaque = same.m_opaque;
+}
+
+void Image::add_brightness(voxel::ByteWriter& out) const {
+    if (!m_wide)
+        return;
+    for (const Meaning& m : m_meanings) {
+        out.add(m.brightness.factor);
+        out.add(m.brightness.add);
+    }
+    out.add(m_opaque);
+}
+
+ValueRange Image::look_at_values(int across) {
+    constexpr int kMost = 16;
+    constexpr int kSide = 64;
+    open();
+    std::vector<float> values;
+    float most_opaque = 0;
+    const auto place = [](int i, int n, int size) {
+        const auto middle = static_cast<int>((2 * std::int64_t{i} + 1) * size / (2 * n));
+        return std::clamp(middle - kSide / 2, 0, std::max(size - kSide, 0));
+    };
+    for (int n = across; n <= kMost && values.empty(); n *= 2)
+        for (int i = 0; i < n * n; ++i) {
+            const PixelWindow window{place(i % n, n, m_width), place(i / n, n, m_height),
+                                     std::min(kSide, m_width), std::min(kSide, m_height)};
+            try {
+                look_at_window(window, values, most_opaque);
+            } catch (const util::Error&) {
+                continue;
+            }
+        }
+    const GDALDataType type = m_data->GetRasterBand(m_bands[0])->GetRasterDataType();
+    double greatest = 0;
+    if (m_whole_numbers)
+        greatest = std::ldexp(1.0, GDALGetDataTypeSizeBits(type) - GDALDataTypeIsSigned(type)) - 1;
+    ValueRange out = find_range(std::move(values), greatest);
+    add_statistics(out);
+    if (most_opaque > 0)
+        m_opaque = static_cast<float>(
+            assume_brightness({0, most_opaque}, GDALDataTypeIsInteger(type) != 0).white / 2);
+    return out;
+}
+
+void Image::look_at_window(const PixelWindow& window, std::vector<float>& values,
+                           float& most_opaque) {
+    const geo::GdalErrorScope errors;
+    const std::vector<float> read = read_values(window);
+    Pixels mask;
+    mask.values.resize(static_cast<std::size_t>(window.width) *
+                       static_cast<std::size_t>(window.height));
+    if (m_mask == Mask::kBand)
+        apply_mask(window, mask);
+    const std::size_t stride = read.size() / mask.values.size();
+    for (std::size_t i = 0; i < mask.values.size(); ++i) {
+        const std::span<const float> pixel(&read[i * stride], stride);
+        if (m_alpha != 0)
+            most_opaque = std::max(most_opaque, pixel.back());
+        if ((!mask.valid.empty() && mask.valid[i] == 0) || !has_data(pixel) ||
+            (m_alpha != 0 && !(pixel.back() > 0)))
+            continue;
+        for (std::size_t b = 0; b < m_bands.size(); ++b)
+            if (pixel[b] != 0)
+                values.push_back(
+                    static_cast<float>(pixel[b] * m_meanings[b].scale + m_meanings[b].offset));
+    }
+}
+
+void Image::add_statistics(ValueRange& range) const {
+    // More above the mean than nearly all values are, but for single ones that are wrong.
+    constexpr double kDeviations = 4;
+    for (std::size_t b = 0; b < m_bands.size(); ++b) {
+        GDALRasterBand& band = *m_data->GetRasterBand(m_bands[b]);
+        const char* const most = band.GetMetadataItem("STATISTICS_MAXIMUM");
+        const char* const mean = band.GetMetadataItem("STATISTICS_MEAN");
+        const char* const deviation = band.GetMetadataItem("STATISTICS_STDDEV");
+        if (most == nullptr || mean == nullptr || deviation == nullptr)
+            continue;
+        const double high =
+            std::min(CPLAtof(most), CPLAtof(mean) + kDeviations * CPLAtof(deviation));
+        if (std::isfinite(high))
+            range.add({0, high * m_meanings[b].scale + m_meanings[b].offset});
+    }
 }
 
 void Image::choose_overview(double pixels_per_voxel) {
@@ -267,6 +350,19 @@ void Image::read(const PixelWindow& window, Pixels& out) {
         read_bands(window, out);
     if (m_mask == Mask::kBand)
         apply_mask(window, out);
+    if (!m_has_light)
+        look_for_light(out);
+}
+
+void Image::look_for_light(const Pixels& pixels) noexcept {
+    constexpr std::uint8_t kBlack = 2;  // at most
+    for (std::size_t i = 0; i < pixels.values.size() && !m_has_light; ++i) {
+        if (!pixels.valid.empty() && pixels.valid[i] == 0)
+            continue;
+        const Pixel& p = pixels.values[i];
+        m_has_light = std::max({p.r, p.g, p.b}) > kBlack;
+        m_is_black = !m_has_light;
+    }
 }
 
 void Image::read_bands(const PixelWindow& window, Pixels& out) {
@@ -286,72 +382,75 @@ void Image::read_bands(const PixelWindow& window, Pixels& out) {
             out.valid[i] = p.r != none || (!single && (p.g != none || p.b != none)) ? 1 : 0;
         }
     }
-    if (m_roles.palette)
-        expand_palette(out);
+}
+
+// Interleaved by pixel: of m_bands, and of alpha.
+std::vector<float> Image::read_values(const PixelWindow& window) {
+    std::vector<int> bands = m_bands;
+    if (m_alpha != 0)
+        bands.push_back(m_alpha);
+    std::vector<float> out(static_cast<std::size_t>(window.width) *
+                           static_cast<std::size_t>(window.height) * bands.size());
+    const auto pixel_bytes = static_cast<GSpacing>(bands.size() * sizeof(float));
+    const CPLErr failed = m_data->RasterIO(
+        GF_Read, window.x, window.y, window.width, window.height, out.data(), window.width,
+        window.height, GDT_Float32, static_cast<int>(bands.size()), bands.data(), pixel_bytes,
+        pixel_bytes * window.width, sizeof(float), nullptr);
+    if (failed != CE_None)
+        fail("damaged: " + geo::GdalErrorScope::reason());
+    return out;
+}
+
+bool Image::has_data(std::span<const float> values) const noexcept {
+    const auto colours = values.first(std::min<std::size_t>(m_bands.size(), 3));
+    if (std::any_of(colours.begin(), colours.end(), [](float v) { return std::isnan(v); }))
+        return false;
+    return m_mask != Mask::kValue ||
+           std::any_of(colours.begin(), colours.end(), [&](float v) { return v != m_nodata; });
 }
 
 void Image::read_wide(const PixelWindow& window, Pixels& out) {
+    const std::vector<float> values = read_values(window);
     const std::size_t bands = m_bands.size();
-    std::vector<std::uint16_t> wide(out.values.size() * bands);
-    const auto pixel_bytes = static_cast<GSpacing>(bands * sizeof(std::uint16_t));
-    const CPLErr failed = m_data->RasterIO(
-        GF_Read, window.x, window.y, window.width, window.height, wide.data(), window.width,
-        window.height, GDT_UInt16, static_cast<int>(bands), m_bands.data(), pixel_bytes,
-        pixel_bytes * window.width, sizeof(std::uint16_t), nullptr);
-    if (failed != CE_None)
-        fail("damaged: " + geo::GdalErrorScope::reason());
-    const auto narrow = [&](std::uint16_t v) {
-        return static_cast<std::uint8_t>(std::min(v >> m_shift, 255));
-    };
-    if (m_mask == Mask::kValue)
-        out.valid.resize(out.values.size());
+    const std::size_t stride = bands + (m_alpha != 0 ? 1 : 0);
+    out.valid.resize(out.values.size());
     for (std::size_t i = 0; i < out.values.size(); ++i) {
-        const std::uint16_t* v = &wide[i * bands];
-        if (m_mask == Mask::kValue)
-            out.valid[i] = std::any_of(v, v + std::min<std::size_t>(bands, 3),
-                                       [&](std::uint16_t x) { return x != m_nodata; })
-                               ? 1
-                               : 0;
-        // An index of a palette is not a brightness.
-        out.values[i].r =
-            m_roles.palette ? static_cast<std::uint8_t>(std::min<int>(v[0], 255)) : narrow(v[0]);
+        const std::span<const float> v(&values[i * stride], stride);
+        out.valid[i] = has_data(v) && (m_alpha == 0 || v.back() >= m_opaque) ? 1 : 0;
+        const auto shown = [&](std::size_t band) {
+            return m_meanings[band].brightness.of(static_cast<double>(v[band]));
+        };
+        if (m_roles.palette) {
+            const auto index = static_cast<std::size_t>(std::max(v[0], 0.0F));
+            const bool known = index < m_palette.size() && m_palette_valid[index] != 0;
+            out.values[i] = known ? m_palette[index] : Pixel{};
+            out.valid[i] = known ? out.valid[i] : 0;
+            continue;
+        }
+        out.values[i].r = shown(0);
         if (bands >= 3) {
-            out.values[i].g = narrow(v[1]);
-            out.values[i].b = narrow(v[2]);
+            out.values[i].g = shown(1);
+            out.values[i].b = shown(2);
         }
         if (bands >= 4)
-            out.values[i].nir = narrow(v[3]);
+            out.values[i].nir = shown(3);
     }
-    if (m_roles.palette)
-        expand_palette(out);
-}
-
-void Image::expand_palette(Pixels& out) const {
-    const bool gaps =
-        std::find(m_palette_valid.begin(), m_palette_valid.end(), 0) != m_palette_valid.end() ||
-        m_palette.size() < 256;
-    if (gaps && out.valid.empty())
-        out.valid.assign(out.values.size(), 1);
-    for (std::size_t i = 0; i < out.values.size(); ++i) {
-        const std::size_t index = out.values[i].r;
-        const bool known = index < m_palette.size();
-        out.values[i] = known ? m_palette[index] : Pixel{};
-        if (gaps && !(known && m_palette_valid[index] != 0))
-            out.valid[i] = 0;
-    }
+    if (std::find(out.valid.begin(), out.valid.end(), 0) == out.valid.end())
+        out.valid.clear();
 }
 
 void Image::apply_mask(const PixelWindow& window, Pixels& out) {
-    out.valid.resize(out.values.size());
+    std::vector<std::uint8_t> masked(out.values.size());
     GDALRasterBand* mask = m_data->GetRasterBand(m_bands[0])->GetMaskBand();
     const CPLErr failed =
-        mask->RasterIO(GF_Read, window.x, window.y, window.width, window.height, out.valid.data(),
+        mask->RasterIO(GF_Read, window.x, window.y, window.width, window.height, masked.data(),
                        window.width, window.height, GDT_Byte, 0, 0, nullptr);
     if (failed != CE_None)
         fail("damaged: " + geo::GdalErrorScope::reason());
     constexpr std::uint8_t kHalf = 128;  // of an alpha band: mostly transparent counts as no data
-    for (std::uint8_t& v : out.valid)
-        v = v >= kHalf ? 1 : 0;
+    out.valid.resize(out.values.size(), 1);
+    for (std::size_t i = 0; i < masked.size(); ++i)
+        out.valid[i] = masked[i] >= kHalf ? out.valid[i] : 0;
 }
 
 }  // namespace terravox::imagery

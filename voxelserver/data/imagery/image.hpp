@@ -6,39 +6,23 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/geo/crs.hpp"
 #include "voxelserver/data/grid/square_names.hpp"
+#include "voxelserver/data/imagery/band_roles.hpp"
+#include "voxelserver/data/imagery/brightness.hpp"
 
+class GDALColorTable;
 class GDALDataset;
 
+namespace terravox::voxel {
+class ByteWriter;
+}
+
 namespace terravox::imagery {
-
-/// Assignment of an image's bands: GDAL's band numbers from 1, 0 = not present.
-struct BandRoles {
-    int red = 0;
-    int green = 0;
-    int blue = 0;
-    int nir = 0;
-    bool palette = false;  ///< the first band holds indices into a colour table
-    [[nodiscard]] bool colour() const noexcept { return blue != 0; }
-};
-
-/// Determines what the bands hold, by these rules, in this order:
-/// 1. per band, the metadata of the file: a colour interpretation (near infrared where GDAL
-///    supports it: 3.10), or a description such as "nir", "near infrared", "pir";
-/// 2. a file name with the word "irc" or "cir" (no letter before or after it:
-///    "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
-/// 3. a file name with the word "rgbi", "rgbn" or "rgbnir": the fourth band is near infrared, even
-///    if tagged as alpha;
-/// 4. four bands or more, the fourth neither alpha nor described: near infrared;
-/// 5. else red, green, blue in the order of the bands; fewer than three bands are grey.
-///
-/// An image that has only near infrared, red and green gives no colour: its blue is unknown, and a
-/// made-up value would end up in the picture.
-[[nodiscard]] BandRoles find_roles(GDALDataset& image, const std::string& file_name);
 
 /// The mutex that must be held for every use of GDAL data sets and PROJ transformations, which are
 /// not thread-safe.
@@ -93,6 +77,27 @@ public:
     /// "2021:06:14 10:30:00"; empty when the file does not contain a date.
     [[nodiscard]] const std::string& date() const noexcept { return m_date; }
 
+    /// Whether nothing need be assumed of what its values mean: they are bytes, or the file states
+    /// their depth.
+    [[nodiscard]] bool states_brightness() const noexcept { return m_states_brightness; }
+    /// Whether values are integers without a scale.
+    [[nodiscard]] bool has_whole_numbers() const noexcept { return m_whole_numbers; }
+    /// Looks at the values of some windows that lie evenly over the image, at more where these hold
+    /// no data, and at statistics that the file states. Does not depend on what was read before.
+    /// Damage is passed over: reading it will fail. To be called before choose_overview().
+    /// @param across windows along each edge, [1, 16]
+    [[nodiscard]] ValueRange look_at_values(int across);
+    /// To be called before read() unless states_brightness().
+    void set_brightness(const Brightness& brightness);
+    /// Instead of look_at_values() and set_brightness(): those of the same file.
+    void take_brightness_of(const Image& same);
+
+    /// Adds to what brightness values become, for a fingerprint.
+    void add_brightness(voxel::ByteWriter& out) const;
+
+    /// Whether pixels with data have been read, and all of them were black.
+    [[nodiscard]] bool is_black() const noexcept { return m_is_black; }
+
     /// @param window inside the image, not empty
     /// @throws Error naming the file when it is damaged
     void read(const PixelWindow& window, Pixels& out);
@@ -106,10 +111,17 @@ private:
     void open();
     void learn_georeference();
     void learn_values();
+    void learn_depth();
+    void learn_palette(const GDALColorTable& table);
+    void learn_mask();
+    void look_at_window(const PixelWindow& window, std::vector<float>& values, float& most_opaque);
+    void add_statistics(ValueRange& range) const;
     void read_bands(const PixelWindow& window, Pixels& out);
+    [[nodiscard]] std::vector<float> read_values(const PixelWindow& window);
     void read_wide(const PixelWindow& window, Pixels& out);
-    void expand_palette(Pixels& out) const;
+    [[nodiscard]] bool has_data(std::span<const float> values) const noexcept;
     void apply_mask(const PixelWindow& window, Pixels& out);
+    void look_for_light(const Pixels& pixels) noexcept;
 
     std::filesystem::path m_path;
     std::optional<grid::NamedSquare> m_square;
@@ -125,10 +137,24 @@ private:
     std::vector<int> m_bands;  ///< in the order of Pixel's members
     std::vector<Pixel> m_palette;
     std::vector<std::uint8_t> m_palette_valid;
-    bool m_wide = false;  ///< whether values have 16 bits
-    int m_shift = 8;      ///< right shift that converts wide values to 8 bits
+    bool m_wide = false;  ///< whether values are not bytes of brightness
+    bool m_states_brightness = true;
+    bool m_whole_numbers = true;
+    bool m_inverted = false;  ///< 0 is white
+    /// Of wide values, for each of m_bands: to what the file's metadata make of them, and to
+    /// brightness.
+    struct Meaning {
+        double scale = 1;
+        double offset = 0;
+        Brightness brightness;
+    };
+    std::vector<Meaning> m_meanings;
+    int m_alpha = 0;       ///< a band that GDAL makes no mask of; 0: none
+    float m_opaque = 128;  ///< of that band, at least: less counts as no data
     Mask m_mask = Mask::kNone;
-    std::uint16_t m_nodata = 0;
+    float m_nodata = 0;
+    bool m_has_light = false;  ///< a pixel that was read is not black
+    bool m_is_black = false;
 };
 
 }  // namespace terravox::imagery

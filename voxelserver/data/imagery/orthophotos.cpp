@@ -4,11 +4,14 @@
 #include <cmath>
 #include <list>
 #include <map>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/imagery/image_files.hpp"
 #include "voxelserver/data/imagery/pixel_map.hpp"
 
@@ -23,9 +26,15 @@ struct Orthophotos::Layer {
     long long pixel_mm = 0;    ///< of what is read of it, which may be an overview
     voxel::Fingerprint identity;
     std::size_t series = 0;  ///< as in Input
-    Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square)
+    ValueRange range;        ///< of an image that does not state what its values mean
+    Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square,
+          const Layer* same, int windows)
         : image(path, square), map(frame, image), identity(image_identity(path)) {
         constexpr double kMax = 4096;
+        if (same != nullptr)
+            image.take_brightness_of(same->image);
+        else if (!image.states_brightness())
+            range = image.look_at_values(windows);
         whole_pixel_m = frame.voxel_m() / map.pixels_per_voxel();
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
@@ -34,6 +43,8 @@ struct Orthophotos::Layer {
             throw util::Error(
                 "read the orthophoto {}: {:f} pixels to a voxel's edge; allowed: up to 4096",
                 path.string(), map.pixels_per_voxel());
+        if (same != nullptr)
+            return;
         if (image.placed_by_name())
             util::log_info(
                 "orthophoto {}: not georeferenced; placed by its name on the square of {} (source "
@@ -43,6 +54,18 @@ struct Orthophotos::Layer {
         else if (!image.crs())
             util::log_info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
                            frame.crs().name());
+    }
+
+    /// Adds how the values are read to the identity: boxes depend on it, and it depends on the
+    /// other images.
+    void add_reading() {
+        const BandRoles& roles = image.roles();
+        voxel::ByteWriter out;
+        out.add(identity);
+        for (const int band : {roles.red, roles.green, roles.blue, roles.nir})
+            out.add(band);
+        image.add_brightness(out);
+        identity = out.fingerprint();
     }
 };
 
@@ -132,16 +155,28 @@ int block_side(double pixels_per_voxel) {
 }  // namespace
 
 Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame,
-                         std::span<const grid::NamedSquare> squares)
-    : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
+                         std::span<const grid::NamedSquare> squares, const Orthophotos* same)
+    : m_frame(frame), m_open(std::make_unique<OpenFiles>()), m_logs(same == nullptr) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
-    for (const fs::path& file : orthophoto_files(paths)) {
+    const std::vector<fs::path> files = orthophoto_files(paths);
+    // Windows along an edge of each image that must be looked at: a few hundred in all.
+    constexpr double kWindows = 256;
+    const double share =
+        std::sqrt(kWindows / static_cast<double>(std::max<std::size_t>(files.size(), 1)));
+    const int windows = static_cast<int>(std::clamp(share, 1.0, 4.0));
+    std::map<fs::path, const Layer*> known;
+    if (same != nullptr)
+        for (const auto& layer : same->m_layers)
+            known.emplace(layer->image.path(), layer.get());
+    for (const fs::path& file : files) {
         const auto square =
             std::find_if(squares.begin(), squares.end(),
                          [&](const grid::NamedSquare& s) { return grid::is_named_like(file, s); });
+        const auto found = known.find(file);
         m_layers.push_back(
-            std::make_unique<Layer>(file, m_frame, square == squares.end() ? nullptr : &*square));
+            std::make_unique<Layer>(file, m_frame, square == squares.end() ? nullptr : &*square,
+                                    found == known.end() ? nullptr : found->second, windows));
         m_open->use(m_layers.back()->image);
     }
     std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {
@@ -154,6 +189,64 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
         return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
     });
     find_series();
+    if (m_logs) {
+        assume(true);
+        assume(false);
+        std::set<std::string> doubts;
+        for (const auto& layer : m_layers)
+            doubts.insert(layer->image.roles().doubt);
+        doubts.erase("");
+        for (const std::string& doubt : doubts)
+            warn_of_some(doubt,
+                         [&](const Layer& layer) { return layer.image.roles().doubt == doubt; });
+    }
+    for (const auto& layer : m_layers)
+        layer->add_reading();
+}
+
+// One scale for all images whose values are of one sort: tiles of one flight must fit together.
+void Orthophotos::assume(bool whole_numbers) {
+    ValueRange range;
+    const Layer* brightest = nullptr;
+    std::size_t count = 0;
+    const auto is_concerned = [&](const Layer& layer) {
+        return !layer.image.states_brightness() && layer.image.has_whole_numbers() == whole_numbers;
+    };
+    for (const auto& layer : m_layers) {
+        if (!is_concerned(*layer))
+            continue;
+        ++count;
+        if (brightest == nullptr || layer->range.high > brightest->range.high)
+            brightest = layer.get();
+        range.add(layer->range);
+    }
+    if (brightest == nullptr)
+        return;
+    const Assumption found = assume_brightness(range, whole_numbers);
+    for (const auto& layer : m_layers)
+        if (is_concerned(*layer))
+            layer->image.set_brightness(found.brightness);
+    util::log_message(
+        found.is_doubtful ? util::LogLevel::kWarning : util::LogLevel::kInfo,
+        "orthophoto {}{}: values from {:g} to {:g} are taken for {}: {:g} is white{}",
+        brightest->image.path().string(), count > 1 ? fmt::format(" and {} more", count - 1) : "",
+        range.low, range.high, found.what, found.white,
+        found.is_doubtful
+            ? fmt::format("; if another value is, make images of 8 bits: gdal_translate -ot Byte "
+                          "-scale 0 WHITE 0 255 {} NEW.tif",
+                          brightest->image.path().filename().string())
+            : "");
+}
+
+/// @param is_such  of which images it is true
+template <class Test>
+void Orthophotos::warn_of_some(std::string_view what, const Test& is_such) const {
+    const auto test = [&](const auto& layer) { return is_such(*layer); };
+    const auto shown = std::find_if(m_layers.begin(), m_layers.end(), test);
+    const auto count = std::count_if(m_layers.begin(), m_layers.end(), test);
+    if (count > 0)
+        util::log_warn("orthophoto {}{}: {}", (*shown)->image.path().string(),
+                       count > 1 ? fmt::format(" (one of {} such)", count) : "", what);
 }
 
 void Orthophotos::find_series() {
@@ -177,6 +270,9 @@ void Orthophotos::find_series() {
 
 Orthophotos::~Orthophotos() {
     const std::lock_guard lock(gdal_mutex());
+    if (m_logs)
+        warn_of_some("all of it that was read is black",
+                     [](const Layer& layer) { return layer.image.is_black(); });
     m_layers.clear();
 }
 

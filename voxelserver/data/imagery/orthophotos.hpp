@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "common/voxel/world.hpp"
@@ -22,17 +23,25 @@ namespace terravox::imagery {
 /// this order, which does not depend on the order of `paths` or of a folder: finer pixels first
 /// (rounded to a millimetre), then the newer date (TIFFTAG_DATETIME, EXIF; no date counts as
 /// oldest), then the file's name, then its path. Near infrared is taken in the same order from the
-/// images that have it. For the assignment of bands see image.hpp. Nodata values, alpha and mask
-/// bands are respected.
+/// images that have it. For the assignment of bands see band_roles.hpp. Nodata values, alpha and
+/// mask bands are respected.
+///
+/// Values that are no bytes become brightness as the file states (NBITS, or a scale and an offset
+/// to 1), else by the values that all such images have: one scale for all of them, whatever is
+/// read. What was assumed is logged in one line, as a warning where other readings are about as
+/// likely.
 class Orthophotos {
 public:
     /// @param paths image files or folders of them
     /// @param squares those of the world whose place their names state: an image that is not
     /// georeferenced and is named like one of them lies on it
+    /// @param same  the same images in another frame, which have logged what is assumed of them;
+    /// nullptr: none
     /// @throws Error naming the file that is missing, not an image, not georeferenced, or has more
     /// than 4096 pixels per voxel edge
     Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame,
-                std::span<const grid::NamedSquare> squares = {});
+                std::span<const grid::NamedSquare> squares = {}, const Orthophotos* same = nullptr);
+    /// Warns of images of which all that was read is black.
     ~Orthophotos();
 
     /// Logs one message for all images that lie outside the world, naming one of them, its
@@ -50,7 +59,7 @@ public:
     /// returns them in order of precedence.
     struct Input {
         grid::ColumnRect rect;
-        voxel::Fingerprint identity{};  ///< image_files.hpp
+        voxel::Fingerprint identity{};  ///< image_files.hpp, and how its values are read
         /// Images of one series may be of one survey: their pixels differ by a tenth at most, and
         /// they are dated in the same year, or not at all.
         std::size_t series = 0;
@@ -71,10 +80,14 @@ private:
     struct Layer;
     struct OpenFiles;
     void find_series();
+    void assume(bool whole_numbers);
+    template <class Test>
+    void warn_of_some(std::string_view what, const Test& is_such) const;
     void add_layer(std::size_t index, const ColumnRect& whole, Raster& raster) const;
     const grid::Frame m_frame;
     std::vector<std::unique_ptr<Layer>> m_layers;
     std::unique_ptr<OpenFiles> m_open;
+    const bool m_logs;
 };
 
 }  // namespace terravox::imagery

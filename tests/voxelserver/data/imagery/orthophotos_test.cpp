@@ -178,6 +178,56 @@ TEST_CASE("an image of 12 bits in 16 uses its whole range", "[voxelserver][image
     CHECK(at(Orthophotos({folder.path()}, frame()), 10, 50) == "255,193,130 -");
 }
 
+TEST_CASE("one scale for all images whose values are of one sort",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    const auto write = [&](const char* name, double east, GDALDataType type, double value) {
+        ImageFile image;
+        image.width = image.height = 20;
+        image.type = type;
+        image.geo = {kEast0 + east, 1, 0, kNorth0 + 20, 0, -1};
+        image.value = [=](int, int, int) { return value; };
+        write_image(folder.path() / name, image);
+    };
+    write("dark.tif", 0, GDT_UInt16, 200);  // alone it would be taken for 8 bits
+    write("light.tif", 20, GDT_Int16, 3200);
+    write("parts.tif", 40, GDT_Float32, 0.5);
+    write("bytes.tif", 60, GDT_Byte, 17);
+    const Warnings warnings;
+    const Orthophotos photos({folder.path()}, frame());
+    CHECK(warnings.count("light.tif and 1 more: values from 0 to 3200 are taken for 12 bits: 4095 "
+                         "is white") == 1);
+    CHECK(warnings.count("") == 1);
+    CHECK(at(photos, 10, 10) == "12,12,12 -");
+    CHECK(at(photos, 30, 10) == "200,200,200 -");
+    CHECK(at(photos, 50, 10) == "128,128,128 -");
+    CHECK(at(photos, 70, 10) == "17,17,17 -");
+    // Another frame of the same images, with less to read: the same values.
+    const Orthophotos coarse({folder.path()}, frame(4), {}, &photos);
+    const auto f = frame(4);
+    CHECK(column_text(coarse.read(voxel_x(f, 10), voxel_z(f, 10), 1, 1), 0, 0) == "12,12,12 -");
+    // Boxes of the dark image alone are others.
+    const auto identity = [](const Orthophotos& of) { return of.inputs().at(0).identity; };
+    const Orthophotos alone({folder.path() / "dark.tif"}, frame());
+    const auto order = photos.order();
+    const auto dark = std::find(order.begin(), order.end(), folder.path() / "dark.tif");
+    CHECK(identity(alone) !=
+          photos.inputs().at(static_cast<std::size_t>(dark - order.begin())).identity);
+    CHECK(at(alone, 10, 10) == "200,200,200 -");
+}
+
+TEST_CASE("an image of which all that was read is black says so", "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    write_image(folder.path() / "a.tif", plain(1, 0));
+    write_image(folder.path() / "b.tif", plain(2, 90));
+    const Warnings warnings;
+    {
+        const Orthophotos photos({folder.path()}, frame());
+        (void)at(photos, 10, 10);
+    }
+    CHECK_THAT(warnings.text(), contains("a.tif: all of it that was read is black"));
+}
+
 TEST_CASE("of an image that is far too fine an overview is read", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     auto image = plain(0.05, 100);

@@ -5,6 +5,7 @@
 #include "common/util/error.hpp"
 #include "tests/common/content.hpp"
 #include "tests/voxelserver/data/imagery/image_files.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "voxelserver/data/imagery/image.hpp"
 
 using namespace terravox;
@@ -246,6 +247,16 @@ TEST_CASE("near infrared is found by the file's metadata, by its name, or as a f
         {"dop_rgbi_1.tif", 4, "40,80,120 160/40", rgb_and(GCI_AlphaBand)},  // its name counts
         {"x.tif", 4, "80,120,160 40/80", says_nothing, {"nir", "red", "green", "blue"}},
         {"y.tif", 3, "- 40/80", says_nothing, {"Near Infrared", "Red", "Green"}},
+        {"s2.tif", 3, "120,80,40 -", says_nothing, {"B02 (blue)", "B03 (green)", "B04 (red)"}},
+        {"b.tif", 3, "120,80,40 -", says_nothing, {"B02", "B03", "B04"}},
+        {"tm.tif", 4, "40,80,120 -", says_nothing, {"B1", "B2", "B3", "B4"}},  // an old Landsat
+        {"words.tif", 3, "120,80,40 -", says_nothing, {"blue band", "Green band", "RED"}},
+        {"r.tif", 4, "160,120,40 80/160", says_nothing, {"B", "NIR", "G", "R"}},
+        {"edge.tif", 4, "80,120,160 -", says_nothing, {"red edge", "red", "green", "blue"}},
+        {"green_i.tif", 4, "40,120,160 -", says_nothing, {"red", "green_i", "green", "blue"}},
+        {"tags.tif", 3, "120,80,40 -", rgb_and(kNone), {"blue", "green", "red"}},
+        {"two.tif", 4, "40,80,120 -", says_nothing, {"red", "green", "blue", "red"}},
+        {"none.tif", 3, "40,80,120 -", says_nothing, {"Band 1", "Band 2", "Band 3"}},
         {"grey.tif", 1, "40,40,40 -"},
         {"palette.tif", 1, "215,40,77 -"},
         // Alpha 80 of 255: mostly see-through.
@@ -264,6 +275,32 @@ TEST_CASE("near infrared is found by the file's metadata, by its name, or as a f
         write_image(folder.path() / c.file, image);
         CHECK(find_column(folder.path()) == c.expected);
     }
+}
+
+TEST_CASE("a warning says what a file says of its bands and is not followed",
+          "[voxelserver][imagery][bands]") {
+    struct Case {
+        std::vector<std::string> descriptions;
+        const char* warning;
+    };
+    const auto c = GENERATE(values<Case>({
+        {{"red", "green", "blue"}, ""},
+        {{"blue", "green", "red"}, "band 3 is named 'red', but tagged blue; it is taken for red"},
+        {{"red", "Red", "blue"}, "bands 1 and 2 are both named red; the first is taken"},
+        {{"Blue", "", ""}, "band 1 is named 'Blue'; it is taken for red"},
+    }));
+    const TemporaryFolder folder;
+    ImageFile image;
+    image.descriptions = c.descriptions;
+    if (c.descriptions[1].empty())
+        image.meanings = {GCI_Undefined, GCI_Undefined, GCI_Undefined};
+    write_image(folder.path() / "a.tif", image);
+    const Warnings warnings;
+    (void)find_column(folder.path());
+    if (*c.warning == '\0')
+        CHECK(warnings.text().empty());
+    else
+        CHECK_THAT(warnings.text(), contains(c.warning));
 }
 
 TEST_CASE(

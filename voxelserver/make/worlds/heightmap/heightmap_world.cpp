@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <span>
 #include <string>
 
 #include "common/geo/gdal_files.hpp"
@@ -210,7 +211,9 @@ private:
         if (!at) {
             const grid::Frame frame(m_frame.crs(), std::ldexp(m_frame.voxel_m(), level),
                                     m_middle[0], m_middle[1]);
-            at = std::make_unique<imagery::Orthophotos>(m_options.orthophotos, frame);
+            at = std::make_unique<imagery::Orthophotos>(m_options.orthophotos, frame,
+                                                        std::span<const grid::NamedSquare>{},
+                                                        m_photos.front().get());
         }
         return *at;
     }
