@@ -223,6 +223,21 @@ PHOTO_ROWS = [
         kind=FLOAT,
         covered=0.5,
     ),
+    photo(
+        "the lowest number is no data",
+        tuple(lambda x, y, v=v: -1.7976931348623157e308 if x < 32 else v / 255 for v in COLOUR),
+        bits=64,
+        kind=FLOAT,
+        nodata="-1.7976931348623157e+308",
+        covered=0.5,
+    ),
+    photo(
+        "12 bits with a scale to radiance",
+        times(16),
+        TWELVE,
+        bits=16,
+        items="".join(item("SCALE", "0.01", i, "scale") for i in range(3)),
+    ),
     photo("black", (0, 0, 0), "all of it that was read is black", means={"red": 0}),
     photo(
         "black of 16 bits",

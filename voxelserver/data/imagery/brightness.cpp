@@ -50,13 +50,11 @@ Assumption assume_whole(double high) {
 }  // namespace
 
 Assumption assume_brightness(const ValueRange& range, bool whole_numbers) {
-    // A bright roof or cloud reflects more than a white sheet does.
-    constexpr double kOverOne = 2;
-    constexpr double kDark = 32;  // 8-bit brightness that no photograph of a day stays below
+    constexpr double kDark = 64;  // 8-bit brightness that no photograph of a day stays below
     Assumption out;
     if (whole_numbers || range.high >= 256) {
         out = assume_whole(range.high);
-    } else if (range.high <= kOverOne) {
+    } else if (range.high <= kMostReflectance) {
         out = {Brightness::of_white(1), 1, "parts of 1", range.high > 1.5};
     } else {
         out = {{1, 0.5}, 255, "0 to 255", range.high < kDark};

@@ -7,6 +7,10 @@
 
 namespace terravox::imagery {
 
+/// Parts of 1 that a surface reflects, at most: a bright roof or cloud reflects more than a white
+/// sheet does.
+inline constexpr double kMostReflectance = 2;
+
 /// Which values of an image are black and white: the brightness of a value is floor(value * factor
 /// + add), cut to [0, 255].
 struct Brightness {

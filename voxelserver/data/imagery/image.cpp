@@ -202,11 +202,11 @@ void Image::learn_mask() {
     if ((flags & GMF_ALL_VALID) != 0 || alpha_is_nir || m_alpha != 0) {
         m_mask = Mask::kNone;
     } else if ((flags & GMF_NODATA) != 0 && has_nodata != 0) {
-        // Pixels without a number have no data in any case.
+        // Wide pixels without a finite number have no data in any case.
         const bool possible =
             m_wide || (nodata >= 0 && nodata <= 255 && nodata == std::floor(nodata));
         m_mask = possible && !std::isnan(nodata) ? Mask::kValue : Mask::kNone;
-        // As GDAL converts values.
+        // Values beyond those of a float become infinite.
         constexpr double kMost = std::numeric_limits<float>::max();
         m_nodata = static_cast<float>(std::clamp(nodata, -kMost, kMost));
     } else {
@@ -262,6 +262,14 @@ ValueRange Image::look_at_values(int across) {
         greatest = std::ldexp(1.0, GDALGetDataTypeSizeBits(type) - GDALDataTypeIsSigned(type)) - 1;
     ValueRange out = find_range(std::move(values), greatest);
     add_statistics(out);
+    // A scale to radiance or the like says nothing of what is white.
+    const auto is_scaled = [](const Meaning& m) { return m.scale != 1 || m.offset != 0; };
+    if (out.high > kMostReflectance &&
+        std::any_of(m_meanings.begin(), m_meanings.end(), is_scaled)) {
+        m_meanings.assign(m_bands.size(), {});
+        m_whole_numbers = GDALDataTypeIsInteger(type) != 0;
+        return look_at_values(across);
+    }
     if (most_opaque > 0)
         m_opaque = static_cast<float>(
             assume_brightness({0, most_opaque}, GDALDataTypeIsInteger(type) != 0).white / 2);
@@ -403,7 +411,7 @@ std::vector<float> Image::read_values(const PixelWindow& window) {
 
 bool Image::has_data(std::span<const float> values) const noexcept {
     const auto colours = values.first(std::min<std::size_t>(m_bands.size(), 3));
-    if (std::any_of(colours.begin(), colours.end(), [](float v) { return std::isnan(v); }))
+    if (!std::all_of(colours.begin(), colours.end(), [](float v) { return std::isfinite(v); }))
         return false;
     return m_mask != Mask::kValue ||
            std::any_of(colours.begin(), colours.end(), [&](float v) { return v != m_nodata; });

@@ -34,6 +34,7 @@ TEST_CASE("the depth of values is found from the brightest", "[voxelserver][imag
         {1.2, false, 1, "parts of 1", false},
         {1.9, false, 1, "parts of 1", true},
         {3, false, 255, "0 to 255", true},
+        {63, false, 255, "0 to 255", true},
         {255, false, 255, "0 to 255", false},
         {3000, false, 4095, "12 bits", true},
     }));
