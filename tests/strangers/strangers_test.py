@@ -20,6 +20,7 @@ from raster_files import (
     ALPHA,
     DEGREES,
     FLOAT,
+    METRES,
     MINISBLACK,
     MINISWHITE,
     NORTH,
@@ -476,6 +477,13 @@ HEIGHT_ROWS = [
         "feet of the survey",
         (1000,),
         items=item("UNITTYPE", "US survey foot", 0, "unittype"),
+        means={"dsm": 305},
+    ),
+    grid("feet by a key", (1000,), keys=(*METRES, (4099, 9002)), means={"dsm": 305}),
+    grid(
+        "feet by a vertical system",
+        (1000,),
+        keys=(*METRES, (4096, 6360), (4099, 9003)),
         means={"dsm": 305},
     ),
     grid(
