@@ -221,7 +221,7 @@ void Image::set_brightness(const Brightness& brightness) {
     }
 }
 
-void Image::take_brightness_of(const Image& same) {
+void Image::copy_brightness(const Image& same) {
     m_meanings = same.m_meanings;
     m_opaque = same.m_opaque;
 }

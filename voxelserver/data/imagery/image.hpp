@@ -89,8 +89,8 @@ public:
     [[nodiscard]] ValueRange look_at_values(int across);
     /// To be called before read() unless states_brightness().
     void set_brightness(const Brightness& brightness);
-    /// Instead of look_at_values() and set_brightness(): those of the same file.
-    void take_brightness_of(const Image& same);
+    /// Instead of look_at_values() and set_brightness(): what the same file has found.
+    void copy_brightness(const Image& same);
 
     /// Adds to what brightness values become, for a fingerprint.
     void add_brightness(voxel::ByteWriter& out) const;

@@ -32,7 +32,7 @@ struct Orthophotos::Layer {
         : image(path, square), map(frame, image), identity(image_identity(path)) {
         constexpr double kMax = 4096;
         if (same != nullptr)
-            image.take_brightness_of(same->image);
+            image.copy_brightness(same->image);
         else if (!image.states_brightness())
             range = image.look_at_values(windows);
         whole_pixel_m = frame.voxel_m() / map.pixels_per_voxel();
