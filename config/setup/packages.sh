@@ -60,9 +60,9 @@ install_packages() {
     fi
     say "Installing packages: ${missing[*]}"
     # The prompt for the password is here, where it can be seen, and not in the middle of quiet
-    # output.
+    # output. A command, as --validate asks for one as soon as any rule for the user does.
     if ((EUID != 0)); then
-        sudo --validate ||
+        sudo true ||
             die "install packages: sudo refused. Needed: apt-get install ${missing[*]}"
     fi
     # The package lists may be absent or old. They are refreshed only then, since that takes a
