@@ -198,7 +198,7 @@ class Pins(Case):
             ):
                 for name, version in about.get(kind, {}).items():
                     with self.subTest(f"{folder.name}: {name}"):
-                        self.assertRegex(version, r"^[\^~]?\d+\.\d+\.\d+$")
+                        self.assertRegex(version, r"^[\^~]?\d+\.\d+\.\d+(-[a-z]+\.\d+)?$")
 
     def test_no_package_runs_a_script_when_it_is_installed(self):
         for folder in PACKAGES:
