@@ -62,6 +62,7 @@ def wrong_files():
         "a.e57": b"ASTM-E57" + bytes(100),
         "a.xyz": b"462000.5 101000.5 300.1\n462003.1 101001.7 300.2\n",
         "page": b"<!DOCTYPE html><title>Sign in</title>",
+        "empty.laz": b"",
         "text.laz": b"no points here\n" * 50,
         "scene.toml": b"version = 1\n",
         "typo.toml": b"[camera]\nfvo_deg = 40\n",

@@ -180,7 +180,7 @@ std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points
     if (at < static_cast<std::int64_t>(points_at + kTableOffset) ||
         static_cast<std::uint64_t>(at) > file.size() - kTableHeader)
         file.fail("cut short or damaged: its chunk table should be at byte " + std::to_string(at) +
-                  " of " + std::to_string(file.size()));
+                  " of " + std::to_string(file.size()) + "; fetch it again");
     return static_cast<std::uint64_t>(at);
 }
 

@@ -274,11 +274,13 @@ struct Layout {
 void check_version(const pointcloud::FileBytes& bytes, LasInfo& info) {
     constexpr std::uint64_t kSmallestHeader = 227;
     constexpr std::array<char, 4> kSignature = {'L', 'A', 'S', 'F'};
+    if (bytes.size() == 0)
+        bytes.fail("it is empty; fetch it again");
     if (bytes.size() < kSignature.size() || bytes.at<std::array<char, 4>>(0) != kSignature)
         bytes.fail("not a LAS or LAZ file (it does not start with 'LASF')");
     if (bytes.size() < kSmallestHeader)
         bytes.fail("cut short: " + std::to_string(bytes.size()) +
-                   " bytes; a header has at least 227");
+                   " bytes; a header has at least 227; fetch it again");
     const int major = bytes.at<std::uint8_t>(24);
     info.version_minor = bytes.at<std::uint8_t>(25);
     if (major != 1 || info.version_minor > 5)
@@ -290,7 +292,10 @@ void check_version(const pointcloud::FileBytes& bytes, LasInfo& info) {
         kSmallestHeader, kSmallestHeader, kSmallestHeader, 235, 375, 393};
     const std::uint64_t min_header_bytes =
         kHeaderBytes[static_cast<std::size_t>(info.version_minor)];
-    if (header_bytes < min_header_bytes || points_at < header_bytes || points_at > bytes.size())
+    if (points_at > bytes.size())
+        bytes.fail("cut short or damaged: points at byte " + std::to_string(points_at) + " of " +
+                   std::to_string(bytes.size()) + "; fetch it again");
+    if (header_bytes < min_header_bytes || points_at < header_bytes)
         bytes.fail("header of " + std::to_string(header_bytes) + " bytes and points at byte " +
                    std::to_string(points_at) + " of " + std::to_string(bytes.size()));
 }
@@ -383,7 +388,7 @@ LasInfo check_las_header(const std::filesystem::path& path) {
     } else if (const std::uint64_t held = (bytes.size() - layout.points_at) / layout.record_bytes;
                info.point_count > held) {
         bytes.fail("cut short: " + std::to_string(info.point_count) + " points promised; " +
-                   std::to_string(held) + " are there");
+                   std::to_string(held) + " are there; fetch it again");
     }
     return info;
 }

@@ -96,6 +96,14 @@ TEST_CASE("a folder with other files takes a site where they may be overwritten"
     CHECK_NOTHROW(SiteFolder(folder.path(), {}, true));
 }
 
+TEST_CASE("a file takes no site", "[publish]") {
+    const TemporaryFolder folder;
+    put(folder.path() / "notes.txt");
+    CHECK_THROWS_AS(SiteFolder(folder.path() / "notes.txt", {}, false), util::UsageError);
+    CHECK_THROWS_WITH(SiteFolder(folder.path() / "notes.txt", {}, true),
+                      contains("it is a file; allowed: a new or empty folder"));
+}
+
 TEST_CASE("one process at a time writes a site to a folder", "[publish]") {
     const TemporaryFolder folder;
     {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 
@@ -50,6 +51,19 @@ std::vector<pointcloud::Point> read_side_by_side(const LasInfo& info,
     for (const auto& part : parts)
         joined.insert(joined.end(), part.begin(), part.end());
     return joined;
+}
+
+/// The header of LAS 1.4 whose points would begin at byte 1000.
+std::string header_alone() {
+    std::string out(375, '\0');
+    const auto set = [&]<class T>(std::size_t at, T value) {
+        std::memcpy(out.data() + at, &value, sizeof value);
+    };
+    set(0, std::array{'L', 'A', 'S', 'F'});
+    set(24, std::array<std::uint8_t, 2>{1, 4});
+    set(94, std::uint16_t{375});
+    set(96, std::uint32_t{1000});
+    return out;
 }
 
 constexpr std::uint32_t kPoints = 30;
@@ -121,9 +135,11 @@ TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][
     };
     const auto c = GENERATE(values<Case>({
         {"missing", "none.laz", "", "no such file"},
-        {"empty", "empty.las", "", "not a LAS or LAZ file"},
+        {"empty", "empty.las", "", "it is empty; fetch it again"},
         {"text", "text.las", "this is no point cloud", "not a LAS or LAZ file"},
         {"a signature alone", "sign.laz", "LASF", "cut short"},
+        {"cut before its points", "cut.laz", header_alone(),
+         "points at byte 1000 of 375; fetch it again"},
         {"zeros", "zeros.las", std::string("LASF") + std::string(400, '\0'), "LAS version 0.0"},
     }));
     DYNAMIC_SECTION(c.name) {
