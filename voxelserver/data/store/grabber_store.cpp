@@ -340,7 +340,7 @@ GrabberStore read_grabber_store(const fs::path& folder) {
     };
     std::error_code failed;
     if (!fs::is_directory(folder, failed))
-        throw fail("no such folder");
+        throw fail("no such folder; terravox grab fetch --store makes one");
     const fs::path file = folder / "fishnet.gpkg";
     if (!fs::exists(file, failed)) {
         if (fs::exists(folder / ".grabber.lock", failed))
