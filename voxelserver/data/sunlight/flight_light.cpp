@@ -71,14 +71,6 @@ bool is_certain(const Scene& scene, const std::vector<float>& lit, int x, int z,
     return true;
 }
 
-std::vector<float> lit_shares(const Scene& scene, const Sun& sun) {
-    std::vector<float> lit = horizons(scene, sun.azimuth_deg);
-    const Sunlit sunlit(sun.altitude_deg);
-    for (float& value : lit)
-        value = sunlit.share(value);
-    return lit;
-}
-
 /// Sums of ground in tiles, and of each kind in all scenes: of cells away from edges of shadows,
 /// and of all cells that are fully lit or in full shadow.
 struct Contrasts {
@@ -202,12 +194,6 @@ constexpr Range kLuminance{0.045F, 0.32F};
 constexpr Range kRedOverGreen{0.45F, 0.95F};
 constexpr Range kBlueOverGreen{0.20F, 0.75F};
 
-/// Whether a colour may be that of leaves or grass, whatever the exposure.
-bool is_leaf_green(const Light& seen) noexcept {
-    return seen[1] > 1.03F * seen[0] && seen[1] > 1.1F * seen[2] && seen[0] > 0.25F * seen[1] &&
-           seen[2] > 0.1F * seen[1];
-}
-
 }  // namespace
 
 Light without_veil(const Light& seen, const Light& veil) noexcept {
@@ -215,6 +201,11 @@ Light without_veil(const Light& seen, const Light& veil) noexcept {
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = std::max(seen[c] - veil[c], 0.0F);
     return out;
+}
+
+bool is_leaf_green(const Light& seen) noexcept {
+    return seen[1] > 1.03F * seen[0] && seen[1] > 1.1F * seen[2] && seen[0] > 0.25F * seen[1] &&
+           seen[2] > 0.1F * seen[1];
 }
 
 FlightLight measure_light(std::span<const Scene> scenes, const std::optional<Sun>& sun) {

@@ -22,6 +22,9 @@ struct FlightLight {
 /// What is seen, less the veil; never below 0.
 [[nodiscard]] Light without_veil(const Light& seen, const Light& veil) noexcept;
 
+/// Whether a colour may be that of leaves or grass, whatever the exposure.
+[[nodiscard]] bool is_leaf_green(const Light& seen) noexcept;
+
 /// Measures sky, veil and gain. Each is a median or a percentile over the scenes; what cannot be
 /// measured has the value that changes nothing. The gain brings back what haze took away, as its
 /// veil tells; otherwise it is 1 while brightness and hue of crowns and grass lie in the range that

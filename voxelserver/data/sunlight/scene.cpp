@@ -116,8 +116,20 @@ Surface inner_cells(const Surface& surface, int margin) {
     return out;
 }
 
+namespace {
+
+Cover common_cover(Cover a, Cover b) noexcept {
+    if (a == b || b == Cover::kUnknown)
+        return a;
+    return a == Cover::kUnknown ? b : Cover::kOther;
+}
+
+}  // namespace
+
 Scene halved(const Scene& scene) {
     Scene out(scene.width / 2, scene.height / 2, scene.margin / 2, 2 * scene.cell_m);
+    if (!scene.cover.empty())
+        out.cover.assign(out.size(), Cover::kUnknown);
     for (int z = 0; z < out.height; ++z)
         for (int x = 0; x < out.width; ++x) {
             const std::size_t to = out.index(x, z);
@@ -130,6 +142,8 @@ Scene halved(const Scene& scene) {
                     out.top_m[to] = scene.top_m[from];
                     out.kind[to] = scene.kind[from];
                 }
+                if (!scene.cover.empty())
+                    out.cover[to] = common_cover(out.cover[to], scene.cover[from]);
                 if (scene.shown[from] == 0)
                     continue;
                 ++shown;

@@ -18,6 +18,14 @@ enum class Kind : std::uint8_t {
 };
 inline constexpr std::size_t kKinds = 5;
 
+/// What classes and echoes of points say of the material on top of a cell.
+enum class Cover : std::uint8_t {
+    kUnknown,
+    kAsphalt,  ///< a road, or open ground that returns little light
+    kVegetation,
+    kOther,
+};
+
 /// Red, green and blue in linear light, 1 = the maximum of sRGB.
 using Light = std::array<float, 3>;
 
@@ -47,6 +55,7 @@ struct Surface {
 struct Scene : Surface {
     std::vector<Light> photo;         ///< of all cells; valid where `shown`
     std::vector<std::uint8_t> shown;  ///< 1 = the photograph shows the cell
+    std::vector<Cover> cover;         ///< of all cells; empty: nothing is known
 
     Scene() = default;
     Scene(int given_width, int given_height, int given_margin, double given_cell_m);
@@ -64,7 +73,8 @@ void fill_gaps(Surface& surface, int reach = kGapReach);
 /// @param margin of the result: at most that of the surface
 [[nodiscard]] Surface inner_cells(const Surface& surface, int margin = 0);
 
-/// The same surface in cells of twice the size: the highest top, the mean of the photograph.
+/// The same surface in cells of twice the size: the highest top, the mean of the photograph, the
+/// cover where those that are known agree.
 [[nodiscard]] Scene halved(const Scene& scene);
 
 /// Rise over run to the east and to the south; 0 across the edge of an object, where heights are

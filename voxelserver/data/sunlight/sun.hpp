@@ -34,6 +34,9 @@ private:
     float m_sharpness;
 };
 
+/// The share of the sun that each cell of a scene sees, [0, 1].
+[[nodiscard]] std::vector<float> lit_shares(const Surface& surface, const Sun& sun);
+
 /// How much sunlight falls on a slope, over that on flat ground; 0 on the far side.
 class Facing {
 public:

@@ -46,6 +46,14 @@ Sunlit::Sunlit(double altitude_deg) noexcept {
     m_sharpness = static_cast<float>(0.5 / (kHalfSoft_deg * kDegree * (1 + rise * rise)));
 }
 
+std::vector<float> lit_shares(const Surface& surface, const Sun& sun) {
+    std::vector<float> lit = horizons(surface, sun.azimuth_deg);
+    const Sunlit sunlit(sun.altitude_deg);
+    for (float& value : lit)
+        value = sunlit.share(value);
+    return lit;
+}
+
 Facing::Facing(const Sun& sun) noexcept {
     const double rise = det::tan(sun.altitude_deg * kDegree);
     m_east = static_cast<float>(det::sin(sun.azimuth_deg * kDegree) / rise);
