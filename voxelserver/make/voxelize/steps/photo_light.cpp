@@ -131,6 +131,28 @@ std::vector<std::int32_t> starts(std::int32_t first, std::int32_t end, int block
 
 }  // namespace
 
+ExposureImages exposure_images(std::span<const imagery::Orthophotos::Input> images) {
+    std::map<std::size_t, std::vector<std::pair<voxel::Fingerprint, std::size_t>>> all;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        // By its place, since a file that is copied gets another identity.
+        const ColumnRect& rect = images[i].rect;
+        voxel::ByteWriter place;
+        for (const std::int32_t v : {rect.min_x, rect.min_z, rect.max_x, rect.max_z})
+            place.add(v);
+        all[images[i].series].emplace_back(place.fingerprint(), i);
+    }
+    ExposureImages out;
+    for (auto& [number, series] : all) {
+        const std::size_t count = std::min(series.size(), kExposureImages);
+        std::partial_sort(series.begin(), series.begin() + static_cast<std::ptrdiff_t>(count),
+                          series.end());
+        for (std::size_t i = 0; i < count; ++i)
+            out[number].push_back(series[i].second);
+        std::sort(out[number].begin(), out[number].end());
+    }
+    return out;
+}
+
 int shadow_patches(double voxel_m) noexcept {
     constexpr double kReach_m = 60;
     // One patch around follows shadows of 55 voxels (kPatchSize - kEdgeReach): enough at 1 m.
@@ -192,7 +214,7 @@ voxel::Fingerprint to_fingerprint(const PhotoSample& sample, const voxel::Finger
 namespace {
 
 /// To be raised when the layout changes.
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 /// Names the members for both ways (MaybeConst).
 template <class Bytes>
@@ -203,6 +225,9 @@ void visit(Bytes& bytes, MaybeConst<PhotoLight> auto& found) {
     bytes.each(light.sky, light.veil, light.gain, light.typical);
     visit_sun(found.estimate.sun);
     bytes.each(found.estimate.correlation, found.estimate.margin);
+    for (auto& one : found.evidence.seen)
+        bytes.each(one.albedo, one.cells);
+    bytes.each(found.evidence.darkest, found.evidence.cells);
 }
 
 bool is_sound(const sunlight::Sun& sun) noexcept {
@@ -226,7 +251,12 @@ bool is_sound(const PhotoLight& found) noexcept {
            estimate.correlation >= -kMostCorrelation && estimate.correlation <= kMostCorrelation &&
            estimate.margin >= 0 && estimate.margin <= 1 && all_within(light.sky, kLeastSky, 1) &&
            all_within(light.veil, 0, 1) && all_within(light.gain, 1 / kMost, kMost) &&
-           all_within(light.typical, 0, kMost);
+           all_within(light.typical, 0, kMost) &&
+           std::all_of(found.evidence.seen.begin(), found.evidence.seen.end(),
+                       [&](const sunlight::Sighting& one) {
+                           return all_within(one.albedo, 0, kMost * kMost);
+                       }) &&
+           all_within(found.evidence.darkest, 0, kMost * kMost);
 }
 
 }  // namespace

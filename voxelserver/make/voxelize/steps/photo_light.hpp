@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/data/imagery/orthophotos.hpp"
+#include "voxelserver/data/sunlight/exposure.hpp"
 #include "voxelserver/data/sunlight/flight_light.hpp"
 #include "voxelserver/data/sunlight/sun.hpp"
 #include "voxelserver/make/voxelize/points/sources.hpp"
@@ -34,6 +39,13 @@ struct PhotoSample {
                                                 const voxel::Fingerprint& identity,
                                                 const Sources& sources);
 
+/// The images from which exposure is found, by series (Orthophotos::Input), indices rising: all of
+/// a series, of more than kExposureImages as many that lie anywhere in it. Mostly still the same
+/// when images are added to a series or leave it.
+using ExposureImages = std::map<std::size_t, std::vector<std::size_t>>;
+[[nodiscard]] ExposureImages exposure_images(std::span<const imagery::Orthophotos::Input> images);
+inline constexpr std::size_t kExposureImages = 9;
+
 /// Within how many patches what casts a shadow on a patch is searched for: about 60 m, and at most
 /// four.
 [[nodiscard]] int shadow_patches(double voxel_m) noexcept;
@@ -42,6 +54,7 @@ struct PhotoSample {
 struct PhotoLight {
     sunlight::FlightLight light;
     sunlight::SunEstimate estimate;  ///< the best one, whether or not it is certain
+    sunlight::Evidence evidence;     ///< by `light`, before exposure is corrected
 };
 
 /// For storage.

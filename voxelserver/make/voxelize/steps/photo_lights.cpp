@@ -168,32 +168,58 @@ void show(const Raster& raster, int from, std::optional<std::uint32_t> image, Sc
         }
 }
 
+/// What the points of a column say of the material of what is seen of it.
+sunlight::Cover find_cover(const PatchColumns& columns, int x, int z, Kind kind,
+                           const ClassTable& classes) {
+    using sunlight::Cover;
+    constexpr double kDarkEcho = 0.5;  // asphalt, and what is as dark, over bright ground
+    if (kind == Kind::kPlant) {
+        const auto objects = columns.objects_at(x, z);
+        if (objects.empty())
+            return Cover::kUnknown;
+        const bool grows = classes.meaning[objects.back().source_class].role == Role::kVegetation;
+        return grows ? Cover::kVegetation : Cover::kOther;
+    }
+    const voxelize::Surface& ground = columns.at(x, z).ground;
+    if (kind != Kind::kGround || !ground.seen())
+        return Cover::kUnknown;
+    if (classes.meaning[ground.source_class].material == voxel::Material::kRoad)
+        return Cover::kAsphalt;
+    if (ground.brightness == BrightnessScale::kUnknown)
+        return Cover::kUnknown;
+    return ground.brightness < kDarkEcho * BrightnessScale::kBrightGround ? Cover::kAsphalt
+                                                                          : Cover::kOther;
+}
+
 void log_light(const std::string& file, const PhotoLight& found) {
+    const Light& gain = found.light.gain;
+    const std::string levels =
+        fmt::format("exposure x {:.2f}, {:.2f}, {:.2f}, black point {:.2f}", gain[0], gain[1],
+                    gain[2], sunlight::luminance(found.light.veil));
     if (found.light.sun)
         util::log_info(
             "orthophoto {}: taken with the sun at azimuth {:.1f}, altitude {:.1f} degrees "
-            "(correlation {:.2f}, margin {:.2f}, sky {:.2f}); colours are albedo",
+            "(correlation {:.2f}, margin {:.2f}, sky {:.2f}), {}; colours are albedo",
             file, found.light.sun->azimuth_deg, found.light.sun->altitude_deg,
-            found.estimate.correlation, found.estimate.margin,
-            sunlight::luminance(found.light.sky));
+            found.estimate.correlation, found.estimate.margin, sunlight::luminance(found.light.sky),
+            levels);
     else
         util::log_info(
             "orthophoto {}: no sun found that explains its shadows (correlation {:.2f}, margin "
-            "{:.2f}); only exposure and white balance are adjusted, by {:.2f}, {:.2f}, {:.2f}",
-            file, found.estimate.correlation, found.estimate.margin, found.light.gain[0],
-            found.light.gain[1], found.light.gain[2]);
+            "{:.2f}); only these are adjusted: {}",
+            file, found.estimate.correlation, found.estimate.margin, levels);
 }
 
-/// Multiplies the colours that come from an image.
-void brighten(std::uint32_t image, const Light& gain, Raster& out) {
-    if (gain == Light{1, 1, 1})
+/// Takes the black point off the colours that come from an image, and multiplies the rest.
+void adjust_levels(std::uint32_t image, const sunlight::FlightLight& levels, Raster& out) {
+    if (levels.gain == Light{1, 1, 1} && levels.veil == Light{})
         return;
     for (std::size_t i = 0; i < out.colour.size(); ++i) {
         if ((out.flags[i] & Raster::kColour) == 0 || out.image[i] != image)
             continue;
-        Light light = to_linear_value(out.colour[i]);
+        Light light = sunlight::without_veil(to_linear_value(out.colour[i]), levels.veil);
         for (std::size_t c = 0; c < 3; ++c)
-            light[c] *= gain[c];
+            light[c] *= levels.gain[c];
         out.colour[i] = to_srgb_value(light);
     }
 }
@@ -225,7 +251,9 @@ PhotoLights::PhotoLights(const imagery::Orthophotos& images, PointSet& points,
       m_kept(kept),
       m_around(shadow_patches(points.sources().frame.voxel_m())),
       m_mosaic(m_inputs),
+      m_exposure_images(exposure_images(m_inputs)),
       m_surface(points),
+      m_own_lights((images.count() + 1) * kLightBytes),
       m_lights((images.count() + 1) * kLightBytes) {}
 
 /// From an earlier world, else by a search, whose result is kept for later ones.
@@ -247,6 +275,22 @@ PhotoLight PhotoLights::known_or_found(std::size_t image) {
     return found;
 }
 
+/// What the columns of a block say of their material, before the scene's cells are made wider.
+void PhotoLights::mark_covers(const grid::PatchRect& block, Scene& scene) {
+    scene.cover.assign(scene.size(), sunlight::Cover::kUnknown);
+    for (std::int32_t pz = block.min.pz; pz < block.max.pz; ++pz)
+        for (std::int32_t px = block.min.px; px < block.max.px; ++px) {
+            const auto columns = m_points.columns({px, pz});
+            const int x0 = scene.margin + (px - block.min.px) * grid::kPatchSize;
+            const int z0 = scene.margin + (pz - block.min.pz) * grid::kPatchSize;
+            for (int z = 0; z < grid::kPatchSize; ++z)
+                for (int x = 0; x < grid::kPatchSize; ++x) {
+                    const std::size_t i = scene.index(x0 + x, z0 + z);
+                    scene.cover[i] = find_cover(*columns, x, z, scene.kind[i], m_points.classes());
+                }
+        }
+}
+
 PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample) {
     std::vector<Scene> scenes;
     for (const grid::PatchRect& block : sample.blocks) {
@@ -255,6 +299,7 @@ PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample)
         const int height = (block.max.pz - block.min.pz) * grid::kPatchSize;
         show(m_images.read_image(image, {block.min.x0(), block.min.z0(), width, height}),
              scene.margin, std::nullopt, scene);
+        mark_covers(block, scene);
         while (scene.cell_m < kFinestCell_m)
             scene = sunlight::halved(scene);
         scenes.push_back(std::move(scene));
@@ -271,14 +316,38 @@ PhotoLight PhotoLights::find_light(std::size_t image, const PhotoSample& sample)
     constexpr float kNoShadow = 0.9F;
     if (sun && sunlight::luminance(out.light.sky) > kNoShadow)
         out.light = sunlight::measure_light(scenes, std::nullopt);
+    out.evidence = sunlight::find_evidence(scenes, out.light);
     return out;
+}
+
+std::shared_ptr<const PhotoLight> PhotoLights::own_light(std::size_t image) {
+    return m_own_lights.get(
+        image, [&] { return std::make_shared<const PhotoLight>(known_or_found(image)); },
+        [](const auto&) { return sizeof(PhotoLight); });
+}
+
+/// Of the photographs of its flight that count for its series; of its own where there are none.
+sunlight::Exposure PhotoLights::flight_exposure(std::size_t image) {
+    const auto own = own_light(image);
+    std::vector<sunlight::Evidence> flight;
+    for (const std::size_t other : m_exposure_images.at(m_inputs[image].series)) {
+        const auto there = own_light(other);
+        const auto& sun = there->light.sun;
+        if (sun.has_value() == own->light.sun.has_value() &&
+            (!sun || sunlight::is_same_flight(*sun, *own->light.sun)))
+            flight.push_back(there->evidence);
+    }
+    if (flight.empty())
+        flight.push_back(own->evidence);
+    return sunlight::find_exposure(sunlight::pooled(flight));
 }
 
 PhotoLight PhotoLights::make_light(std::size_t image) {
     return *m_lights.get(
         image,
         [&] {
-            const PhotoLight light = known_or_found(image);
+            PhotoLight light = *own_light(image);
+            light.light = sunlight::exposed(light.light, flight_exposure(image));
             log_light(m_paths[image].string(), light);
             return std::make_shared<const PhotoLight>(light);
         },
@@ -346,7 +415,7 @@ Raster PhotoLights::albedo(grid::PatchKey key) {
     for (const std::uint32_t image : images) {
         const PhotoLight own = make_light(image);
         if (!own.light.sun) {
-            brighten(image, own.light.gain, out);
+            adjust_levels(image, own.light, out);
             continue;
         }
         const sunlight::LightField light = light_over(image, key);

@@ -60,7 +60,8 @@ struct KeptLights {
 /// Step "photo light": takes sun, shadow and sky out of the colours of images. The light of an
 /// image is found when a column first needs it (step "photo light search"), from a sample
 /// (photo_sample) of the image and of the points beneath: a function of these inputs, whatever is
-/// asked for first. Between the middles of images that may be of one flight it is blended
+/// asked for first. Exposure is that of all photographs of its flight among exposure_images().
+/// Between the middles of images that may be of one flight it is blended
 /// (PhotoMosaic), so that they join without a seam. Thread-safe.
 class PhotoLights {
 public:
@@ -73,6 +74,7 @@ public:
     /// @throws Error naming a damaged file
     [[nodiscard]] imagery::Raster albedo(grid::PatchKey key);
 
+    /// By the exposure of its flight. Logged once.
     /// @param image its index in Orthophotos::inputs()
     /// @throws Error naming a damaged file
     [[nodiscard]] PhotoLight make_light(std::size_t image);
@@ -85,7 +87,11 @@ public:
 
 private:
     [[nodiscard]] sunlight::FlightLight light_at(std::size_t image, std::int32_t x, std::int32_t z);
+    /// Of an image alone, before exposure is corrected.
+    [[nodiscard]] std::shared_ptr<const PhotoLight> own_light(std::size_t image);
+    [[nodiscard]] sunlight::Exposure flight_exposure(std::size_t image);
     [[nodiscard]] PhotoLight known_or_found(std::size_t image);
+    void mark_covers(const grid::PatchRect& block, sunlight::Scene& scene);
     [[nodiscard]] PhotoLight find_light(std::size_t image, const PhotoSample& sample);
 
     const imagery::Orthophotos& m_images;
@@ -96,7 +102,9 @@ private:
     KeptLights m_kept;
     int m_around;
     PhotoMosaic m_mosaic;
+    ExposureImages m_exposure_images;
     PhotoSurface m_surface;
+    util::Cache<std::size_t, PhotoLight> m_own_lights;
     util::Cache<std::size_t, PhotoLight> m_lights;
 };
 

@@ -88,19 +88,22 @@ Fingerprint InputFingerprints::fingerprint(const InputExtent& reach) const {
 namespace {
 
 /// Each image with all that its albedo depends on besides the points beneath: the light of images
-/// around it counts, too.
+/// around it counts, too, and the exposure of its series.
 std::vector<Fingerprint> albedo_fingerprints(const std::vector<imagery::Orthophotos::Input>& images,
                                              const Sources& sources) {
     std::vector<Fingerprint> own;
     for (const imagery::Orthophotos::Input& image : images)
         own.push_back(to_fingerprint(photo_sample(image.rect, sources), image.identity, sources));
     const PhotoMosaic mosaic(images);
+    const ExposureImages exposure = exposure_images(images);
     std::vector<Fingerprint> out;
     for (std::size_t i = 0; i < images.size(); ++i) {
         voxel::ByteWriter all;
         all.add(own[i]);
         for (const std::size_t around : mosaic.around(i))
             all.add(own[around]);
+        for (const std::size_t exposed : exposure.at(images[i].series))
+            all.add(own[exposed]);
         out.push_back(all.fingerprint());
     }
     return out;

@@ -140,10 +140,13 @@ public:
                                           [&](std::size_t file) { return files.contains(file); }));
         }
         const PhotoMosaic mosaic(images);
+        const ExposureImages exposure = exposure_images(images);
         for (std::size_t i = 0; i < images.size(); ++i) {
-            const std::vector<std::size_t>& around = mosaic.around(i);
-            if (std::any_of(around.begin(), around.end(),
-                            [&](std::size_t other) { return changed[other]; }))
+            const auto any_changed = [&](const std::vector<std::size_t>& of) {
+                return std::any_of(of.begin(), of.end(),
+                                   [&](std::size_t other) { return changed[other]; });
+            };
+            if (any_changed(mosaic.around(i)) || any_changed(exposure.at(images[i].series)))
                 out.push_back(images[i].rect);
         }
         return out;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "tests/catch.hpp"
@@ -48,6 +49,9 @@ PhotoLight made_light() {
     out.light.gain = {1.25F, 1, 0.5F};
     out.light.typical = {0, 0.1F, 0.2F, 0.3F, 0.4F};
     out.estimate = {{151, 41}, -0.5, 0.25};
+    out.evidence.seen[1] = {{0.1F, 0.2F, 0.05F}, 1234};
+    out.evidence.darkest = {0.01F, 0.02F, 0.03F};
+    out.evidence.cells = 5678;
     return out;
 }
 
@@ -165,6 +169,39 @@ TEST_CASE("images that overlap at their edges are one mosaic, in any order",
     CHECK(mosaic.around(4).size() + mosaic.around(8).size() == 9 + 4);
 }
 
+TEST_CASE("exposure is found from all images of a series, and from as many of very many",
+          "[voxelserver][voxelize][photo-light]") {
+    Images few = three_by_three(4);
+    few.push_back({{0, 0, 100, 80}, {}, 7});
+    const auto all = voxelize::exposure_images(few);
+    CHECK(all.at(4) == std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7, 8});
+    CHECK(all.at(7) == std::vector<std::size_t>{9});
+
+    std::vector<grid::ColumnRect> rects;
+    for (std::int32_t i = 0; i < 400; ++i)
+        rects.push_back({100 * (i % 20), 80 * (i / 20), 100 * (i % 20) + 100, 80 * (i / 20) + 80});
+    const auto places_of = [](const std::vector<grid::ColumnRect>& of) {
+        std::vector<std::pair<std::int32_t, std::int32_t>> out;
+        const auto by_series = voxelize::exposure_images(list_images(of));
+        for (const std::size_t i : by_series.at(0))
+            out.emplace_back(of[i].min_x, of[i].min_z);
+        std::sort(out.begin(), out.end());
+        return out;
+    };
+    const auto chosen = places_of(rects);
+    CHECK(chosen.size() == voxelize::kExposureImages);
+    // Spread, and the same in any order.
+    CHECK(chosen.back().first - chosen.front().first > 1000);
+    std::reverse(rects.begin(), rects.end());
+    CHECK(places_of(rects) == chosen);
+    // One that is added takes the place of one at most.
+    rects.push_back({5000, 5000, 5100, 5080});
+    const auto more = places_of(rects);
+    CHECK(std::count_if(chosen.begin(), chosen.end(), [&](const auto& place) {
+              return std::find(more.begin(), more.end(), place) != more.end();
+          }) >= static_cast<std::ptrdiff_t>(voxelize::kExposureImages) - 1);
+}
+
 TEST_CASE("the light of a photograph is read as it was written",
           "[voxelserver][voxelize][photo-light]") {
     PhotoLight light = made_light();
@@ -178,6 +215,10 @@ TEST_CASE("the light of a photograph is read as it was written",
     CHECK(read->light.typical == light.light.typical);
     CHECK(read->estimate.sun.azimuth_deg == light.estimate.sun.azimuth_deg);
     CHECK(read->estimate.margin == light.estimate.margin);
+    CHECK(read->evidence.seen[1].albedo == light.evidence.seen[1].albedo);
+    CHECK(read->evidence.seen[1].cells == 1234);
+    CHECK(read->evidence.darkest == light.evidence.darkest);
+    CHECK(read->evidence.cells == 5678);
     CHECK(to_bytes(*read) == to_bytes(light));
 }
 
@@ -192,7 +233,7 @@ TEST_CASE("what is no light of a photograph is not taken for one",
     CHECK_FALSE(voxelize::parse_photo_light(other_version));
 
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    std::vector<PhotoLight> wrong(11, made_light());
+    std::vector<PhotoLight> wrong(13, made_light());
     wrong[0].light.sky[1] = 0;
     wrong[1].light.sky[1] = kNan;
     wrong[2].light.veil[2] = -0.1F;
@@ -204,6 +245,8 @@ TEST_CASE("what is no light of a photograph is not taken for one",
     wrong[8].estimate.correlation = 2;
     wrong[9].estimate.correlation = static_cast<double>(kNan);
     wrong[10].estimate.margin = -1;
+    wrong[11].evidence.seen[0].albedo[1] = kNan;
+    wrong[12].evidence.darkest[2] = -1;
     for (std::size_t i = 0; i < wrong.size(); ++i) {
         INFO("case " << i);
         CHECK_FALSE(voxelize::parse_photo_light(to_bytes(wrong[i])));

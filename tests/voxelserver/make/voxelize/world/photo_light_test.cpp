@@ -1,16 +1,23 @@
 // Orthophotos taken in the sun: albedo or raw, the same whatever is asked for first, and
-// fingerprints that say on what a box depends.
+// fingerprints that say on what a box depends. Photographs that are too bright.
 // The surface that casts shadows on photographs: without gaps, whichever patches are asked for.
+#include "common/geo/gdal.hpp"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
+#include <gdal_priv.h>
+
+#include "common/util/linear_light.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 #include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/make/voxelize/columns/point_set.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
 #include "voxelserver/make/voxelize/steps/photo_lights.hpp"
+#include "voxelserver/tools/survey/geotiff.hpp"
 #include "voxelserver/tools/survey/survey.hpp"
 
 using namespace terravox;
@@ -42,6 +49,24 @@ public:
         out.threads = threads;
         return out;
     }
+    /// The photographs with a gain and a veil, in linear light, of white.
+    [[nodiscard]] voxelize::LidarWorldOptions photographed_with(const fs::path& folder, double gain,
+                                                                double veil) const {
+        auto out = options("");
+        for (std::size_t i = 0; i < m_names.size(); ++i) {
+            survey::SquareRaster<std::uint8_t> raster = read_pixels(out.orthophotos[i]);
+            for (std::uint8_t& value : raster.pixels)
+                value = util::to_srgb(static_cast<std::uint32_t>(
+                    std::min(gain * util::to_linear(value) + veil * util::kBrightest,
+                             static_cast<double>(util::kBrightest))));
+            const fs::path copy = folder / out.orthophotos[i].filename();
+            survey::write_geotiff(
+                copy, {kEast_m + kSquare_m * static_cast<std::int32_t>(i), kNorth_m, kSquare_m},
+                raster);
+            out.orthophotos[i] = copy;
+        }
+        return out;
+    }
     [[nodiscard]] voxelize::LidarWorldOptions truth() const {
         auto out = options("raw");
         out.orthophotos = {m_folder.path() / "truth" / ("albedo_" + m_names.front() + ".tif")};
@@ -49,13 +74,30 @@ public:
     }
 
 private:
+    static constexpr std::int32_t kSquare_m = 256;
+    static constexpr std::int32_t kEast_m = 462528;
+    static constexpr std::int32_t kNorth_m = 101296;
+
+    static survey::SquareRaster<std::uint8_t> read_pixels(const fs::path& file) {
+        geo::start_gdal();
+        const GDALDatasetUniquePtr image{GDALDataset::Open(file.c_str(), GDAL_OF_RASTER)};
+        REQUIRE(image);
+        const int side = image->GetRasterXSize();
+        survey::SquareRaster<std::uint8_t> out{side, 3, {}};
+        out.pixels.resize(std::size_t{3} * static_cast<std::size_t>(side) *
+                          static_cast<std::size_t>(side));
+        REQUIRE(image->RasterIO(GF_Read, 0, 0, side, side, out.pixels.data(), side, side, GDT_Byte,
+                                3, nullptr, 3, GSpacing{3} * side, 1, nullptr) == CE_None);
+        return out;
+    }
+
     explicit Village(int squares) {
         survey::SurveyOptions options;
         options.density = 4;
-        options.square_m = 256;
+        options.square_m = kSquare_m;
         options.squares_east = squares;
-        options.origin_east_m = 462528;
-        options.origin_north_m = 101296;
+        options.origin_east_m = kEast_m;
+        options.origin_north_m = kNorth_m;
         options.photo_light = survey::PhotoLight{150, 40, 0, 0};
         options.threads = 2;
         options.folder = m_folder.path();
@@ -83,6 +125,20 @@ double green_difference(OpenWorld& a, OpenWorld& b) {
         }
     REQUIRE(count > 1000);
     return sum / count;
+}
+
+/// Median L* of the green of top voxels seen from above.
+double median_lightness(OpenWorld& open) {
+    const auto& bounds = open.world().info().bounds;
+    std::vector<std::uint8_t> green;
+    for (std::int32_t z = bounds.min[2]; z < bounds.max[2]; z += 3)
+        for (std::int32_t x = bounds.min[0]; x < bounds.max[0]; x += 3)
+            if (const auto top = open.top_voxel(x, z); top && top->has_colour())
+                green.push_back(top->colour.g);
+    REQUIRE(green.size() > 1000);
+    const auto middle = green.begin() + static_cast<std::ptrdiff_t>(green.size() / 2);
+    std::nth_element(green.begin(), middle, green.end());
+    return 116 * std::cbrt(static_cast<double>(util::to_linear(*middle)) / util::kBrightest) - 16;
 }
 
 constexpr double kTower_m = 160;
@@ -140,6 +196,52 @@ TEST_CASE("an orthophoto's shadows are taken out of the colours of voxels, unles
     CHECK(after < before / 2);
     CHECK_THROWS_WITH(OpenWorld(village.options("grey")),
                       contains("--photo") && contains("'grey'") && contains("albedo, raw"));
+}
+
+TEST_CASE("photographs that are too bright or veiled give the colours of right ones",
+          "[voxelserver][voxelize][photo-light]") {
+    struct Case {
+        const char* name;
+        double gain;
+        double veil;
+    };
+    const auto c = GENERATE(values<Case>({{"too bright", 2, 0}, {"too bright, veiled", 1.6, 0.1}}));
+    const Village& village = Village::of(1);
+    const TemporaryFolder folder;
+    auto options = village.photographed_with(folder.path(), c.gain, c.veil);
+    DYNAMIC_SECTION(c.name) {
+        OpenWorld right(village.options(""));
+        OpenWorld developed(options);
+        options.photo = "raw";
+        OpenWorld raw(options);
+        const double before = green_difference(raw, right);
+        const double after = green_difference(developed, right);
+        CAPTURE(before, after);
+        CHECK(after < before / 3);
+        CHECK(after < 15);
+        CHECK(median_lightness(developed) == Approx(median_lightness(right)).epsilon(0.1));
+    }
+}
+
+TEST_CASE("photographs of one flight have one exposure, and right ones that of their own light",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(2);
+    const TemporaryFolder folder;
+    const auto lights_by = [](const voxelize::LidarWorldOptions& options) {
+        const voxelize::Settings settings;
+        util::StageTimes times;
+        voxelize::PointSet points(options, settings, times);
+        const imagery::Orthophotos photos(options.orthophotos, points.sources().frame);
+        voxelize::PhotoLights lights(photos, points, times);
+        return std::array{lights.make_light(0), lights.make_light(1)};
+    };
+    const auto right = lights_by(village.options(""));
+    const auto bright = lights_by(village.photographed_with(folder.path(), 2.5, 0));
+    for (const voxelize::PhotoLight& light : right)
+        CHECK(light.light.gain[1] == Approx(1).margin(0.1));
+    for (const voxelize::PhotoLight& light : bright)
+        CHECK(light.light.gain[1] == Approx(0.4).epsilon(0.35));
+    CHECK(bright[0].light.gain[1] == Approx(bright[1].light.gain[1]).epsilon(0.1));
 }
 
 TEST_CASE("raw and albedo have other fingerprints, and albedo reaches as far as shadows",
