@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <random>
 
 #include <gdal_priv.h>
@@ -29,14 +31,13 @@ namespace {
 /// A part of the synthetic village, photographed in the sun; its squares side by side.
 class Village {
 public:
-    /// Made once for each number of squares, 1 or 2.
+    /// Made once for each number of squares.
     static const Village& of(int squares) {
-        if (squares == 1) {
-            static const Village one(1);
-            return one;
-        }
-        static const Village two(2);
-        return two;
+        static std::map<int, std::unique_ptr<const Village>> made;
+        std::unique_ptr<const Village>& out = made[squares];
+        if (!out)
+            out.reset(new Village(squares));
+        return *out;
     }
     [[nodiscard]] voxelize::LidarWorldOptions options(const std::string& photo,
                                                       int threads = 1) const {
@@ -308,6 +309,22 @@ TEST_CASE("the light of a photograph counts in those beside it",
     raw.orthophotos.pop_back();
     OpenWorld raw_west(raw);
     CHECK(raw_both.world().fingerprint(western) == raw_west.world().fingerprint(western));
+}
+
+TEST_CASE("a photograph far away counts by its exposure, and so do the points beneath it",
+          "[voxelserver][voxelize][photo-light]") {
+    const Village& village = Village::of(4);
+    OpenWorld all(village.options("albedo"));
+    const auto& bounds = all.world().info().bounds;
+    const auto range = voxel::boxes_over(bounds, 0);
+    const voxel::InputExtent western{range.min.bx, range.min.bz, range.min.bx + 1, range.max.bz};
+    auto without = village.options("albedo");
+    without.orthophotos.pop_back();
+    OpenWorld three(without);
+    CHECK_FALSE(all.world().fingerprint(western) == three.world().fingerprint(western));
+    // Where a file changes, the light of all that are exposed by it is to be found again.
+    CHECK(all.world().photographs_with_light_from({3}).size() == 4);
+    CHECK(all.world().photographs_with_light_from({}).empty());
 }
 
 TEST_CASE("albedo depends neither on threads nor on order, and its light is kept for later worlds",
