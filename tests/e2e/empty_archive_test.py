@@ -10,7 +10,7 @@ from support import Case, Run, Server, binary, render, temporary_folder
 
 WIDTH = 64
 HEIGHT = 36
-FLAGS = ["--size", f"{WIDTH}x{HEIGHT}", "--samples", "1", "--quiet"]
+FLAGS = ["--size", f"{WIDTH}x{HEIGHT}", "--samples", "1", "--look", "plain", "--quiet"]
 # Edges in boxes: as wide as the format allows, and of one box. With their numbers of levels.
 WORLDS = {"wide": (1 << 19, 20), "of one box": (1, 1)}
 # Of boxes that a ray may have to look into: some of the coarsest levels.

@@ -10,7 +10,7 @@ import unittest
 from pictures import Picture, camera_place, distance, scene_of, transformed
 from support import Case, render, survey, temporary_folder
 
-SIZE = ["--size", "160x90", "--quiet", "--layers", "all"]
+SIZE = ["--size", "160x90", "--look", "plain", "--quiet", "--layers", "all"]
 HALF = [f"{layer}.{c}" for layer in ("albedo", "direct", "indirect") for c in "RGB"]
 HALF += ["normal.X", "normal.Y", "normal.Z", "material.ID", "sun.V", "water.V"]
 FLOAT = ["R", "G", "B", "A", "Z", "position.X", "position.Y", "position.Z"]

@@ -267,7 +267,7 @@ class Publish(Case):
             self.skipTest("no browser: " + run.out)
         with self.subTest("the picture"):
             wanted = folder / "wanted.png"
-            self.assertDone(render(self.site / "place.tvx", *VIEW, "-o", wanted))
+            self.assertDone(render(self.site / "place.tvx", *VIEW, "--look", "plain", "-o", wanted))
             alike = compare(shown, wanted)
             self.assertEqual(alike.code, 0, alike)
         with self.subTest("voxels, faces and shadows"):

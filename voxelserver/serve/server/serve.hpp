@@ -24,8 +24,7 @@ namespace terravox::serve {
 
 /// The command line of terravox-voxelserver.
 struct Options {
-    Options() { world.classes.clear(); }
-    worlds::WorldOptions world;  ///< classes: empty = as in the store, or "asprs"
+    worlds::WorldOptions world;
     /// Flags given by the user that are valid for some kinds of worlds only.
     std::vector<std::string> kind_flags;
     http::HostOptions server;

@@ -60,12 +60,9 @@ worlds::WorldOptions WorldArguments::picture_options(const scene::Scene& scene) 
 
 namespace {
 
-/// Whether a camera shows a place from outside, and not as a map.
+/// Whether a camera shows a place from outside, as an eye would.
 bool shows_from_outside(const scene::Scene::Camera& camera) {
-    constexpr double kStraight_deg = 90;
-    const bool is_map = camera.projection == core::CameraProjection::kOrthographic &&
-                        camera.down_deg == kStraight_deg;
-    return !camera.position && !is_map && camera.projection != core::CameraProjection::kPanorama;
+    return !camera.position && camera.projection == core::CameraProjection::kPerspective;
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ struct WorldArguments {
 };
 
 /// Puts the place on a table where the camera frames it from outside, and nobody has chosen what it
-/// stands on (Scene::World::plane). Maps, panoramas and cameras with a position show the place
+/// stands on (Scene::World::plane). Other projections, and cameras with a position, show the place
 /// alone.
 void choose_plane(scene::Scene& scene);
 

@@ -13,6 +13,9 @@ using Coverage = Grid<char, 8>;
 /// The greatest radius of find_coverage(): it is used twice, within a window.
 inline constexpr int kWidestRadius = (Window::kMargin - Coverage::kMargin) / 2;
 
+/// The greatest radius of straighten_rim().
+inline constexpr int kWidestRim = Coverage::kMargin - Margined<char>::kMargin;
+
 /// Which columns belong to the survey: those inside the stated bounds of a file and not in the
 /// middle of a wide void. Voids up to twice the radius are gaps between points (morphological
 /// closing with a square); wider ones are holes, unless they are water.
@@ -29,7 +32,7 @@ inline constexpr int kWidestRadius = (Window::kMargin - Coverage::kMargin) / 2;
 /// The coverage without a fringe: where the lines of a scanner end one by one, the survey is cut
 /// where half of the columns around, as far as they lie within the bounds, belong to it. Along
 /// straight bounds nothing changes, and lone points stay.
-/// @param radius of what is around, voxels, 0 to Coverage::kMargin - 1
+/// @param radius of what is around, voxels, 0 to kWidestRim
 /// Ref: a median filter of a binary image: Serra, as above.
 [[nodiscard]] Margined<char> straighten_rim(const Coverage& covered,
                                             const Grid<char, Window::kMargin>& in_bounds,

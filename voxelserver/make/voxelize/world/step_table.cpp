@@ -52,7 +52,7 @@ void cover(Land& land) {
     const int radius = std::clamp(
         static_cast<int>(std::lround(Land::kWidestGap_m / land.shared.voxel_m)), 4, kWidestRadius);
     Margined<char> covered = straighten_rim(find_coverage(land.window, land.in_bounds, radius),
-                                            land.in_bounds, radius / 4);
+                                            land.in_bounds, std::min(radius / 4, kWidestRim));
     // A body of water belongs to the survey even if it returned few pulses.
     Margined<char>::each([&](int x, int z) {
         if (water.is_water(x, z) && land.in_bounds.at(x, z) != 0)

@@ -191,6 +191,27 @@ TEST_CASE("a void is closed up to twice the radius, and open when wider",
     }
 }
 
+TEST_CASE("the rim of a survey has no fringe, and lone points stay",
+          "[voxelserver][voxelize][coverage]") {
+    // The survey ends at z = 20, but for a column in five, which goes on to z = 24.
+    const auto in_bounds = [](int x, int) { return x < 60; };
+    const auto is_survey = [](int x, int z) { return z < (x % 5 == 0 ? 24 : 20); };
+    const auto is_lone = [](int x, int z) { return x == 40 && z == 50; };
+    Coverage covered(0);
+    Coverage::each([&](int x, int z) {
+        covered.at(x, z) = in_bounds(x, z) && (is_survey(x, z) || is_lone(x, z)) ? 1 : 0;
+    });
+    const auto cut = straighten_rim(covered, measure_bounds(in_bounds), kWidestRim);
+    int wrong = 0;
+    Margined<char>::each([&](int x, int z) {
+        const bool expected = in_bounds(x, z) && (z < 20 || is_lone(x, z));
+        // Which of two rows the straight edge runs along is left open.
+        wrong += z != 20 && (cut.at(x, z) != 0) != expected ? 1 : 0;
+    });
+    CHECK(wrong == 0);
+    CHECK(straighten_rim(covered, measure_bounds(in_bounds), 0).at(40, 23) == 1);
+}
+
 TEST_CASE("a void at the survey's edge closes only between returns along the edge",
           "[voxelserver][voxelize][coverage]") {
     constexpr int kNorth = 5;
