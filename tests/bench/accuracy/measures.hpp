@@ -42,6 +42,11 @@ void measure_bridges(const TruthPlace& truth, const VoxelField& found, Readings&
 void measure_waters(const TruthPlace& truth, const VoxelField& found, Readings& readings);
 /// Trees by the voxelizer's own step, their heights, and crowns that nothing holds up.
 void measure_trees(const TruthPlace& truth, const VoxelField& found, Readings& readings);
+/// Without a truth: the share of leaves among what is beside the faces of walls and roofs, air or
+/// leaves. Faces towards columns without anything do not count.
+void measure_facades(const VoxelField& found, Readings& readings);
+/// Without a truth: voxels of trunks for each column with leaves that are no low plants.
+void measure_crowns(const VoxelField& found, Readings& readings);
 /// The material of the highest voxel of each column against the true kind, with the table of both.
 void measure_materials(const TruthPlace& truth, const VoxelField& found, Readings& readings);
 

@@ -206,3 +206,20 @@ TEST_CASE("roofs of the wrong material are seen, and the table says what they ar
     CHECK_THAT(bad.notes()[0], terravox::test::contains("| red roof | "));
     CHECK_THAT(bad.notes()[0], terravox::test::contains("| water 100 % |"));
 }
+
+TEST_CASE("leaves at facades and trunks under crowns are counted without a truth",
+          "[bench][accuracy]") {
+    // A house of one column between a column of leaves, a free one, and two that hold nothing.
+    using Runs = std::vector<FoundRun>;
+    const Runs house{{0, 1, Material::kGround}, {1, 4, Material::kWall}, {4, 5, Material::kRoof}};
+    const Runs tree{
+        {0, 1, Material::kGround}, {1, 3, Material::kTrunk}, {3, 9, Material::kHighVegetation}};
+    const Runs free{{0, 1, Material::kGround}};
+    const VoxelField found({0, 0, 3, 2}, {tree, house, free, {}, {}, {}},
+                           std::vector<float>(6, 1.0F));
+    Readings r;
+    measure_facades(found, r);
+    measure_crowns(found, r);
+    CHECK(value(r, "facades: faces in leaves") == 2.0 / 6);
+    CHECK(value(r, "trunk voxels per column with a crown") == 2);
+}

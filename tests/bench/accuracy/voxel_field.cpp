@@ -47,7 +47,7 @@ void read_column(const Box& box, int x, int z, int base_y, std::vector<FoundRun>
 }  // namespace
 
 VoxelField::VoxelField(voxelize::LidarWorld& world, const Area& area, int threads) : m_area(area) {
-    if (world.info().voxel_m != 1 || world.info().crs_units_per_voxel != 1)
+    if (world.info().voxel_m != 1)
         throw util::Error("compare voxels with columns of 1 m: the world's are " +
                           std::to_string(world.info().voxel_m) + " m");
     m_ground.assign(area.size(), std::numeric_limits<float>::quiet_NaN());

@@ -27,8 +27,8 @@ struct FoundRun {
 /// Immutable, thread-safe.
 class VoxelField {
 public:
-    /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m on whole
-    /// metres @throws Error
+    /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m; where its
+    /// CRS has another unit, the area is in voxels @throws Error
     VoxelField(voxelize::LidarWorld& world, const Area& area, int threads);
     /// Trees by the voxelizer's own step; of a field made by hand, those that the test gives.
     [[nodiscard]] const std::vector<TreeTop>& trees() const noexcept { return m_trees; }
