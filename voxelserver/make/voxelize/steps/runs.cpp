@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/voxel/box_builder.hpp"
+#include "voxelserver/make/voxelize/steps/house_returns.hpp"
 #include "voxelserver/make/voxelize/steps/vegetation_fill.hpp"
 
 namespace terravox::voxelize {
@@ -42,7 +43,10 @@ VoxelAttr to_attr(Material material, const Seen& s) {
 
 class RunsBuilder {
 public:
-    explicit RunsBuilder(const RunsInput& input) : m_in(input) {}
+    explicit RunsBuilder(const RunsInput& input)
+        : m_in(input),
+          m_houses(input.window, input.classes, input.ground, input.settings.vegetation,
+                   input.voxel_m) {}
 
     PatchRuns build() {
         PatchRuns out;
@@ -213,24 +217,24 @@ private:
         for (const ObjectVoxel& o : m_in.window.objects(x, z)) {
             if (!crown_done &&
                 o.y >= crown.bottom) {  // all foliage from here to the top is one crown
-                put_crown(crown, x, z, top);
+                put_crown(crown, x, z, top, roofed);
                 crown_done = true;
             }
             object(o, x, z, top, roofed);
         }
         if (!crown_done)
-            put_crown(crown, x, z, top);
+            put_crown(crown, x, z, top, roofed);
     }
 
-    void put_crown(const Crown& crown, int x, int z, std::int32_t top) {
+    void put_crown(const Crown& crown, int x, int z, std::int32_t top, bool roofed) {
         if (m_runs.empty())
             return;
         VoxelAttr attr = to_attr(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
         tint(attr, m_in.numbers.tree.at(x, z));
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
-        if (voxel::is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom)
-            bottom = below.y1;  // lower returns of the same crown
+        if ((roofed || voxel::is_plant(below.attr.material)) && below.y1 + canopy_gap() >= bottom)
+            bottom = below.y1;  // lower returns of the same crown, or a roof on which it stands
         push_plant(bottom, crown.top + 1, attr);
         m_trunk.reset();  // it ends in the crown
     }
@@ -271,6 +275,13 @@ private:
         if (m_in.settings.points.drop_isolated && above_m > kNearGround_m &&
             isolated(m_in.window, x, z, o.y))
             return;
+        if (const auto part = m_houses.part(x, z, o); part != HouseReturns::Part::kNone) {
+            // A chimney or a parapet is as its roof. A roof no higher than the ground is terrain.
+            if (part == HouseReturns::Part::kOnRoof && roofed && !m_runs.empty() &&
+                !m_runs.back().terrain)
+                m_runs.back().y1 = o.y + 1;
+            return;
+        }
         const bool plant_like = m.role == Role::kVegetation || m.role == Role::kSurface;
         const bool on_crown = plant_like && !m_runs.empty() && !m_runs.back().terrain &&
                               m_runs.back().y1 < o.y && m_runs.back().y1 + canopy_gap() >= o.y &&
@@ -313,6 +324,7 @@ private:
     static constexpr double kNearGround_m = 2.5;
 
     const RunsInput& m_in;
+    HouseReturns m_houses;
     std::vector<Run> m_runs;
     // The trunk's class, while a column of a tree is filled from below.
     std::optional<std::uint8_t> m_trunk;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "voxelserver/make/voxelize/steps/house_returns.hpp"
+
 namespace terravox::voxelize {
 namespace {
 
@@ -113,13 +115,20 @@ std::array<std::int32_t, 2> TreePlaces::at(int x, int z) {
 
 namespace {
 
-constexpr int kCrownsAround = 5;  // of eight: a gap between points
-constexpr int kMaxWindow = 5;     // columns: what the margin allows
+constexpr std::size_t kCrownsAround = 5;     // of eight: a gap between points
+constexpr std::size_t kCrownsAllAround = 6;  // the same, when a pulse passed through it
+constexpr int kMaxWindow = 5;                // columns: what the margin allows
 // Columns: farther than this from a plateau's edge, all of it ranks alike; a greater value would
 // separate what lies within sight.
 constexpr int kMaxDepth = 2;
-// Radius over mean crown width: in a wood, a wider window would swallow neighbours.
+// Radius over mean crown width: in a wood, a wider window would swallow neighbours. Unclassified
+// returns are often so few that their heights vary within a crown: only the highest of a whole
+// crown is a tree's top.
 constexpr double kWindowShare = 0.25;
+constexpr double kUnclassifiedShare = 0.5;
+constexpr double kUnclassifiedReach_m = 2;
+constexpr double kThick_m = 2;       // solid things of one level are no thicker
+constexpr int kFewest = 6;           // columns, to tell whether something is solid
 constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
 using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
@@ -144,11 +153,28 @@ public:
         });  // NaN without a crown
     }
 
-    [[nodiscard]] bool is_top(int x, int z, double height_m) const {
+    /// Radius of the window in which a tree's top is the highest, columns.
+    [[nodiscard]] double window_radius(double height_m, bool unclassified) const {
         const double width_m =
             2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
-        const double radius =
-            std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMaxWindow));
+        const double radius_m = unclassified
+                                    ? std::max(width_m * kUnclassifiedShare, kUnclassifiedReach_m)
+                                    : width_m * kWindowShare;
+        return std::clamp(radius_m / m_voxel_m, 1.0, static_cast<double>(kMaxWindow));
+    }
+
+    /// Height of the highest crown in a window, voxels above its ground.
+    [[nodiscard]] float highest(int x, int z, double radius) const {
+        const int reach = static_cast<int>(radius);
+        float out = m_heights.at(x, z);
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx)
+                if (dx * dx + dz * dz <= radius * radius)
+                    out = std::max(out, m_heights.at(x + dx, z + dz));  // passes over NaN
+        return out;
+    }
+
+    [[nodiscard]] bool is_top(int x, int z, double radius) const {
         const int reach = static_cast<int>(radius);
         const float own = m_heights.at(x, z);
         bool equal = false;
@@ -251,6 +277,7 @@ public:
           m_classes(classes),
           m_ground(ground),
           m_settings(settings.vegetation),
+          m_houses(window, classes, ground, settings.vegetation, voxel_m),
           m_drop_isolated(settings.points.drop_isolated),
           m_voxel_m(voxel_m) {
         Canopy::each([&](int x, int z) {
@@ -281,7 +308,18 @@ public:
                 if (next.seen() && next.top < out.top && out.top - next.top <= gap)
                     out.bottom = std::min(out.bottom, next.top);
             }
-        out.trunk = m_tops->is_top(x, z, height_m);
+        const bool unclassified = is_unclassified(out);
+        const double radius = m_tops->window_radius(height_m, unclassified);
+        const bool tree = !unclassified || !solid(x, z);
+        out.trunk = tree && m_tops->is_top(x, z, radius);
+        if (unclassified && tree) {
+            const float base = m_ground.at(x, z) +
+                               static_cast<float>(1 - kCrownShare) * m_tops->highest(x, z, radius);
+            out.bottom = std::min(out.bottom, static_cast<std::int32_t>(std::floor(base)));
+        }
+        const std::int32_t clear = m_houses.clear_of_walls(x, z);
+        out.trunk = out.trunk && out.top >= clear;
+        out.bottom = std::min(std::max(out.bottom, clear), out.top);
         return out;
     }
 
@@ -300,21 +338,50 @@ private:
             const float height = static_cast<float>(o.y) + static_cast<float>(o.fraction) / 256;
             if ((height - ground) * m_voxel_m < m_settings.trunk_from_m)
                 return;
-            if (m_drop_isolated && isolated(m_window, x, z, o.y))
-                continue;  // a bird
+            if (m_houses.part(x, z, o) != HouseReturns::Part::kNone ||
+                (m_drop_isolated && isolated(m_window, x, z, o.y)))  // a bird
+                continue;
             out.top = out.bottom = o.y;
             out.top_voxel = o;
             out.height = height;
+            out.passed = m_window.column(x, z).ground.seen() ||
+                         (o.y - objects.front().y) * m_voxel_m > kThick_m;
             return;
         }
     }
 
+    // Whether what is here is level, and hardly any pulse went through it: a deck, not a tree.
+    [[nodiscard]] bool solid(int x, int z) const {
+        const float own = m_closed.at(x, z).height;
+        const int reach =
+            std::clamp(static_cast<int>(std::lround(kThick_m / m_voxel_m)), 1, kMaxWindow);
+        const auto within = static_cast<float>(kThick_m / m_voxel_m);
+        int all = 0;
+        int level = 0;
+        int passed = 0;
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                const Crown& next = m_canopy.at(x + dx, z + dz);
+                if (!next.seen())
+                    continue;
+                ++all;
+                level += std::abs(next.height - own) <= within ? 1 : 0;
+                passed += next.passed ? 1 : 0;
+            }
+        return all >= kFewest && level * 8 >= all * 7 && passed * 4 <= all;
+    }
+
+    [[nodiscard]] bool is_unclassified(const Crown& crown) const {
+        return m_classes.meaning[crown.top_voxel.source_class].role == Role::kSurface;
+    }
+
     [[nodiscard]] const Crown& closed(int x, int z) const {
         const Crown& own = m_canopy.at(x, z);
-        // Where the ground or a roof was seen from above, there is no crown; where there is no
-        // ground, nothing grows.
+        // Where the ground or a roof was seen from above, there is no crown, unless unclassified
+        // ones are all around: few returns come from them. Where there is no ground, nothing grows.
         const Column& column = m_window.column(x, z);
-        if (own.seen() || m_ground.at(x, z) != m_ground.at(x, z) || column.ground.seen() ||
+        const bool through = own.seen() || column.ground.seen();
+        if ((own.seen() && !is_unclassified(own)) || m_ground.at(x, z) != m_ground.at(x, z) ||
             column.roof.seen() || column.water.seen() || column.deck.seen())
             return own;
         std::array<const Crown*, 8> around{};
@@ -323,13 +390,17 @@ private:
             for (int dx = -1; dx <= 1; ++dx)
                 if (const Crown& next = m_canopy.at(x + dx, z + dz); next.seen())
                     around[count++] = &next;
-        if (count < kCrownsAround)
+        if (count < (through ? kCrownsAllAround : kCrownsAround))
             return own;
         const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
         std::nth_element(around.begin(), middle,
                          around.begin() + static_cast<std::ptrdiff_t>(count),
                          [](const Crown* a, const Crown* b) { return a->height < b->height; });
-        return **middle;
+        const Crown& found = **middle;
+        const auto gap = static_cast<float>(m_settings.canopy_gap_m / m_voxel_m);
+        if (through && (!is_unclassified(found) || own.height + gap >= found.height))
+            return own;
+        return found.top < m_houses.clear_of_walls(x, z) ? own : found;
     }
 
     [[nodiscard]] double height_above_ground_m(int x, int z, const Crown& crown) const {
@@ -341,6 +412,7 @@ private:
     const ClassTable& m_classes;
     const GroundHeights& m_ground;
     const Settings::Vegetation& m_settings;
+    HouseReturns m_houses;
     bool m_drop_isolated;
     double m_voxel_m;
     bool m_any = false;

@@ -64,6 +64,7 @@ struct Crown {
     ObjectVoxel top_voxel;        ///< class and colour of its top
     float height = kNoHeight;     ///< of its highest return, voxels
     bool trunk = false;           ///< the tree stands here
+    bool passed = false;          ///< a pulse of this column went deeper
     [[nodiscard]] bool seen() const noexcept { return top != kNone; }
 };
 
@@ -77,6 +78,11 @@ struct Crown {
 /// one maximum, or none where something higher touches it; its trunk stands inside. No step sees
 /// farther than its margin, so that a plateau of more than six columns from its middle may get a
 /// second trunk.
+///
+/// Returns of houses (HouseReturns) are no crowns, and no foliage is guessed beside a wall as high.
+/// Unclassified returns are of many kinds and often few: where they are trees, a pit deep inside a
+/// crown is closed, foliage reaches down to half the height of the tree, and trunks stand farther
+/// apart. What is level there and lets hardly any pulse through, such as a deck, has no trunk.
 /// Ref: Popescu & Wynne, "Seeing the trees in the forest", 2004 (local maxima with a variable
 /// window; crown width over height).
 [[nodiscard]] Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes,

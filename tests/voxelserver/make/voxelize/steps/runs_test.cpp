@@ -144,6 +144,38 @@ TEST_CASE("a tree's trunk leaves no air between the ground and its crown",
     CHECK(made.column(33, 31, 10, 24).find('t') == std::string::npos);
 }
 
+TEST_CASE("on a roof stand things of the roof and plants; on its walls nothing",
+          "[voxelserver][voxelize][runs]") {
+    struct Case {
+        const char* name;
+        int x;
+        std::vector<Return> returns;  // besides those of the house, x from 30 to 33, or the ground
+        const char* column;           // y from 10 to 26
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a chimney", 30, {{20.5, kUnsorted}, {20.5, kUnsorted}}, "RWWWWWWWrrr....."},
+        {"a tree", 30, {{21.5, kTree}, {21.5, kTree}}, "RWWWWWWWrhhh...."},
+        {"a bough high above", 30, {{24.5, kTree}}, "RWWWWWWWr.....h."},
+        {"a balcony", 29, {{13.5, kUnsorted}, {16.5, kUnsorted}}, "G..............."},
+        {"scatter of a plant's class", 29, {{14.5, kTree}, {16.5, kTree}}, "G..............."},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Settings settings;
+        settings.points.drop_isolated = false;
+        const Made made(
+            [&](int x, int z, Returns& out) {
+                if (bump(x, z))
+                    out.insert(out.end(), {{18.5, kBuilding}, {18.4, kBuilding}});
+                else
+                    out.push_back({10.5, kGroundClass});
+                if (x == c.x && z == 31)
+                    out.insert(out.end(), c.returns.begin(), c.returns.end());
+            },
+            false, 0, settings);
+        CHECK(made.column(c.x, 31, 10, 26) == c.column);
+    }
+}
+
 TEST_CASE("soil lies on the rock, but not on cliffs", "[voxelserver][voxelize][runs]") {
     const double drop = GENERATE(2.0, 6.0);
     const Made made([&](int x, int, Returns& out) {

@@ -246,6 +246,80 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
     }
 }
 
+namespace {
+
+/// Trees of which few pulses return: four columns of five have a return of the crown, one of them
+/// from deep inside and one more two, and one has one of the ground.
+MadeLand sparse_wood(std::uint8_t code) {
+    return MadeLand([code](int x, int z, Returns& out) {
+        const int dx = ((x % 12) + 12) % 12 - 6;
+        const int dz = ((z % 12) + 12) % 12 - 6;
+        const double off = std::hypot(dx, dz);
+        const double chance = dice(x, z, 21);
+        const double top = 32.5 - 0.15 * off * off;
+        if (off <= 6 && chance > 0.2 && chance < 0.8)
+            out.push_back({top, code});
+        if (off <= 6 && chance < 0.4)
+            out.push_back({top - 4 - 5 * dice(x, z, 22), code});
+        if (off > 6 || chance > 0.9)
+            out.push_back({kGround, kGroundClass});
+    });
+}
+
+}  // namespace
+
+TEST_CASE("unclassified trees of few returns have crowns that join, and a trunk or two each",
+          "[voxelserver][voxelize][vegetation]") {
+    MadeLand land = sparse_wood(kUnsorted);
+    const auto crowns = find_crowns(land);
+    int columns = 0;
+    int under = 0;
+    int filled = 0;
+    for (int z = 2; z < 62; ++z)
+        for (int x = 2; x < 62; ++x)
+            if (std::hypot(x % 12 - 6, z % 12 - 6) <= 3) {
+                ++columns;
+                const Crown& crown = crowns.at(x, z);
+                under += crown.seen() ? 1 : 0;
+                filled += crown.seen() && crown.bottom <= kGround + 12 ? 1 : 0;
+            }
+    INFO(columns << " columns");
+    CHECK(under > 0.95 * columns);
+    CHECK(filled > 0.9 * columns);
+    MadeLand classified = sparse_wood(kTree);
+    const auto few = find_trunks(land).size();
+    CHECK(few <= 2 * 16 * 16);  // of 16 by 16 trees in nine patches
+    CHECK(2 * few < find_trunks(classified).size());
+}
+
+TEST_CASE("a level unclassified thing that no pulse passes is no tree",
+          "[voxelserver][voxelize][vegetation]") {
+    const bool leaky = GENERATE(false, true);
+    CAPTURE(leaky);
+    MadeLand land([&](int x, int z, Returns& out) {
+        const bool deck = z >= 30 && z < 35;
+        if (deck)
+            out.push_back({20.5 + (z == 30 || z == 34 ? 1 : 0) + 0.4 * dice(x, z, 5), kUnsorted});
+        if (!deck || (leaky && dice(x, z, 6) < 0.5))
+            out.push_back({kGround, kGroundClass});
+    });
+    CHECK(find_trunks(land).empty() == !leaky);
+    CHECK((find_crowns(land).at(20, 32).bottom < 17) == leaky);
+}
+
+TEST_CASE("no foliage is guessed before a wall", "[voxelserver][voxelize][vegetation]") {
+    MadeLand land([](int x, int z, Returns& out) {
+        if (x < 30)
+            out.push_back({35.5, kBuilding});
+        else
+            put(out, cone(x, z, 33, 30, 30.5, 5));
+    });
+    const auto crowns = find_crowns(land);
+    REQUIRE(crowns.at(30, 30).seen());
+    CHECK(crowns.at(30, 30).bottom == crowns.at(30, 30).top);
+    CHECK(crowns.at(32, 30).bottom < crowns.at(32, 30).top);
+}
+
 TEST_CASE("a flat crown next to a higher top leaves the trunk to it",
           "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
