@@ -127,7 +127,11 @@ constexpr int kMaxDepth = 2;
 constexpr double kWindowShare = 0.25;
 constexpr double kUnclassifiedShare = 0.5;
 constexpr double kUnclassifiedReach_m = 2;
-constexpr double kThick_m = 2;       // solid things of one level are no thicker
+constexpr double kThick_m = 2;  // solid things of one level are no thicker
+// A crown has at least this area over its height squared; masts, and wires, have less. In a window
+// that shows only a part of it: over the radius squared.
+constexpr double kSlender = 0.02;
+constexpr double kSlenderInWindow = 0.95;
 constexpr int kFewest = 6;           // columns, to tell whether something is solid
 constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
@@ -163,14 +167,23 @@ public:
         return std::clamp(radius_m / m_voxel_m, 1.0, static_cast<double>(kMaxWindow));
     }
 
-    /// Height of the highest crown in a window, voxels above its ground.
-    [[nodiscard]] float highest(int x, int z, double radius) const {
+    /// The crowns in a window.
+    struct Around {
+        float highest;    ///< voxels above its ground
+        int columns = 0;  ///< of foliage in the upper half of the column's own height
+    };
+    [[nodiscard]] Around around(int x, int z, double radius) const {
         const int reach = static_cast<int>(radius);
-        float out = m_heights.at(x, z);
+        const float own = m_heights.at(x, z);
+        Around out{own};
         for (int dz = -reach; dz <= reach; ++dz)
-            for (int dx = -reach; dx <= reach; ++dx)
-                if (dx * dx + dz * dz <= radius * radius)
-                    out = std::max(out, m_heights.at(x + dx, z + dz));  // passes over NaN
+            for (int dx = -reach; dx <= reach; ++dx) {
+                if (dx * dx + dz * dz > radius * radius)
+                    continue;
+                const float height = m_heights.at(x + dx, z + dz);
+                out.highest = std::max(out.highest, height);  // passes over NaN
+                out.columns += height >= own / 2 ? 1 : 0;
+            }
         return out;
     }
 
@@ -310,13 +323,18 @@ public:
             }
         const bool unclassified = is_unclassified(out);
         const double radius = m_tops->window_radius(height_m, unclassified);
-        const bool tree = !unclassified || !solid(x, z);
-        out.trunk = tree && m_tops->is_top(x, z, radius);
-        if (unclassified && tree) {
-            const float base = m_ground.at(x, z) +
-                               static_cast<float>(1 - kCrownShare) * m_tops->highest(x, z, radius);
-            out.bottom = std::min(out.bottom, static_cast<std::int32_t>(std::floor(base)));
+        bool tree = true;
+        if (unclassified) {
+            const TreeTops::Around around = m_tops->around(x, z, radius);
+            const double least = std::min(kSlender * height_m * height_m / (m_voxel_m * m_voxel_m),
+                                          kSlenderInWindow * radius * radius);
+            tree = around.columns >= least && !solid(x, z);
+            const float base =
+                m_ground.at(x, z) + static_cast<float>(1 - kCrownShare) * around.highest;
+            if (tree)
+                out.bottom = std::min(out.bottom, static_cast<std::int32_t>(std::floor(base)));
         }
+        out.trunk = tree && m_tops->is_top(x, z, radius);
         const std::int32_t clear = m_houses.clear_of_walls(x, z);
         out.trunk = out.trunk && out.top >= clear;
         out.bottom = std::min(std::max(out.bottom, clear), out.top);

@@ -82,7 +82,8 @@ struct Crown {
 /// Returns of houses (HouseReturns) are no crowns, and no foliage is guessed beside a wall as high.
 /// Unclassified returns are of many kinds and often few: where they are trees, a pit deep inside a
 /// crown is closed, foliage reaches down to half the height of the tree, and trunks stand farther
-/// apart. What is level there and lets hardly any pulse through, such as a deck, has no trunk.
+/// apart. No tree is what is level there and lets hardly any pulse through, such as a deck, and
+/// what is slender, such as a mast or a wire: it has no trunk, and is only where it was measured.
 /// Ref: Popescu & Wynne, "Seeing the trees in the forest", 2004 (local maxima with a variable
 /// window; crown width over height).
 [[nodiscard]] Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes,

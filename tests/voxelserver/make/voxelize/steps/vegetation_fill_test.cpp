@@ -307,6 +307,34 @@ TEST_CASE("a level unclassified thing that no pulse passes is no tree",
     CHECK((find_crowns(land).at(20, 32).bottom < 17) == leaky);
 }
 
+TEST_CASE("unclassified masts and wires are no trees", "[voxelserver][voxelize][vegetation]") {
+    struct Case {
+        const char* name;
+        bool (*holds)(int x, int z);
+        bool tree;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a mast", [](int x, int z) { return x == 30 && (z == 30 || z == 31); }, false},
+        {"a wire", [](int, int z) { return z == 30; }, false},
+        {"a poplar", [](int x, int z) { return std::hypot(x - 30, z - 30) <= 2; }, true},
+    }));
+    const double voxel_m = GENERATE(1.0, 0.5);  // a window of 5 columns shows a part of the tree
+    DYNAMIC_SECTION(c.name << ", voxels of " << voxel_m << " m") {
+        const auto at = [&](int v) {
+            return static_cast<int>(std::floor((v - 30) * voxel_m)) + 30;
+        };
+        MadeLand land([&](int x, int z, Returns& out) {
+            out.push_back({kGround, kGroundClass});
+            if (c.holds(at(x), at(z)))
+                out.push_back({kGround + 20 / voxel_m, kUnsorted});
+        });
+        CHECK(find_trunks(land, voxel_m).empty() == !c.tree);
+        const Crown crown = find_crowns(land, {0, 0}, voxel_m).at(30, 30);
+        CHECK(crown.top == std::floor(kGround + 20 / voxel_m));
+        CHECK((crown.bottom < crown.top) == c.tree);
+    }
+}
+
 TEST_CASE("no foliage is guessed before a wall", "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
         if (x < 30)

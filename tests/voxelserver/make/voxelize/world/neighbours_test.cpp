@@ -168,7 +168,7 @@ TEST_CASE("neighbouring patches find the same in the columns that both know",
     const Land land = make_land(here);
     REQUIRE(land.decks->found);
     std::map<std::string, int> known;
-    for (const auto& [dx, dz] : {std::pair{1, 0}, {0, -1}, {1, -1}, {-1, 0}}) {
+    for (const auto& [dx, dz] : {std::pair{1, 0}, {0, -1}, {1, -1}, {-1, 0}, {0, 1}, {1, 1}}) {
         const Land other = make_land({here.px + dx, here.pz + dz});
         for (const Named& part : kParts) {
             const auto has = [&](int at) {
