@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "raytracer/farm/processors/lease_book.hpp"
 #include "raytracer/farm/processors/processor.hpp"

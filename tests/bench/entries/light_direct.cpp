@@ -1,4 +1,5 @@
 #include <fstream>
+#include <memory>
 
 #include "common/util/error.hpp"
 #include "tests/bench/programs.hpp"

@@ -1,5 +1,7 @@
 #include "common/geo/time_zone.hpp"
 
+#include <tuple>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <vector>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/content.hpp"

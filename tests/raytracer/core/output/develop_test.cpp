@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"

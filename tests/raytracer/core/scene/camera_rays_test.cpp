@@ -6,6 +6,7 @@
 #include "raytracer/farm/render/passes/passes.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/core/scene/some_cameras.hpp"
+#include "tests/raytracer/scene_words_text.hpp"
 
 using namespace terravox;
 using namespace terravox::test;

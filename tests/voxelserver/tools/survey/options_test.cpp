@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
-#include "survey_fixture.hpp"
 #include "tests/common/full_disk.hpp"
+#include "tests/voxelserver/tools/survey/survey_fixture.hpp"
 #include "voxelserver/data/lidar/las_writer.hpp"
 #include "voxelserver/tools/survey/square_model.hpp"
 #include "voxelserver/tools/survey/survey_options.hpp"

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "survey_fixture.hpp"
+#include "tests/voxelserver/tools/survey/survey_fixture.hpp"
 
 using namespace terravox::survey;
 using namespace terravox::survey::test;

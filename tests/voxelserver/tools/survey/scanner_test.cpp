@@ -2,7 +2,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "survey_fixture.hpp"
+#include "tests/voxelserver/tools/survey/survey_fixture.hpp"
 #include "voxelserver/tools/survey/scanner.hpp"
 #include "voxelserver/tools/survey/truth.hpp"
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "common/geo/gdal.hpp"
-#include "survey_fixture.hpp"
+#include "tests/voxelserver/tools/survey/survey_fixture.hpp"
 #include "voxelserver/tools/survey/scanner.hpp"
 
 using namespace terravox::survey;
