@@ -293,7 +293,7 @@ void remove_unfinished_in(const fs::path& folder, bool (*is_ours)(const std::str
 SiteFolder::SiteFolder(fs::path folder, const fs::path& input, bool overwrite)
     : m_path(std::move(folder)), m_input(input) {
     std::error_code failed;
-    fs::status(m_path / kSiteLock, failed);
+    (void)fs::status(m_path / kSiteLock, failed);
     if (failed == std::errc::not_a_directory)
         throw util::UsageError("publish to " + m_path.string() +
                                ": it is a file; allowed: a new or empty folder, or that of a site");
