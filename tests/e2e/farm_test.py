@@ -29,7 +29,7 @@ from support import (
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": FARM_TOKEN, "TERRAVOX_FARM_TEST": "1"}
 PICTURE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--bounces", "4"]
 # Some seconds on one thread: long enough to be killed, queried and joined meanwhile.
-SCENE = [*PICTURE, "--samples", "20"]
+SCENE = [*PICTURE, "--look", "plain", "--samples", "20"]
 # As many tiles, for tests in which nothing happens while it is rendered.
 SHORT = [*PICTURE, "--samples", "4"]
 os.environ["TERRAVOX_FARM_TEST"] = "1"

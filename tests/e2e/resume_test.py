@@ -29,7 +29,7 @@ ROWS = 12
 TILE = 16
 TILES = COLUMNS * ROWS
 PICTURE = ["--size", f"{COLUMNS * TILE}x{ROWS * TILE}", "--tile", str(TILE), "--samples", "16"]
-FLAGS = [*PICTURE, "--quiet"]
+FLAGS = [*PICTURE, "--look", "plain", "--quiet"]
 LAYERS = [*FLAGS, "--layers", "all"]
 
 

@@ -11,7 +11,8 @@ from static_host import StaticHost
 from support import HANGS_S, ROOT, Run, binary, render
 
 # One sample for each pixel, of which nothing is left to chance.
-PLAIN = ["--samples", "1", "--quality-cut-outs", "no", "--sun-size", "0", "--layers", "all"]
+PLAIN = ["--look", "plain", "--samples", "1", "--quality-cut-outs", "no", "--sun-size", "0"]
+PLAIN += ["--layers", "all"]
 LATITUDE_DEG = 46.1
 SOLAR_NOON_H = 11.05  # UTC, at the longitude of the synthetic survey
 SUN_AT_LEAST_DEG = 4

@@ -33,7 +33,7 @@ from raster_files import (
     item,
 )
 
-from support import Case, Run, binary, temporary_folder
+from support import Case, Run, binary, only_in_all, temporary_folder
 
 SLOVENIA = "EPSG:3794"
 OTHER_KEYS = key_record((1024, 1), (1025, 1), (3072, 32632))
@@ -704,9 +704,11 @@ class Strangers(Case):
                 self.check_world(row, folder)
                 shutil.rmtree(folder)
 
+    @only_in_all
     def test_photographs(self):
         self.check_all(PHOTO_ROWS)
 
+    @only_in_all
     def test_heights(self):
         self.check_all(HEIGHT_ROWS)
 

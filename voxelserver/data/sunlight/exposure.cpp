@@ -99,7 +99,7 @@ public:
         Values values;
         each_lit([&](const Photographed& part, std::size_t i) {
             if (part.scene.kind[i] != Kind::kGround || part.slopes[i].up() < kUp ||
-                (m_ground_told && cover_of(part, i) != Cover::kAsphalt))
+                (m_ground_told && find_cover(part, i) != Cover::kAsphalt))
                 return;
             const Light albedo = albedo_at(part, i);
             if (is_grey(albedo, m_ground_told ? kGreyIfTold : kGrey))
@@ -113,9 +113,9 @@ public:
         Values values;
         each_lit([&](const Photographed& part, std::size_t i) {
             const Kind kind = part.scene.kind[i];
-            const bool crown =
-                kind == Kind::kPlant && (!m_leaves_told || cover_of(part, i) == Cover::kVegetation);
-            const bool open = kind == Kind::kGround && cover_of(part, i) != Cover::kAsphalt;
+            const bool crown = kind == Kind::kPlant &&
+                               (!m_leaves_told || find_cover(part, i) == Cover::kVegetation);
+            const bool open = kind == Kind::kGround && find_cover(part, i) != Cover::kAsphalt;
             const Light albedo = albedo_at(part, i);
             if ((crown || open) && is_leaf_green(balanced(albedo, grey)))
                 values.add(albedo);
@@ -189,7 +189,7 @@ private:
             });
     }
 
-    static Cover cover_of(const Photographed& part, std::size_t i) noexcept {
+    static Cover find_cover(const Photographed& part, std::size_t i) noexcept {
         return part.scene.cover.empty() ? Cover::kUnknown : part.scene.cover[i];
     }
 
@@ -338,14 +338,14 @@ private:
 /// What lies in the deepest shadow, or behind a window, as a share of white.
 constexpr float kDark = 0.02F;
 
-float least_of(const Light& light) noexcept {
+float find_least(const Light& light) noexcept {
     return std::min({light[kRed], light[kGreen], light[kBlue]});
 }
 
 /// What is brighter than that everywhere. In one channel alone it is a colour, of grass say.
 Light find_black(const Light& darkest, float gain) noexcept {
     constexpr float kMostOverLeast = 1.5F;
-    const float most = kMostOverLeast * least_of(darkest);
+    const float most = kMostOverLeast * find_least(darkest);
     Light out{};
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = std::max(std::min(darkest[c], most) - kDark / gain, 0.0F);
@@ -382,7 +382,7 @@ Exposure find_exposure(const Evidence& evidence) {
         return {};
     Exposure out;
     float gain = 1;
-    const bool wrong = !as_it_is.are_possible() || least_of(evidence.darkest) > kVeiled;
+    const bool wrong = !as_it_is.are_possible() || find_least(evidence.darkest) > kVeiled;
     // The black point and the gain depend on each other.
     for (int round = 0; wrong && round < kRounds; ++round) {
         gain = Verdicts(evidence, out.black).gain();

@@ -128,18 +128,18 @@ worlds::WorldOptions parse_world(const Json& json, const Paths& paths) {
     for (const Json& path : json.at("left_out"))
         out.left_out.push_back(paths.read(path.get<std::string>()));
     if (json.contains("title"))  // plans of before the field
-        out.title = json.at("title").get<std::string>();
-    out.crs = json.at("crs").get<std::string>();
-    out.classes = json.at("classes").get<std::string>();
+        json.at("title").get_to(out.title);
+    json.at("crs").get_to(out.crs);
+    json.at("classes").get_to(out.classes);
     if (names_file(out.classes))
         out.classes = paths.read(out.classes).string();
     out.mark_unknown = json.value("mark_unknown", false);  // plans of before the option
-    out.vertical_unit = json.at("vertical_unit").get<std::string>();
+    json.at("vertical_unit").get_to(out.vertical_unit);
     out.settings = paths.read(json.at("settings").get<std::string>());
-    out.steps = json.at("steps").get<std::string>();
+    json.at("steps").get_to(out.steps);
     if (json.contains("photo"))  // plans of before the option
-        out.photo = json.at("photo").get<std::string>();
-    out.voxel_m = json.at("voxel_m").get<double>();
+        json.at("photo").get_to(out.photo);
+    json.at("voxel_m").get_to(out.voxel_m);
     // A number that does not fit is refused with the limit (wrong_in()).
     out.memory_bytes = std::min(json.at("memory_mib").get<std::size_t>(), kMaxMemory_bytes) << 20;
     return out;
@@ -147,35 +147,35 @@ worlds::WorldOptions parse_world(const Json& json, const Paths& paths) {
 
 Plan parse_plan(const Json& json, const Paths& paths) {
     Plan out;
-    out.program = json.at("program").get<std::string>();
-    out.box_recipe = json.at("box_recipe").get<std::uint32_t>();
+    json.at("program").get_to(out.program);
+    json.at("box_recipe").get_to(out.box_recipe);
     out.world = parse_world(json.at("world"), paths);
-    out.area = json.at("area").get<std::vector<double>>();
+    json.at("area").get_to(out.area);
     // Plans of before the option have none.
     if (json.contains("heights"))
-        out.heights = json.at("heights").get<std::vector<double>>();
-    out.fingerprint = json.at("fingerprint").get<std::string>();
-    out.fingerprint_of_all_boxes = json.at("fingerprint_of_all_boxes").get<std::string>();
+        json.at("heights").get_to(out.heights);
+    json.at("fingerprint").get_to(out.fingerprint);
+    json.at("fingerprint_of_all_boxes").get_to(out.fingerprint_of_all_boxes);
     out.known_squares = json.value("known_squares", "");
-    out.crs = json.at("crs").get<std::string>();
-    out.voxel_m = json.at("voxel_m").get<double>();
-    out.bounds.min = json.at("bounds").at("min").get<std::array<std::int32_t, 3>>();
-    out.bounds.max = json.at("bounds").at("max").get<std::array<std::int32_t, 3>>();
+    json.at("crs").get_to(out.crs);
+    json.at("voxel_m").get_to(out.voxel_m);
+    json.at("bounds").at("min").get_to(out.bounds.min);
+    json.at("bounds").at("max").get_to(out.bounds.max);
     out.squares = list_files(json.at("squares"), paths);
     out.images = list_files(json.at("images"), paths);
     for (const Json& m : json.at("missing"))
         out.missing.push_back({m.at("name").get<std::string>(), m.at("reason").get<std::string>()});
-    out.scratch_bytes = json.at("scratch_bytes").get<std::uint64_t>();
+    json.at("scratch_bytes").get_to(out.scratch_bytes);
     for (const Json& s : json.at("shards"))
         out.shards.push_back({s.at("columns").get<std::uint64_t>(),
                               s.at("subtrees").get<std::uint64_t>(),
                               s.at("squares").get<std::uint64_t>(), s.at("cpu_s").get<double>(),
                               s.at("scratch_bytes").get<std::uint64_t>()});
     const Json& estimate = json.at("estimate");
-    out.estimate.sampled_columns = estimate.at("sampled_columns").get<std::uint64_t>();
+    estimate.at("sampled_columns").get_to(out.estimate.sampled_columns);
     out.estimate.cpu_s = parse_measured(estimate.at("cpu_s"));
     out.estimate.one_machine_cpu_s = parse_measured(estimate.at("one_machine_cpu_s"));
-    out.estimate.memory_mib = estimate.at("memory_mib").get<double>();
+    estimate.at("memory_mib").get_to(out.estimate.memory_mib);
     out.estimate.output_bytes = parse_measured(estimate.at("output_bytes"));
     return out;
 }

@@ -184,7 +184,7 @@ class Values(unittest.TestCase):
         village()
         out = FOLDER / "command.png"
         command = [program, "render", FOLDER / "village.tvx", "-o", out, "-q"]
-        command += ["--size", "48x32", "--samples", "1"]
+        command += ["--size", "48x32", "--samples", "1", "--look", "plain"]
         subprocess.run(command, check=True)
         compare = os.environ["TERRAVOX_COMPARE"]
         mine = FOLDER / "mine.png"

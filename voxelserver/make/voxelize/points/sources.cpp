@@ -297,6 +297,8 @@ void set_heights(Sources& sources, const AllHeights& range, double ground_depth_
 }  // namespace
 
 Sources open_sources(const LidarWorldOptions& options, const Settings& settings) {
+    if (options.classes != kAnyClassTable)
+        (void)load_class_table(options.classes);  // refused before any file is read
     KnownSquares known = read_known(options, way_of_opening(settings.points));
     auto files = open_files(options, known);
     use_recorded_crs(files, options);
