@@ -207,7 +207,7 @@ void check_nan_of_grid(GDALDataset* data, const fs::path& grid) {
         return;
     throw util::Error(
         "its first value is nan, which GDAL {} takes for a word of the header; write a number for "
-        "no data: sed 's/nan/-9999/g' {} > NEW.asc",
+        "no data, which the line NODATA_value names: sed -E 's/-?nan/-9999/Ig' {} > NEW.asc",
         GDALVersionInfo("RELEASE_NAME"), grid.filename().string());
 }
 

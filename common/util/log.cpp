@@ -14,6 +14,8 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "common/util/error.hpp"
@@ -132,27 +134,29 @@ public:
         const std::lock_guard lock(m_mutex);
         if (m_others.size() >= kMaxFacts && !m_others.contains(fact))
             return true;
-        const auto [found, is_new] = m_others.try_emplace(fact);
-        if (!is_new && found->second.count++ == 0)
-            found->second.name = file;
-        return is_new;
+        Others& others = m_others[fact];
+        if (others.files.insert(std::hash<std::string>{}(file)).second && others.files.size() == 2)
+            others.name = file;
+        return others.files.size() == 1 && !std::exchange(others.is_said, true);
     }
 
     void say() noexcept {
         const std::lock_guard lock(m_mutex);
         for (auto& [fact, others] : m_others) {
-            if (others.count == 1)
+            const std::size_t count = others.files.size() - 1;
+            if (count == 1)
                 log_warn("{}: {}", others.name, fact);
-            else if (others.count > 1)
-                log_warn("{} other files, such as {}: {}", others.count, others.name, fact);
+            else if (count > 1)
+                log_warn("{} other files, such as {}: {}", count, others.name, fact);
         }
         m_others.clear();
     }
 
 private:
     struct Others {
-        std::size_t count = 0;  ///< besides the first
-        std::string name;       ///< of one of them
+        std::unordered_set<std::size_t> files;  ///< by their names; the first is one of them
+        std::string name;                       ///< of the second
+        bool is_said = false;
     };
     std::mutex m_mutex;
     std::map<std::string, Others> m_others;

@@ -140,7 +140,10 @@ util::ExitCode run_animate(const AnimateArguments& args, const OpenRenderer& ope
         scene::compose_scene({scene::file_layer(args.world.scene_file),
                               [&](scene::Scene& scene) { animation.apply_base(scene); },
                               scene::fields_layer(args.world.fields)});
-    choose_plane(base);
+    // Keys of the animation may place the camera.
+    scene::Scene first = animation.at(0, base);
+    choose_plane(first);
+    base.world.plane = first.world.plane;
     // Reject what cannot be written, or is inconsistent, before any work is done.
     const auto [width, height] = base.output.size_px;
     output::check_image_target(animate::FrameNames(args.frames.pattern).of(args.frames.first),

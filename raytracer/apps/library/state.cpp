@@ -133,6 +133,9 @@ scene::Scene make_settings(const OpenOptions& options) {
                                    "; allowed: those of world, generated and processing");
     }
     scene::Scene out = scene::compose_scene({scene::fields_layer(options.fields)});
+    if (!out.world.plane.empty() && out.world.plane != "none")
+        throw util::UsageError("open a world: world.plane = " + out.world.plane +
+                               "; allowed: none; terravox render makes pictures on a plane");
     if (!options.crs.empty())
         out.world.crs = options.crs;
     if (!options.classes.empty())

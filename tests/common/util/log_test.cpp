@@ -104,3 +104,26 @@ TEST_CASE("a message that cannot be formatted is replaced by a line", "[common][
     CHECK(written == "[error] a message of the log could not be written\n");
     spdlog::set_default_logger(before);
 }
+
+TEST_CASE("what many files share is said of the first, and of the others in one line",
+          "[common][util][log]") {
+    using namespace terravox;
+    const auto before = spdlog::default_logger();
+    util::say_shared_warnings();
+    const std::string written = written_by([] {
+        util::set_up_log("info");
+        for (const char* file : {"a.laz", "b.laz", "a.laz", "c.laz", "b.laz"})
+            util::warn_of_file(file, "holds no points", file == std::string("a.laz") ? "0" : "");
+        util::warn_of_file("d.laz", "has strays");
+        util::warn_of_file("d.laz", "has strays");
+        util::say_shared_warnings();
+        util::say_shared_warnings();
+        util::warn_of_file("e.laz", "has strays");
+    });
+    CHECK(written ==
+          "[warning] a.laz: holds no points (0)\n[warning] d.laz: has strays\n"
+          "[warning] 2 other files, such as b.laz: holds no points\n"
+          "[warning] e.laz: has strays\n");
+    util::say_shared_warnings();
+    spdlog::set_default_logger(before);
+}

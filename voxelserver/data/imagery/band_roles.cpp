@@ -170,7 +170,7 @@ BandRoles assign(GDALDataset& image, const std::string& name, const Bands& says,
         if (says_near_infrared(*image.GetRasterBand(b)))
             roles.nir = b;
     // Described as near infrared, but tagged as if red, green, blue.
-    if (roles.nir == 1 && roles.blue != 0 && bands < 4)
+    if (roles.nir == 1 && roles.blue != 0 && bands == 3)
         roles = {2, 3, 0, 1, false};
     if (roles.nir != 0 && roles.red != 0 && roles.green != 0)
         return roles;

@@ -122,6 +122,10 @@ void Image::learn_values() {
         m_bands.push_back(m_roles.nir);
     if (const GDALColorTable* table = m_data->GetRasterBand(1)->GetColorTable())
         learn_palette(*table);
+    if (const int last = *std::max_element(m_bands.begin(), m_bands.end());
+        last > m_data->GetRasterCount())
+        fail("its colours would be in band " + std::to_string(last) + " of " +
+             std::to_string(m_data->GetRasterCount()) + "; allowed: 1, 3 or more");
     for (const int b : m_bands) {
         const GDALColorInterp meaning = m_data->GetRasterBand(b)->GetColorInterpretation();
         if (meaning >= GCI_HueBand && meaning <= GCI_YCbCr_CrBand)
@@ -216,8 +220,8 @@ void Image::learn_mask() {
 
 void Image::set_brightness(const Brightness& brightness) {
     for (Meaning& m : m_meanings) {
-        const Brightness scaled = brightness.of_scaled(m.scale, m.offset);
-        m.brightness = m_inverted ? scaled.inverted() : scaled;
+        m.brightness =
+            (m_inverted ? brightness.inverted() : brightness).of_scaled(m.scale, m.offset);
     }
 }
 

@@ -66,6 +66,9 @@ TEST_CASE("few bits are spread, many are cut, and 0 may be white",
     CHECK(Brightness::of_bits(16).inverted().of(0) == 255);
     CHECK(Brightness::of_bits(16).inverted().of(65535) == 0);
     CHECK(Brightness::of_white(1).of_scaled(0.0001, -0.1).of(6000) == 128);
+    // Of 0 is white, with an offset: 6000 is half as bright as white.
+    CHECK(Brightness::of_white(1).inverted().of_scaled(0.0001, -0.1).of(6000) == 128);
+    CHECK(Brightness::of_white(1).inverted().of_scaled(0.0001, -0.1).of(1000) == 255);
 }
 
 TEST_CASE("a range leaves out what is no brightness", "[voxelserver][imagery][bands]") {

@@ -406,7 +406,8 @@ private:
         std::size_t count = 0;
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx)
-                if (const Crown& next = m_canopy.at(x + dx, z + dz); next.seen())
+                if (const Crown& next = m_canopy.at(x + dx, z + dz);
+                    (dx != 0 || dz != 0) && next.seen())
                     around[count++] = &next;
         if (count < (through ? kCrownsAllAround : kCrownsAround))
             return own;

@@ -12,7 +12,7 @@ namespace terravox::voxelize {
 
 /// Must be raised whenever the same inputs make other voxels than before: boxes, and the light of
 /// photographs, kept by older programs are then made again.
-inline constexpr std::uint32_t kBoxRecipe = 6;
+inline constexpr std::uint32_t kBoxRecipe = 7;
 
 /// The extent of a patch and `around` patches on each side.
 [[nodiscard]] constexpr voxel::InputExtent measure_reach(grid::PatchKey key,

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
+#include "common/util/folders.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "common/voxel/pyramid_world.hpp"
 #include "voxelserver/data/imagery/image_files.hpp"
@@ -144,9 +146,16 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     out.add(palette_fingerprint(settings));
     out.add(tints_fingerprint(settings));
     out.add(options.mark_unknown);
+    // What the names of files say.
+    constexpr std::size_t kMaxSource = std::size_t{1} << 20;
+    const std::filesystem::path sources = util::config_dir() / "sources";
+    for (const std::string& id : util::toml_id_list(sources))
+        out.add(util::read_text(sources / (id + ".toml"), kMaxSource, "read the source"));
     if (options.classes == kAnyClassTable)
-        for (const ClassTable& table : shipped_class_tables())
+        for (const ClassTable& table : shipped_class_tables()) {
+            out.add(table.id);
             add_table(out, table);
+        }
     else
         add_table(out, load_class_table(options.classes));
     out.add(options.crs.has_value());

@@ -148,13 +148,13 @@ private:
         const int top = base != nullptr ? base->top() : 0;
         for (int z = 0; z < voxel::kBoxSizeZ; ++z)
             for (int x = 0; x < voxel::kBoxSizeX; ++x)
-                for (int y = std::max(to, 0); y < top; ++y)
+                for (int y = 0; y < top; ++y)
                     if (const auto attr = base->voxel(x, y, z))
                         builder.add(x, z, y, y + 1, !voxel::see_through(attr->material));
+        // What lies there wins: on coarse levels the plane's height is rounded.
         return builder.build(key, [&](int x, int y, int z) {
-            if (y < to)
-                return voxel::VoxelAttr{m_material, 0, 0, 0, {}, 0};
-            return base->voxel(x, y, z).value_or(voxel::VoxelAttr{});
+            const auto attr = base != nullptr ? base->voxel(x, y, z) : std::nullopt;
+            return attr.value_or(voxel::VoxelAttr{m_material, 0, 0, 0, {}, 0});
         });
     }
 

@@ -1,5 +1,6 @@
 #include "voxelserver/make/worlds/overlay/plane_world.hpp"
 
+#include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/voxel/array_world.hpp"
 #include "tests/voxelserver/make/worlds/voxels.hpp"
@@ -21,6 +22,33 @@ std::unique_ptr<ArrayWorld> meadow() {
     world->fill({40, 5, 40}, {44, 290, 44}, Material::kRoof);
     return world;
 }
+
+/// Grass from y = 6 to 8, 64 columns wide, on three levels: where voxels have an edge of 4, the
+/// height of a plane beneath it is rounded to 8.
+class Slab final : public voxel::World {
+public:
+    Slab() {
+        m_info.bounds = {{0, 6, 0}, {64, 8, 64}};
+        m_info.levels = 3;
+    }
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
+        voxel::BoxBuilder builder;
+        if (key.bx != 0 || key.by != 0 || key.bz != 0)
+            return nullptr;
+        for (int z = 0; z < 64 >> key.level; ++z)
+            for (int x = 0; x < 64 >> key.level; ++x)
+                builder.add(x, z, 6 >> key.level, (7 >> key.level) + 1, true);
+        return builder.build(
+            key, [](int, int, int) { return voxel::VoxelAttr{Material::kGrass, 0, 0, 0, {}, 0}; });
+    }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return voxel::column_of_bounds(m_info.bounds, level, bx, bz);
+    }
+
+private:
+    voxel::WorldInfo m_info;
+};
 
 /// Hidden voxels are rock, and more are hidden where there is a plane beneath.
 bool is_same(Material on_plane, Material alone) {
@@ -82,6 +110,15 @@ TEST_CASE("on every level the plane is there, and the place on it", "[voxelserve
         // The tower is four voxels wide.
         if (side <= 4)
             CHECK(voxels.at(42 / side, 100 / side, 42 / side));
+    }
+}
+
+TEST_CASE("where the plane's height is rounded, the place wins", "[voxelserver][overlay]") {
+    const auto world = overlay::on_plane(std::make_unique<Slab>(), Plane::kTable);
+    for (const int level : {0, 1, 2}) {
+        INFO(level);
+        Voxels voxels(*world, level);
+        CHECK(voxels.material(4, 7 >> level, 4) == Material::kGrass);
     }
 }
 
