@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "raytracer/core/base/ray.hpp"
 #include "raytracer/core/sky/atmosphere.hpp"
 
 namespace terravox::sky {

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "common/geo/time_zone.hpp"
+#include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::sky {

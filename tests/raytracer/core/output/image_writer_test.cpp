@@ -8,6 +8,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
+#include "raytracer/core/output/develop.hpp"
 #include "raytracer/core/output/picture_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"

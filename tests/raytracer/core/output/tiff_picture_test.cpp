@@ -11,6 +11,7 @@
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/core/output/develop.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
