@@ -11,7 +11,7 @@ import unittest
 from pictures import Picture, camera_place, distance, transformed
 from support import ROOT, Case, entries, render, square, temporary_folder
 
-WIDE = ["--look", "plain", "--size", "160x90", "--samples", "1", "--quiet"]
+WIDE = ["--plane", "none", "--size", "160x90", "--samples", "1", "--quiet"]
 # Above the shore of the lake: land and sky all around.
 STANDING = ["--camera-position", "462480,101480,560", "--camera-target", "462400,101520,500"]
 PROJECTIONS = {

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "voxelserver/make/voxelize/points/square_sample.hpp"
 
@@ -70,14 +71,22 @@ std::string list_codes(const std::bitset<256>& codes) {
     return out;
 }
 
+/// A table that somebody has added may name a system that is none: it is meant for no file then.
+bool is_in(const geo::Crs& crs, const std::string& text) {
+    try {
+        return crs.name() == text || crs.same_horizontal(geo::Crs::from_text(text));
+    } catch (const util::UsageError& e) {
+        util::log_warn("[meant] of a class table: {}", e.what());
+        return false;
+    }
+}
+
 /// Why a table is meant for the files; nullopt: it is not.
 std::optional<std::string> why_meant(const Meant& meant, const std::vector<SquareSource>& files,
                                      SampledClasses& classes) {
     const geo::Crs& crs = *files.front().info.crs;
-    const auto system =
-        std::find_if(meant.crs.begin(), meant.crs.end(), [&](const std::string& text) {
-            return crs.name() == text || crs.same_horizontal(geo::Crs::from_text(text));
-        });
+    const auto system = std::find_if(meant.crs.begin(), meant.crs.end(),
+                                     [&](const std::string& text) { return is_in(crs, text); });
     if (system == meant.crs.end() ||
         !std::all_of(files.begin(), files.end(), [&](const SquareSource& file) {
             return lies_in(file.info, meant.extent) && file.info.crs->same_horizontal(crs);

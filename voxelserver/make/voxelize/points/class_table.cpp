@@ -5,7 +5,6 @@
 #include <string_view>
 #include <utility>
 
-#include "common/geo/crs.hpp"
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/numbers.hpp"
@@ -83,14 +82,8 @@ Meant read_meant(const toml::table& meant, const Fail& fail) {
     Meant out;
     const auto* systems = meant["crs"].as_array();
     for (std::size_t i = 0; systems != nullptr && i < systems->size(); ++i)
-        if (const auto crs = (*systems)[i].value_exact<std::string>()) {
-            try {
-                (void)geo::Crs::from_text(*crs);
-            } catch (const util::UsageError& e) {
-                fail(std::string("[meant] crs: ") + e.what());
-            }
+        if (const auto crs = (*systems)[i].value_exact<std::string>())
             out.crs.push_back(*crs);
-        }
     if (systems == nullptr || out.crs.empty() || out.crs.size() != systems->size())
         fail("[meant] crs is no list of texts");
     if (meant.contains("extent")) {
