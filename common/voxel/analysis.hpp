@@ -88,7 +88,7 @@ inline constexpr AnalysisTerms kAnalyses[] = {
      {{"analysis.surface", "analysis.range_m", "analysis.target_m", "analysis.curvature",
        "analysis.refraction"}}},
     {AnalysisKind::kClearance, "clearance",
-     "Free height above the ground, below decks, wires and crowns", "Free height above the ground"},
+     "Free height above the ground, below decks, wires and crowns", "Free height"},
 };
 
 [[nodiscard]] inline const AnalysisTerms& find_terms(AnalysisKind kind) noexcept {

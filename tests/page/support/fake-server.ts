@@ -264,7 +264,7 @@ const kAnalyses = [
   ['sky', 'How much sky is seen', ['surface']],
   ['sun', 'Hours of sun', ['surface', 'days']],
   ['sight', 'Seen from a place', ['surface', 'observers']],
-  ['clearance', 'Free height above the ground', []],
+  ['clearance', 'Free height', []],
 ].map(([kind, title, members]) => ({
   kind,
   title,
@@ -290,7 +290,18 @@ function jobRaster([west, , east, north]: readonly number[]): Buffer {
       about: { title: 'First sun, clock time', ramp: 'much', form: 'clock' },
       values: values.map(() => 5),
     },
-    { name: 'hole', unit: '', values: values.map(() => 0) },
+    {
+      name: 'hole',
+      unit: '',
+      about: {
+        title: 'Data that could not be read',
+        ramp: 'much',
+        low: '0',
+        high: '1',
+        words: 'read|could not be read',
+      },
+      values: values.map(() => 0),
+    },
   ];
   return makeRaster({
     width: side,
