@@ -83,7 +83,7 @@ void WorldArguments::choose_look(scene::Scene& scene) const {
     });
     if (asks_for_sun || scene.sun != scene::Scene::Sun{})
         return;
-    // From the left, so low that shadows show the relief, and fall on the table beside the place.
+    // From the left, so low that shadows show the relief, and fall on the table next to the place.
     constexpr double kFromLeft_deg = 60;
     constexpr double kAltitude_deg = 32;
     scene.sun.azimuth_deg = std::remainder(scene.camera.azimuth_deg + kFromLeft_deg, 360);

@@ -144,7 +144,7 @@ std::string to_list(const std::bitset<256>& codes) {
     return found > kNamed ? fmt::format("{} and {} more", out, found - kNamed) : out;
 }
 
-/// Of the classes that a file has in excess of those that the table names.
+/// Warns of the classes of a file that the table does not name.
 void warn_of_classes(const std::string& path, const std::bitset<256>& unknown,
                      const ClassTable& classes) {
     const bool guessed =
