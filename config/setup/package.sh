@@ -22,8 +22,9 @@ Usage: terravox package deb|image|sdist|wheel [--arm64] -o FOLDER
   image            an image for containers (OCI) of the programs, made without a daemon, as root or
                    in a user namespace; prints its name
   sdist            the sources of the Python package, which pip builds a wheel of; prints its name
-  wheel            the Python package, for each Python from 3.11 to 3.13 that is here (takes half an
-                   hour: GDAL, PROJ and curl are compiled once, and most of Terravox)
+  wheel            the Python package: a wheel for Python 3.11 if that is here, and one for all
+                   versions from 3.12 on if any of 3.12 to 3.14 is (takes half an hour: GDAL, PROJ
+                   and curl are compiled once, and most of Terravox)
   --arm64          of deb: for 64-bit ARM, compiled on this machine against the libraries of its
                    Debian
   -o FOLDER        where they are written; made when missing

@@ -100,22 +100,28 @@ build_wheel() {
     return "$status"
 }
 
-# package_wheel FOLDER: wheels for the versions of Python that are here
+# package_wheel FOLDER: a wheel for 3.11, whose stable interface nanobind cannot use, and one for
+# all versions from 3.12 on, made with the first of them that is here
 package_wheel() {
-    local folder=$1 version found=0
+    local folder=$1 versions version python found=0
     install_pinned "$WHEEL_TOOLS" "$WHEEL_REQUIREMENTS" "scikit-build-core and auditwheel"
     install_geo
     mkdir -p "$folder"
-    for version in 3.11 3.12 3.13; do
-        if ! "python$version" -c 'import sys' 2>/dev/null; then
-            say "No wheel for Python $version: python$version is not here"
+    for versions in 3.11 "3.12 3.13 3.14"; do
+        python=
+        for version in $versions; do
+            "python$version" -c 'import sys' 2>/dev/null || continue
+            python=$(command -v "python$version")
+            break
+        done
+        if [[ -z $python ]]; then
+            say "No wheel for Python ${versions// / or }: python$version is not here"
             continue
         fi
-        say "Building the wheel for Python $version"
-        quietly "$LOGS/wheel-$version.log" \
-            build_wheel "$(command -v "python$version")" "$folder" ||
-            die "package wheel: that for Python $version could not be built"
+        say "Building the wheel with Python $version"
+        quietly "$LOGS/wheel-$version.log" build_wheel "$python" "$folder" ||
+            die "package wheel: that of Python $version could not be built"
         found=1
     done
-    ((found)) || die "package wheel: no Python from 3.11 to 3.13 is here"
+    ((found)) || die "package wheel: no Python from 3.11 to 3.14 is here"
 }
