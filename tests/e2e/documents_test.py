@@ -19,6 +19,11 @@ README_LINES = 100
 NOT_OURS = {"build", "node_modules", "dist", "dist-test", ".git"}
 SOURCES = ("common", "config", "docs", "grabber", "raytracer", "tests", "voxelserver")
 TEXTS = {".cpp", ".hpp", ".ts", ".py", ".sh", ".toml", ".proto", ".sql", ".json", ".md"}
+# A path from the top, without letters that stand for a name (config/tints/NAME.toml).
+NAMED_SOURCE = re.compile(
+    r"(?<![\w./<*-])(?:common|config|grabber|raytracer|tests|voxelserver)/[a-z0-9_./-]+"
+    r"\.(?:cpp|hpp|ts|py|sh|toml)\b(?![\w*-])"
+)
 
 
 def files_below(folder, endings):
@@ -65,6 +70,28 @@ class Pages(Case):
                     if not (ROOT / name).exists():
                         missing.add(f"{file.relative_to(ROOT)}: {name}")
         self.assertEqual(sorted(missing), [])
+
+    def test_sources_that_pages_name_exist(self):
+        missing = set()
+        for page in files_below(ROOT, {".md"}):
+            text = page.read_text(encoding="utf-8")
+            for name in NAMED_SOURCE.findall(text):
+                if not (ROOT / name).exists():
+                    missing.add(f"{page.relative_to(ROOT)}: {name}")
+        self.assertEqual(sorted(missing), [])
+
+    def test_sources_to_look_at_first_exist(self):
+        text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+        text = text.partition("## Where to look first")[2].partition("\n## ")[0]
+        folders, found = [], []
+        for line in text.splitlines():
+            if headed := re.findall(r"\(`([\w/]+)`\)", line) if line.startswith("| ") else []:
+                folders = headed
+            elif line.startswith("| "):
+                names = [cell.strip() for cell in line.strip("|").split("|")]
+                found += [ROOT / folder / name for folder, name in zip(folders, names, strict=True)]
+        self.assertGreater(len(found), 20)
+        self.assertEqual([str(file) for file in found if not file.is_file()], [])
 
     def test_readme_is_short(self):
         lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()

@@ -33,7 +33,7 @@ struct PictureInfo {
     ImageMetadata metadata;  ///< JPEG stores only the three names above
 
     /// Row-major, for row vectors (v * M, as in OpenEXR: the translation is in the last row).
-    /// World: metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the
+    /// World: metres from Camera::picture_origin(), x east, y up, z south. EXR's worldToCamera (the
     /// camera looks along -z, y is up) and worldToNDC ((0, 0) is the upper left corner, (1, 1) the
     /// lower right one).
     std::optional<std::array<float, 16>> world_to_camera;

@@ -43,9 +43,9 @@ struct LayerSample {
     voxel::Colour indirect;  ///< by way of other surfaces
     voxel::Colour albedo;    ///< share of light that the surface reflects; 0 where nothing is hit
     std::array<float, 3> normal{};    ///< x east, y up, z south
-    std::array<float, 3> position{};  ///< metres from PictureFrame's origin, the same axes
+    std::array<float, 3> position{};  ///< metres from Camera::picture_origin(), the same axes
     float sun = 0;                    ///< share of the first hits' sunlight that is not in shadow
-    float water = 0;                  ///< share of samples that hit water first
+    float water = 0;  ///< share of the samples with a hit that meet water or glass first
     voxel::Material material = voxel::Material::kAir;  ///< of the first sample
     Matte materials;                                   ///< voxel::Material
     Matte squares;                                     ///< index in the SquareGrid

@@ -13,7 +13,7 @@
 
 namespace terravox::bench {
 
-/// The scene that tracers are compared on: made by the shared script bench/voxel_scene.py, N x N
+/// The scene that tracers are compared on: by the same formula as that of the peers, N x N
 /// columns, 256 high, one byte a voxel.
 class NeutralScene {
 public:

@@ -94,8 +94,8 @@ struct ColumnPlaces {
     int samples = 1;
 };
 
-/// Number of samples along a column's side: covers each pixel of a finer image at least once, and
-/// is at least 4.
+/// Number of samples along a column's side: 1 where pixels are as wide as a voxel or wider, else 4
+/// to 16, which covers each pixel of an image that is up to 16 times finer at least once.
 [[nodiscard]] int samples_for(double pixels_per_voxel) noexcept;
 
 /// Requires the caller to hold gdal_mutex().

@@ -14,7 +14,7 @@ namespace terravox::procedural {
 /// exact in single precision and the coarsest level is one box to each side; info().framed is what
 /// a camera frames, 512 x 512 columns about the origin, and the origin is placed at a scenic spot.
 /// Not georeferenced: info().crs is empty. Boxes of every level are made independently: see
-/// box_maker.hpp. Thread-safe; no state but a cache of box columns of at most 8 MiB.
+/// columns.hpp. Thread-safe; no state but a cache of box columns of at most 8 MiB.
 /// @throws UsageError as check(). Its boxes throw UsageError for a level that it does not have, and
 /// Error after stop()
 [[nodiscard]] std::unique_ptr<voxel::World> open_procedural_world(const Settings& settings);

@@ -1,6 +1,7 @@
 /**
  * What a tool is: a part of the panel, clicks into the picture, shapes over it, a share in how the
- * picture is drawn, and words in the link. A new tool is a file in tools/ and a line in toolbox.ts.
+ * picture is drawn, and words in the link. A new tool is a file in tools/, its id in ToolId,
+ * a line in toolbox.ts, and its texts.
  */
 import type { World } from '../../replies.js';
 import type { Appearance } from '../draw/appearance.js';
