@@ -179,10 +179,15 @@ void Image::learn_depth() {
     const char* white = m_data->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
     m_inverted = white != nullptr && EQUAL(white, "YES") && !m_roles.palette;
     m_wide = !bytes || bits != kByte || m_inverted || m_roles.palette;
-    m_states_brightness = m_roles.palette || (m_whole_numbers && bits != 0);
+    m_bits = bits;
+    use_bits();
+}
+
+void Image::use_bits() {
+    m_states_brightness = m_roles.palette || (m_whole_numbers && m_bits != 0);
     if (m_wide && m_states_brightness && !m_roles.palette) {
-        set_brightness(Brightness::of_bits(bits));
-        m_opaque = std::ldexp(1.0F, bits - 1);
+        set_brightness(Brightness::of_bits(m_bits));
+        m_opaque = std::ldexp(1.0F, m_bits - 1);
     }
 }
 
@@ -272,7 +277,8 @@ ValueRange Image::look_at_values(int across) {
         std::any_of(m_meanings.begin(), m_meanings.end(), is_scaled)) {
         m_meanings.assign(m_bands.size(), {});
         m_whole_numbers = GDALDataTypeIsInteger(type) != 0;
-        return look_at_values(across);
+        use_bits();
+        return m_states_brightness ? ValueRange{} : look_at_values(across);
     }
     if (most_opaque > 0)
         m_opaque = static_cast<float>(

@@ -112,6 +112,7 @@ private:
     void learn_georeference();
     void learn_values();
     void learn_depth();
+    void use_bits();
     void learn_palette(const GDALColorTable& table);
     void learn_mask();
     void look_at_window(const PixelWindow& window, std::vector<float>& values, float& most_opaque);
@@ -140,6 +141,7 @@ private:
     bool m_wide = false;  ///< whether values are not bytes of brightness
     bool m_states_brightness = true;
     bool m_whole_numbers = true;
+    int m_bits = 0;           ///< of its whole numbers, as the file states; 0: it does not
     bool m_inverted = false;  ///< 0 is white
     /// Of wide values, for each of m_bands: to what the file's metadata make of them, and to
     /// brightness.

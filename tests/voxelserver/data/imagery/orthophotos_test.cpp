@@ -22,6 +22,16 @@ ImageFile plain(double pixel_m, int value, const std::string& date = {}) {
     return image;
 }
 
+/// States in a file that values mean value * scale + offset.
+void set_scale(const std::filesystem::path& file, double scale, double offset) {
+    const GDALDatasetUniquePtr data(GDALDataset::Open(file.c_str(), GDAL_OF_UPDATE));
+    REQUIRE(data);
+    for (int b = 1; b <= data->GetRasterCount(); ++b) {
+        REQUIRE(data->GetRasterBand(b)->SetScale(scale) == CE_None);
+        REQUIRE(data->GetRasterBand(b)->SetOffset(offset) == CE_None);
+    }
+}
+
 std::string at(const Orthophotos& photos, double east, double north) {
     const auto f = frame();
     return column_text(photos.read(voxel_x(f, east), voxel_z(f, north), 1, 1), 0, 0);
@@ -176,6 +186,22 @@ TEST_CASE("an image of 12 bits in 16 uses its whole range", "[voxelserver][image
     image.value = [](int, int, int band) { return 4095 - band * 1000; };
     write_image(folder.path() / "a.tif", image);
     CHECK(at(Orthophotos({folder.path()}, frame()), 10, 50) == "255,193,130 -");
+}
+
+TEST_CASE("bits that a file states count where its scale says nothing of white",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    ImageFile image;
+    image.type = GDT_UInt16;
+    image.options = {"NBITS=12"};
+    image.value = [](int, int, int band) { return 1000 - band * 200; };
+    write_image(folder.path() / "a.tif", image);
+    const double scale = GENERATE(1.0, 0.01);  // to radiance, say
+    set_scale(folder.path() / "a.tif", scale, 0);
+    const Warnings warnings;
+    const Orthophotos photos({folder.path()}, frame());
+    CHECK(at(photos, 10, 50) == "62,50,37 -");
+    CHECK(warnings.text().empty());
 }
 
 TEST_CASE("one scale for all images whose values are of one sort",
