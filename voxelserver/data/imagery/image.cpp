@@ -230,6 +230,11 @@ void Image::set_brightness(const Brightness& brightness) {
     }
 }
 
+double Image::stored(double value) const noexcept {
+    const Meaning& first = m_meanings.front();
+    return (value - first.offset) / first.scale;
+}
+
 void Image::copy_brightness(const Image& same) {
     m_meanings = same.m_meanings;
     m_opaque = same.m_opaque;

@@ -89,6 +89,8 @@ public:
     [[nodiscard]] ValueRange look_at_values(int across);
     /// To be called before read() unless states_brightness().
     void set_brightness(const Brightness& brightness);
+    /// What a value is as the file stores it, before scale and offset of its first band.
+    [[nodiscard]] double stored(double value) const noexcept;
     /// Instead of look_at_values() and set_brightness(): what the same file has found.
     void copy_brightness(const Image& same);
 

@@ -1,5 +1,6 @@
 #include "voxelserver/data/imagery/orthophotos.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <list>
@@ -147,6 +148,19 @@ void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, c
         }
 }
 
+/// A command that makes an image of 8 bits of one of other values. It takes them as the file stores
+/// them.
+/// @param white taken for it, with scale and offset
+std::string describe_conversion(const Image& image, double white) {
+    const double stored = image.stored(white);
+    return fmt::format(
+        "gdal_translate -ot Byte -scale {:g} WHITE 0 255 {} NEW.tif{}", image.stored(0),
+        image.path().filename().string(),
+        stored == white
+            ? ""
+            : fmt::format(", where WHITE is as the file stores it: {:g} for {:g}", stored, white));
+}
+
 /// Side of the blocks of columns that are read at once: limits their pixels to some 16 million.
 int block_side(double pixels_per_voxel) {
     return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0));
@@ -226,16 +240,14 @@ void Orthophotos::assume(bool whole_numbers) {
     for (const auto& layer : m_layers)
         if (is_concerned(*layer))
             layer->image.set_brightness(found.brightness);
-    util::log_message(
-        found.is_doubtful ? util::LogLevel::kWarning : util::LogLevel::kInfo,
-        "orthophoto {}{}: values from {:g} to {:g} are taken for {}: {:g} is white{}",
-        brightest->image.path().string(), count > 1 ? fmt::format(" and {} more", count - 1) : "",
-        range.low, range.high, found.what, found.white,
-        found.is_doubtful
-            ? fmt::format("; if another value is, make images of 8 bits: gdal_translate -ot Byte "
-                          "-scale 0 WHITE 0 255 {} NEW.tif",
-                          brightest->image.path().filename().string())
-            : "");
+    util::log_message(found.is_doubtful ? util::LogLevel::kWarning : util::LogLevel::kInfo,
+                      "orthophoto {}{}: values from {:g} to {:g} are taken for {}: {:g} is white{}",
+                      brightest->image.path().string(),
+                      count > 1 ? fmt::format(" and {} more", count - 1) : "", range.low,
+                      range.high, found.what, found.white,
+                      found.is_doubtful ? "; if another value is, make images of 8 bits: " +
+                                              describe_conversion(brightest->image, found.white)
+                                        : "");
 }
 
 /// @param is_such  of which images it is true

@@ -204,6 +204,33 @@ TEST_CASE("bits that a file states count where its scale says nothing of white",
     CHECK(warnings.text().empty());
 }
 
+TEST_CASE("a remedy names values as the file stores them", "[voxelserver][imagery][ortho]") {
+    struct Case {
+        const char* name;
+        double scale;
+        double offset;
+        double value;
+        const char* remedy;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"without a scale", 1, 0, 3000, "-scale 0 WHITE 0 255 a.tif NEW.tif\n"},
+        {"parts of 1", 1e-4, -0.1, 18'500,
+         "-scale 1000 WHITE 0 255 a.tif NEW.tif, where WHITE is as the file stores it: 11000 for "
+         "1\n"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        ImageFile image;
+        image.type = GDT_UInt16;
+        image.value = [&](int, int, int) { return c.value; };
+        write_image(folder.path() / "a.tif", image);
+        set_scale(folder.path() / "a.tif", c.scale, c.offset);
+        const Warnings warnings;
+        const Orthophotos photos({folder.path()}, frame());
+        CHECK_THAT(warnings.text(), contains(c.remedy));
+    }
+}
+
 TEST_CASE("one scale for all images whose values are of one sort",
           "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
