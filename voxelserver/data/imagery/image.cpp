@@ -388,6 +388,11 @@ void Image::look_for_light(const Pixels& pixels) noexcept {
     }
 }
 
+void Image::add_read(const Image& other) noexcept {
+    m_has_light = m_has_light || other.m_has_light;
+    m_is_black = (m_is_black || other.m_is_black) && !m_has_light;
+}
+
 void Image::read_bands(const PixelWindow& window, Pixels& out) {
     // One call for all bands: pixel-interleaved files are then decoded once.
     const CPLErr failed = m_data->RasterIO(

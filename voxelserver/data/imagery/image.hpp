@@ -100,6 +100,9 @@ public:
     /// Whether pixels with data have been read, and all of them were black.
     [[nodiscard]] bool is_black() const noexcept { return m_is_black; }
 
+    /// As if everything that another reading of the same file has read had been read here.
+    void add_read(const Image& other) noexcept;
+
     /// @param window inside the image, not empty
     /// @throws Error naming the file when it is damaged
     void read(const PixelWindow& window, Pixels& out);

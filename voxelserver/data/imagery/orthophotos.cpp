@@ -170,7 +170,7 @@ int block_side(double pixels_per_voxel) {
 
 Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& frame,
                          std::span<const grid::NamedSquare> squares, const Orthophotos* same)
-    : m_frame(frame), m_open(std::make_unique<OpenFiles>()), m_logs(same == nullptr) {
+    : m_frame(frame), m_open(std::make_unique<OpenFiles>()), m_same(same) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
     const std::vector<fs::path> files = orthophoto_files(paths);
@@ -203,7 +203,7 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
         return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
     });
     find_series();
-    if (m_logs) {
+    if (m_same == nullptr) {
         assume(true);
         assume(false);
         std::set<std::string> doubts;
@@ -282,10 +282,21 @@ void Orthophotos::find_series() {
 
 Orthophotos::~Orthophotos() {
     const std::lock_guard lock(gdal_mutex());
-    if (m_logs)
+    if (m_same == nullptr)
         warn_of_some("all of it that was read is black",
                      [](const Layer& layer) { return layer.image.is_black(); });
+    else
+        for (const auto& layer : m_layers)
+            m_same->add_read(layer->image);
     m_layers.clear();
+}
+
+void Orthophotos::add_read(const Image& image) const {
+    const auto here = std::find_if(m_layers.begin(), m_layers.end(), [&](const auto& layer) {
+        return layer->image.path() == image.path();
+    });
+    if (here != m_layers.end())
+        (*here)->image.add_read(image);
 }
 
 void Orthophotos::warn_of_outside(const grid::ColumnRect& world) const {

@@ -35,13 +35,14 @@ public:
     /// @param paths image files or folders of them
     /// @param squares those of the world whose place their names state: an image that is not
     /// georeferenced and is named like one of them lies on it
-    /// @param same  the same images in another frame, which have logged what is assumed of them;
-    /// nullptr: none
+    /// @param same  the same images in another frame, which have logged what is assumed of them,
+    /// and outlive these; nullptr: none
     /// @throws Error naming the file that is missing, not an image, not georeferenced, or has more
     /// than 4096 pixels per voxel edge
     Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame,
                 std::span<const grid::NamedSquare> squares = {}, const Orthophotos* same = nullptr);
-    /// Warns of images of which all that was read is black.
+    /// Warns of images of which all that was read is black, also by others that were made with
+    /// these as `same`.
     ~Orthophotos();
 
     /// Logs one message for all images that lie outside the world, naming one of them, its
@@ -80,6 +81,7 @@ private:
     struct Layer;
     struct OpenFiles;
     void find_series();
+    void add_read(const Image& image) const;
     void assume(bool whole_numbers);
     template <class Test>
     void warn_of_some(std::string_view what, const Test& is_such) const;
@@ -87,7 +89,7 @@ private:
     const grid::Frame m_frame;
     std::vector<std::unique_ptr<Layer>> m_layers;
     std::unique_ptr<OpenFiles> m_open;
-    const bool m_logs;
+    const Orthophotos* const m_same;
 };
 
 }  // namespace terravox::imagery

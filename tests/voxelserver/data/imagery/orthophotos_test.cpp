@@ -281,6 +281,40 @@ TEST_CASE("an image of which all that was read is black says so", "[voxelserver]
     CHECK_THAT(warnings.text(), contains("a.tif: all of it that was read is black"));
 }
 
+TEST_CASE("an image is black only if it is so at every size of voxels",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    auto half = plain(1, 0);
+    half.value = [](int x, int, int) { return x < 30 ? 0 : 90; };
+    write_image(folder.path() / "a.tif", half);
+    struct Case {
+        const char* name;
+        double fine_east;    ///< where the finer ones are read; 0: nowhere
+        double coarse_east;  ///< where the coarser ones are
+        int warnings;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"read coarse alone", 0, 10, 1},
+        {"black in both", 10, 10, 1},
+        {"light in the coarse ones", 10, 50, 0},
+        {"light in the fine ones", 50, 10, 0},
+        {"not read at all", 0, 0, 0},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const Warnings warnings;
+        {
+            const Orthophotos fine({folder.path()}, frame());
+            const Orthophotos coarse({folder.path()}, frame(4), {}, &fine);
+            const auto f = frame(4);
+            if (c.fine_east > 0)
+                (void)at(fine, c.fine_east, 10);
+            if (c.coarse_east > 0)
+                (void)coarse.read(voxel_x(f, c.coarse_east), voxel_z(f, 10), 1, 1);
+        }
+        CHECK(warnings.count("a.tif: all of it that was read is black") == c.warnings);
+    }
+}
+
 TEST_CASE("of an image that is far too fine an overview is read", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     auto image = plain(0.05, 100);
