@@ -3,26 +3,60 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 
 #include "common/util/error.hpp"
 #include "common/util/folders.hpp"
 #include "common/util/log.hpp"
 #include "common/util/text.hpp"
+#include "voxelserver/make/voxelize/points/square_sample.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
+constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
+
+// How far the stated bounds of a file reach beyond a square.
+double reach_beyond(const pointcloud::PointCloudInfo& info, const grid::NamedSquare& square) {
+    return std::max({square.west - info.min[0], info.max[0] - square.east,
+                     square.south - info.min[1], info.max[1] - square.north});
+}
+
+// Whether the points of a file lie on a square, but for strays.
+bool lie_on(const pointcloud::PointSource& points, const grid::NamedSquare& square) {
+    constexpr std::uint64_t kStrays = 100;  // one of so many, as drop_strays() has it
+    std::uint64_t all = 0;
+    std::uint64_t beside = 0;
+    look_over(points, [&](std::span<const pointcloud::Point> batch) {
+        all += batch.size();
+        for (const pointcloud::Point& p : batch)
+            beside += p.x < square.west - kBeside_m || p.x > square.east + kBeside_m ||
+                              p.y < square.south - kBeside_m || p.y > square.north + kBeside_m
+                          ? 1
+                          : 0;
+    });
+    return all > 0 && beside <= all / kStrays;
+}
+
 // The square that a file's name states, where its points lie on it: a name alone is no evidence.
-std::optional<grid::NamedSquare> find_square(const pointcloud::PointCloudInfo& info,
+std::optional<grid::NamedSquare> find_square(const SquareSource& file,
                                              const grid::SquareNames& names) {
-    constexpr double kBeside_m = 50;  // some surveys add a margin to their squares
+    const pointcloud::PointCloudInfo& info = file.info;
     auto square = names.find_square(info.path);
-    if (!square || info.min[0] < square->west - kBeside_m ||
-        info.max[0] > square->east + kBeside_m || info.min[1] < square->south - kBeside_m ||
-        info.max[1] > square->north + kBeside_m)
+    if (!square)
+        return std::nullopt;
+    const double beyond = reach_beyond(info, *square);
+    if (beyond <= kBeside_m)
+        return square;
+    // Bounds that reach over a whole square more are those of strays, or of a wrong header: the
+    // points tell, which take longer. A wide margin is not looked at, since all squares have it.
+    const bool meets = info.min[0] <= square->east && info.max[0] >= square->west &&
+                       info.min[1] <= square->north && info.max[1] >= square->south;
+    if (!meets || beyond <= square->east - square->west || !lie_on(*file.points, *square))
         return std::nullopt;
     return square;
 }
@@ -55,7 +89,7 @@ std::vector<std::optional<grid::NamedSquare>> list_squares(const std::vector<Squ
         return out;
     const auto names = grid::SquareNames::load(util::config_dir() / "sources");
     std::transform(files.begin(), files.end(), out.begin(),
-                   [&](const SquareSource& file) { return find_square(file.info, names); });
+                   [&](const SquareSource& file) { return find_square(file, names); });
     return out;
 }
 

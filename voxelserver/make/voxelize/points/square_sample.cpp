@@ -64,7 +64,6 @@ PointFacts look_at_points(const SquareSource& source, std::span<const pointcloud
     // The sample of a file with few chunks comes from a corner of it, and says nothing of the rest;
     // such files are mostly small, and then all points are read in tenths of a second.
     constexpr std::size_t kSpread = 24;  // of 64
-    constexpr std::uint64_t kFewPoints = 250'000;
     const bool is_spread = parts_met(source.info, sample) >= kSpread;
     if (!is_spread && source.info.point_count > kFewPoints)
         return {};
@@ -103,6 +102,25 @@ void set_heights(SquareSample& out, std::vector<double>& heights) {
 }
 
 }  // namespace
+
+void look_over(const pointcloud::PointSource& points, const pointcloud::PointBatchSink& sink) {
+    constexpr std::size_t kMostParts = 256;
+    try {
+        std::vector<pointcloud::PointRange> ranges{{0, points.info().point_count}};
+        if (points.info().point_count > kFewPoints) {
+            const std::vector<pointcloud::PointRange> parts = points.parts(1);
+            const std::size_t used = std::min(kMostParts, parts.size());
+            ranges.clear();
+            for (std::size_t i = 0; i < used; ++i) {
+                const pointcloud::PointRange& part = parts[i * parts.size() / used];
+                ranges.push_back({part.begin, std::min(part.end, part.begin + kFewPoints / used)});
+            }
+        }
+        points.read_without_echoes(ranges, sink);
+    } catch (const util::Error&) {
+        return;
+    }
+}
 
 SquareSample take_sample(SquareSource& source, const ClassTable& classes,
                          const Settings::Points& filters, int threads) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "voxelserver/make/voxelize/points/known_squares.hpp"
@@ -11,6 +12,15 @@ namespace terravox::voxelize {
 
 /// How many points of a file are looked at before it is decoded, about.
 inline constexpr std::size_t kSampledPoints = 4096;
+
+/// Files of up to so many points are read whole where a sample says too little: tenths of a second.
+inline constexpr std::uint64_t kFewPoints = 250'000;
+
+/// Reads points from all over a file: all of a file of kFewPoints, of a larger one about as many,
+/// from the beginnings of many parts. Unlike a sample, it does not come from a corner of a file
+/// that cannot be entered in many places, and finds what is rare. Of a damaged file it ends early,
+/// without an error: whoever wants the square's voxels hears of the damage.
+void look_over(const pointcloud::PointSource& points, const pointcloud::PointBatchSink& sink);
 
 /// What a few thousand points reveal about a file before it is decoded.
 struct SquareSample {

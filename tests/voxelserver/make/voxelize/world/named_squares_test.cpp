@@ -1,6 +1,9 @@
 // Files and images without a place on Earth that are named like squares of a source.
+#include <cstring>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/voxelserver/data/store/warnings.hpp"
 #include "tests/voxelserver/image_file.hpp"
 #include "tests/voxelserver/make/voxelize/world/cloud.hpp"
 
@@ -67,6 +70,39 @@ TEST_CASE("the CRS in a file, and points elsewhere, prevail over its name",
     CHECK(OpenWorld(folder.path() / "GK_462_101.laz").info().crs == "EPSG:3794");
     write_corner(folder.path() / "TM_500_101.laz");
     CHECK_THROWS_AS(OpenWorld(folder.path() / "TM_500_101.laz"), util::UsageError);
+}
+
+TEST_CASE("a wrong header hides no square, and a name says nothing of points far around it",
+          "[voxelserver][voxelize][names]") {
+    struct Case {
+        const char* name;
+        double east;       ///< of more points, metres from the square's corner
+        int extra;         ///< of them
+        double stated_to;  ///< east, in the header
+        bool is_found;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a header's stray number", 30, 1, 1e7, true},
+        {"a stray point", 8000, 1, kWest + 8000, true},
+        {"another square's points", 2500, 1000, kWest + 2500, false},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        const auto file = folder.path() / "TM_462_101.laz";
+        Cloud cloud(kWest, kSouth);
+        cloud.cover(0, 940, 60, 1000, 0.5, 2, [](double, double) { return 400.5; });
+        for (int i = 0; i < c.extra; ++i)
+            cloud.add(c.east, 950, 400.5, 2);
+        cloud.write(file, "");
+        std::string bytes = read_content(file);
+        std::memcpy(bytes.data() + 179, &c.stated_to, sizeof c.stated_to);
+        write_content(file, bytes);
+        const Warnings ignored;
+        if (c.is_found)
+            CHECK(OpenWorld(file).info().crs == "EPSG:3794");
+        else
+            CHECK_THROWS_AS(OpenWorld(file), util::UsageError);
+    }
 }
 
 TEST_CASE("an image without a place lies on the square that it is named like",
