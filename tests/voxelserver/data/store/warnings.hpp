@@ -14,11 +14,13 @@ namespace terravox::test {
 /// Collects what the program warns of while this lives, instead of printing it. One at a time.
 class Warnings {
 public:
-    Warnings() : m_before(spdlog::default_logger()) {
+    /// @param level from which on messages are collected
+    explicit Warnings(spdlog::level::level_enum level = spdlog::level::warn)
+        : m_before(spdlog::default_logger()) {
         util::say_shared_warnings();  // what files of other tests have shared
         auto logger = std::make_shared<spdlog::logger>(
             "warnings", std::make_shared<spdlog::sinks::ostream_sink_mt>(m_text));
-        logger->set_level(spdlog::level::warn);
+        logger->set_level(level);
         logger->set_pattern("%v");
         spdlog::set_default_logger(std::move(logger));
     }

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
@@ -13,7 +16,7 @@ namespace {
 
 struct Choice {
     std::string table;
-    std::string why;  ///< empty: nothing speaks for another one
+    std::string why;
 };
 
 /// The one table of all sources whose names some of the files have.
@@ -33,25 +36,46 @@ std::optional<Choice> choose_by_name(const std::vector<SquareSource>& files,
     return out;
 }
 
-bool lies_in(const pointcloud::PointCloudInfo& info, const std::array<double, 4>& extent) {
-    const double x = (info.min[0] + info.max[0]) / 2;
-    const double y = (info.min[1] + info.max[1]) / 2;
-    return extent == std::array<double, 4>{} ||
-           (x >= extent[0] && x <= extent[2] && y >= extent[1] && y <= extent[3]);
+/// @param values at least one
+double find_median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
 }
 
-/// The classes of a sample of some files, taken once, when a table asks for them.
-class SampledClasses {
+/// A header may state bounds that are wrong on one side (extent.hpp), and then its middle is as
+/// well: so half of the points decide where it is outside.
+bool lies_in(const SquareSource& file, const std::array<double, 4>& extent) {
+    const auto holds = [&](double x, double y) {
+        return x >= extent[0] && x <= extent[2] && y >= extent[1] && y <= extent[3];
+    };
+    const pointcloud::PointCloudInfo& info = file.info;
+    if (extent == std::array<double, 4>{} ||
+        holds((info.min[0] + info.max[0]) / 2, (info.min[1] + info.max[1]) / 2))
+        return true;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (const pointcloud::Point& p : file.points->sample(kSampledPoints)) {
+        x.push_back(p.x);
+        y.push_back(p.y);
+    }
+    return !x.empty() && holds(find_median(std::move(x)), find_median(std::move(y)));
+}
+
+/// The classes of some files, looked for once, when a table asks for them.
+class FoundClasses {
 public:
-    explicit SampledClasses(const std::vector<SquareSource>& files) : m_files(files) {}
+    explicit FoundClasses(const std::vector<SquareSource>& files) : m_files(files) {}
 
     const std::bitset<256>& find() {
         constexpr std::size_t kMostFiles = 8;
         const std::size_t count = std::min(kMostFiles, m_files.size());
         for (std::size_t i = 0; i < count && !m_is_taken; ++i)
-            for (const pointcloud::Point& p :
-                 m_files[i * m_files.size() / count].points->sample(kSampledPoints))
-                m_classes.set(p.classification);
+            look_over(*m_files[i * m_files.size() / count].points,
+                      [&](std::span<const pointcloud::Point> batch) {
+                          for (const pointcloud::Point& p : batch)
+                              m_classes.set(p.classification);
+                      });
         m_is_taken = true;
         return m_classes;
     }
@@ -82,13 +106,13 @@ bool is_in(const geo::Crs& crs, const std::string& text) {
 
 /// Why a table is meant for the files; nullopt: it is not.
 std::optional<std::string> why_meant(const Meant& meant, const std::vector<SquareSource>& files,
-                                     SampledClasses& classes) {
+                                     FoundClasses& classes) {
     const geo::Crs& crs = *files.front().info.crs;
     const auto system = std::find_if(meant.crs.begin(), meant.crs.end(),
                                      [&](const std::string& text) { return is_in(crs, text); });
     if (system == meant.crs.end() ||
         !std::all_of(files.begin(), files.end(), [&](const SquareSource& file) {
-            return lies_in(file.info, meant.extent) && file.info.crs->same_horizontal(crs);
+            return lies_in(file, meant.extent) && file.info.crs->same_horizontal(crs);
         }))
         return std::nullopt;
     std::string why = "the files are in " + *system;
@@ -110,11 +134,11 @@ Choice choose(const std::vector<SquareSource>& files,
               const std::vector<std::optional<grid::NamedSquare>>& squares) {
     if (auto named = choose_by_name(files, squares))
         return *std::move(named);
-    SampledClasses classes(files);
+    FoundClasses classes(files);
     for (const ClassTable& table : shipped_class_tables())
         if (const auto why = why_meant(table.meant, files, classes))
             return {table.id, *why};
-    return {"asprs", ""};
+    return {"asprs", "nothing speaks for another"};
 }
 
 }  // namespace
@@ -127,9 +151,7 @@ ClassTable choose_class_table(const LidarWorldOptions& options,
         return load_class_table(options.classes, unnamed);
     const Choice choice = choose(files, squares);
     ClassTable out = load_class_table(choice.table, unnamed);
-    if (!choice.why.empty())
-        util::log_info("class table {} ({}): {}; --classes names another", out.id, out.title,
-                       choice.why);
+    util::log_info("class table {} ({}): {}; --classes chooses", out.id, out.title, choice.why);
     return out;
 }
 
