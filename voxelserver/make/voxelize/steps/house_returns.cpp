@@ -10,6 +10,13 @@ namespace {
 constexpr double kReach_m = 1;    // of balconies and scatter before a wall
 constexpr int kRoofsToClose = 5;  // of eight: a gap between points, as building fill closes it
 
+int find_reach(double voxel_m, int most) {
+    constexpr double kCoarse_m = 1.5;
+    if (voxel_m > kCoarse_m)
+        return 0;
+    return std::clamp(static_cast<int>(std::lround(kReach_m / voxel_m)), 1, most);
+}
+
 }  // namespace
 
 HouseReturns::HouseReturns(const Window& window, const ClassTable& classes,
@@ -18,19 +25,20 @@ HouseReturns::HouseReturns(const Window& window, const ClassTable& classes,
     : m_window(window),
       m_classes(classes),
       m_ground(ground),
-      m_reach(std::clamp(static_cast<int>(std::lround(kReach_m / voxel_m)), 1, kMaxReach)),
+      m_reach(find_reach(voxel_m, kMaxReach)),
       m_gap(static_cast<std::int32_t>(std::lround(settings.canopy_gap_m / voxel_m))),
       m_tree(static_cast<float>(settings.trunk_from_m / voxel_m)),
       m_any(window.any(&PatchColumns::any_roof) && window.any(&PatchColumns::any_objects)) {
     if (!m_any)
         return;
     Grid<std::uint8_t, kMargin> roofs_around;
-    constexpr int kFirst = Grid<Near, kMargin>::kFirst;
-    constexpr int kLast = Grid<Near, kMargin>::kLast;
-    window.each_built(kFirst - m_reach, kLast + m_reach, [&](int x, int z) {
+    // No more of the margin than is asked for.
+    const int first = -GroundHeights::kMargin - far_around();
+    const int last = grid::kPatchSize - first;
+    window.each_built(first - m_reach, last + m_reach, [&](int x, int z) {
         const float roof = window.column(x, z).roof.height;
-        for (int nz = std::max(z - m_reach, kFirst); nz <= std::min(z + m_reach, kLast - 1); ++nz)
-            for (int nx = std::max(x - m_reach, kFirst); nx <= std::min(x + m_reach, kLast - 1);
+        for (int nz = std::max(z - m_reach, first); nz <= std::min(z + m_reach, last - 1); ++nz)
+            for (int nx = std::max(x - m_reach, first); nx <= std::min(x + m_reach, last - 1);
                  ++nx) {
                 Near& near = m_near.at(nx, nz);
                 if (nx == x && nz == z) {
@@ -42,11 +50,12 @@ HouseReturns::HouseReturns(const Window& window, const ClassTable& classes,
                     ++roofs_around.at(nx, nz);
             }
     });
-    Grid<Near, kMargin>::each([&](int x, int z) {
-        Near& near = m_near.at(x, z);
-        if (!near.built && roofs_around.at(x, z) >= kRoofsToClose)
-            near.roof = near.wall;
-    });
+    for (int z = first; z < last; ++z)
+        for (int x = first; x < last; ++x) {
+            Near& near = m_near.at(x, z);
+            if (!near.built && roofs_around.at(x, z) >= kRoofsToClose)
+                near.roof = near.wall;
+        }
 }
 
 HouseReturns::Part HouseReturns::part(int x, int z, const ObjectVoxel& o) const {
@@ -61,8 +70,8 @@ HouseReturns::Part HouseReturns::part(int x, int z, const ObjectVoxel& o) const 
         return above >= m_tree && !foliage_beside(x, z, o.y, m_reach) ? Part::kWall : Part::kNone;
     }
     const bool low = static_cast<float>(o.y - m_gap) <= near.roof;
-    return unclassified && low && !foliage_beside(x, z, o.y, 2 * m_reach) ? Part::kOnRoof
-                                                                          : Part::kNone;
+    return unclassified && low && !foliage_beside(x, z, o.y, far_around()) ? Part::kOnRoof
+                                                                           : Part::kNone;
 }
 
 std::int32_t HouseReturns::clear_of_walls(int x, int z) const noexcept {
@@ -90,7 +99,7 @@ bool HouseReturns::foliage_beside(int x, int z, std::int32_t y, int far) const {
             if (near.roof == near.roof)
                 continue;
             for (const ObjectVoxel& o : m_window.objects(nx, nz))
-                if (std::abs(o.y - y) <= 2 * m_reach && plant_like(o) && !of_wall(near, o.y))
+                if (std::abs(o.y - y) <= far_around() && plant_like(o) && !of_wall(near, o.y))
                     return true;
         }
     return false;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "voxelserver/make/voxelize/columns/columns.hpp"
 #include "voxelserver/make/voxelize/points/class_table.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
@@ -10,10 +12,11 @@ namespace terravox::voxelize {
 /// Which returns of plants and of unclassified points are of a house.
 ///
 /// A return within a metre of a column that is built upon, and not higher than its roof, is of the
-/// wall: a balcony, a frame of a window, scatter. One of a class of plants is so only where it is
-/// as high as a tree and no foliage lies on its side away from the house. An unclassified return
-/// above a roof, closer to it than foliage to foliage of one crown, is of a thing on the roof,
-/// unless foliage beside the house reaches over to it.
+/// wall: a balcony, a frame of a window, scatter. Where voxels are wider than that, columns beside
+/// a house are none of it: most of their returns are farther away. One of a class of plants is so
+/// only where it is as high as a tree and no foliage lies on its side away from the house. An
+/// unclassified return above a roof, closer to it than foliage to foliage of one crown, is of a
+/// thing on the roof, unless foliage beside the house reaches over to it.
 class HouseReturns {
 public:
     /// All must outlive this.
@@ -28,7 +31,7 @@ public:
     [[nodiscard]] std::int32_t clear_of_walls(int x, int z) const noexcept;
 
 private:
-    static constexpr int kMaxReach = 4;  ///< columns: a wall's returns in voxels of 0.25 m
+    static constexpr int kMaxReach = 10;  ///< columns: a wall's returns in voxels of 0.1 m
     static constexpr int kMargin = GroundHeights::kMargin + 2 * kMaxReach;
     struct Near {
         float wall = kNoHeight;  ///< highest roof around the column, voxels
@@ -38,11 +41,13 @@ private:
     [[nodiscard]] bool plant_like(const ObjectVoxel& o) const noexcept;
     [[nodiscard]] bool of_wall(const Near& near, std::int32_t y) const noexcept;
     [[nodiscard]] bool foliage_beside(int x, int z, std::int32_t y, int far) const;
+    /// How far foliage reaches from beside a house over its roof, columns.
+    [[nodiscard]] int far_around() const noexcept { return std::max(2 * m_reach, 1); }
 
     const Window& m_window;
     const ClassTable& m_classes;
     const GroundHeights& m_ground;
-    int m_reach = 1;         ///< columns
+    int m_reach = 0;         ///< columns; 0: voxels are so coarse that no wall reaches over
     std::int32_t m_gap = 0;  ///< voxels, between foliage of one crown
     float m_tree = 0;        ///< voxels above the ground
     Grid<Near, kMargin> m_near{Near{}};
