@@ -144,20 +144,17 @@ std::string to_list(const std::bitset<256>& codes) {
     return found > kNamed ? fmt::format("{} and {} more", out, found - kNamed) : out;
 }
 
-/// Warns of the classes of a file that the table does not name.
-void warn_of_classes(const std::string& path, const std::bitset<256>& unknown,
-                     const ClassTable& classes) {
+/// What is said of classes that the table does not name.
+std::string describe_unknown(const std::bitset<256>& codes, const ClassTable& classes) {
     const bool guessed =
         std::any_of(classes.meaning.begin(), classes.meaning.end(),
                     [](const ClassMeaning& m) { return !m.known && m.role == Role::kSurface; });
-    const std::string tables = tables_that_name(unknown);
-    util::warn_of_file(
-        path,
-        fmt::format("points of classes that the class table {} does not name: {}", classes.id,
-                    guessed ? "guessed like points without a class; --mark-unknown shows them"
-                            : "shown in magenta"),
-        fmt::format("{}{}", to_list(unknown),
-                    tables.empty() ? "" : "; --classes that names them: " + tables));
+    const std::string tables = tables_that_name(codes);
+    return fmt::format("points of classes that the class table {} does not name ({}): {}{}",
+                       classes.id, to_list(codes),
+                       guessed ? "guessed like points without a class; --mark-unknown shows them"
+                               : "shown in magenta",
+                       tables.empty() ? "" : "; --classes that names them: " + tables);
 }
 
 }  // namespace
@@ -170,9 +167,8 @@ void LoadReport::add_whole(std::size_t file, const store::PointCounts& counts) {
         const std::string path = m_files[file].info.path.string();
         if (counts.outliers > 0)
             util::warn_of_file(path, kStray, std::to_string(counts.outliers) + " points");
-        if (const std::bitset<256> unknown = unknown_codes(counts, m_classes); unknown.any())
-            warn_of_classes(path, unknown, m_classes);
         const std::lock_guard lock(m_mutex);
+        warn_of_classes(file, counts);
         m_counts.add(counts);
     });
 }
@@ -183,9 +179,24 @@ void LoadReport::add_part(std::size_t file, const store::PointCounts& counts) {
     const std::string path = m_files[file].info.path.string();
     if (counts.outliers > 0 && !std::exchange(logged.stray, true))
         util::warn_of_file(path, kStray);
-    if (const std::bitset<256> unknown = unknown_codes(counts, m_classes);
-        unknown.any() && !std::exchange(logged.classes, true))
-        warn_of_classes(path, unknown, m_classes);
+    warn_of_classes(file, counts);
+}
+
+void LoadReport::warn_of_classes(std::size_t file, const store::PointCounts& counts) {
+    std::bitset<256>& logged = m_logged[file].classes;
+    const std::bitset<256> met = unknown_codes(counts, m_classes) & ~logged;
+    if (met.none())
+        return;
+    logged |= met;
+    std::bitset<256> fresh = met;
+    for (const std::bitset<256>& codes : m_unknown)
+        fresh &= ~codes;
+    if (fresh.any())
+        m_unknown.push_back(fresh);
+    for (const std::bitset<256>& codes : m_unknown)
+        if ((met & codes).any())
+            util::warn_of_file(m_files[file].info.path.string(),
+                               describe_unknown(codes, m_classes));
 }
 
 store::PointCounts LoadReport::counts() const {

@@ -73,14 +73,18 @@ private:
     struct Logged {
         std::once_flag whole;
         bool stray = false;
-        bool classes = false;
+        std::bitset<256> classes;
     };
+    /// Warns of the classes of a file that the table does not name: each code is named once, with
+    /// the first file that has it, and the files that share it are counted. With m_mutex locked.
+    void warn_of_classes(std::size_t file, const store::PointCounts& counts);
 
     const std::span<const SquareSource> m_files;
     const ClassTable& m_classes;
     std::vector<Logged> m_logged;
     mutable std::mutex m_mutex;
     store::PointCounts m_counts;
+    std::vector<std::bitset<256>> m_unknown;  ///< codes that were named together; disjoint
 };
 
 /// Squares that an earlier decoding stored in the cache folder, mapped into memory. Thread-safe.

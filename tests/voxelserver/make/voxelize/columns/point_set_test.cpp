@@ -171,8 +171,8 @@ TEST_CASE("a file that was decoded whole is reported and counted once",
     f.report.add_whole(0, counts);
     CHECK(f.log.text() ==
           "a.laz: stray points, outside the bounds of all others; left out (3 points)\n"
-          "a.laz: points of classes that the class table small does not name: shown in magenta "
-          "(40, 255)\n");
+          "a.laz: points of classes that the class table small does not name (40, 255): shown in "
+          "magenta\n");
     CHECK(f.report.counts().kept == 4);
     CHECK(f.report.counts().outliers == 3);
     f.report.add_whole(1, make_counts({2}));
@@ -190,7 +190,7 @@ TEST_CASE("of many unknown classes eight are named, and tables that name them al
     util::say_shared_warnings();
     f.report.add_part(1, make_counts({64}));
     CHECK(f.log.count("b.laz: points of classes") == 1);
-    CHECK(f.log.count("(64; --classes that names them: fr-lidarhd)") == 1);
+    CHECK(f.log.count("(64): shown in magenta; --classes that names them: fr-lidarhd") == 1);
 }
 
 TEST_CASE("what is met in parts is logged once for each file, what files share in one line",
@@ -200,12 +200,28 @@ TEST_CASE("what is met in parts is logged once for each file, what files share i
     f.report.add_part(0, make_counts({40, 41}, 2));
     f.report.add_part(0, make_counts({41}, 1));
     CHECK(f.log.text() ==
-          "a.laz: points of classes that the class table small does not name: shown in magenta "
-          "(40)\n"
-          "a.laz: stray points, outside the bounds of all others; left out\n");
+          "a.laz: points of classes that the class table small does not name (40): shown in "
+          "magenta\n"
+          "a.laz: stray points, outside the bounds of all others; left out\n"
+          "a.laz: points of classes that the class table small does not name (41): shown in "
+          "magenta\n");
     f.report.add_part(1, make_counts({40}));
     CHECK(f.log.count("b.laz") == 0);
     util::say_shared_warnings();
     CHECK(f.log.count("b.laz: points of classes that") == 1);
     CHECK(f.report.counts().kept == 0);
+}
+
+TEST_CASE("classes that only later files have are named, with the tables that name them",
+          "[voxelserver][voxelize][report]") {
+    Fixture f;
+    f.report.add_whole(0, make_counts({64}));
+    const std::string before = f.log.text();
+    f.report.add_whole(1, make_counts({64, 65, 66}));
+    CHECK(f.log.text().substr(before.size()) ==
+          "b.laz: points of classes that the class table small does not name (65, 66): shown in "
+          "magenta; --classes that names them: fr-lidarhd\n");
+    util::say_shared_warnings();
+    CHECK(f.log.count("b.laz: points of classes that the class table small does not name (64)") ==
+          1);
 }
