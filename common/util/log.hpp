@@ -63,8 +63,9 @@ void log_error(fmt::format_string<Arguments...> format, Arguments&&... arguments
 /// @param detail what is true of this file only, in brackets behind the fact; may be empty
 void warn_of_file(const std::string& file, const std::string& fact, const std::string& detail = {});
 
-/// Says how many other files each fact of warn_of_file() was true of, and forgets them. Programs
-/// call it at their end.
+/// Says how many other files each fact of warn_of_file() was true of, and forgets them, so that the
+/// next file is warned of anew. Called before and after a world is opened, when one is closed, and
+/// by programs at their end.
 void say_shared_warnings() noexcept;
 
 }  // namespace terravox::util

@@ -61,6 +61,7 @@ public:
                 "{}: {} columns inside the files' bounds are holes: nothing was seen for {:.0f} m "
                 "around",
                 m_facts.info.title, holes, Land::kWidestGap_m);
+        util::say_shared_warnings();
     }
     LidarWorldImpl(const LidarWorldImpl&) = delete;
     LidarWorldImpl& operator=(const LidarWorldImpl&) = delete;
@@ -310,7 +311,12 @@ private:
 
 std::unique_ptr<LidarWorld> open_lidar_world(const LidarWorldOptions& options,
                                              util::StageTimes& times) {
-    return std::make_unique<LidarWorldImpl>(options, times);
+    // What files of another world share is nothing of this one, and what those of this one share is
+    // said when it is open: whoever opens it may never end.
+    util::say_shared_warnings();
+    auto out = std::make_unique<LidarWorldImpl>(options, times);
+    util::say_shared_warnings();
+    return out;
 }
 
 }  // namespace terravox::voxelize

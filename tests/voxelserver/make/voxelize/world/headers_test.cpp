@@ -114,6 +114,22 @@ TEST_CASE("bounds that hold part of the points are widened to all of them",
     }
 }
 
+TEST_CASE("what files share is said of each world, when it is open",
+          "[voxelserver][voxelize][headers]") {
+    const TemporaryFolder folder;
+    for (const char* name : {"a.laz", "b.laz", "c.laz"}) {
+        land().write(folder.path() / name);
+        state_bounds(folder.path() / name, {-1e6, 0.4, 98, 199.6, 1e6, 104});
+    }
+    const Warnings warnings;
+    const OpenWorld first(folder.path());
+    CHECK(warnings.count("laz: its header states the bounds") == 2);
+    CHECK(warnings.count("2 other files, such as") == 1);
+    const OpenWorld second(folder.path());
+    CHECK(warnings.count("laz: its header states the bounds") == 4);
+    CHECK(warnings.count("2 other files, such as") == 2);
+}
+
 TEST_CASE("bounds that hold no point are an error that names the header",
           "[voxelserver][voxelize][headers]") {
     struct Case {
