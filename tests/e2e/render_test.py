@@ -40,6 +40,18 @@ class Render(Case):
         self.assertDone(render(survey(), "--scene", out / "s.toml", "--quiet", "-o", out / "b.exr"))
         self.assertAlike(out / "a.exr", out / "b.exr", exact=True)
 
+    def test_a_sun_that_the_scene_states_is_kept_where_it_is_the_usual_one(self):
+        out = temporary_folder()
+        for name, text, wanted in (
+            ("stated", "version = 1\n[sun]\ntime_h = 16\n", False),
+            ("silent", "version = 1\n", True),
+        ):
+            (out / f"{name}.toml").write_text(text)
+            saved = out / f"{name}-saved.toml"
+            words = ["--scene", out / f"{name}.toml", *SMALL, "--save-scene", saved]
+            self.assertDone(render(survey(), *words, "-o", out / f"{name}.png"))
+            self.assertEqual("altitude_deg" in saved.read_text(), wanted, name)
+
     def test_the_report_counts(self):
         out = temporary_folder()
         words = [*SMALL, "--cache", "none", "--report", out / "r.json", "-o", out / "a.png"]

@@ -235,6 +235,28 @@ SceneLayer fields_layer(std::vector<std::pair<std::string, std::string>> fields)
     };
 }
 
+namespace {
+
+NamedView choose_view(const std::string& look, const std::filesystem::path& views) {
+    return find_view(look, views.empty() ? util::config_dir() / "views" : views);
+}
+
+}  // namespace
+
+std::vector<std::string> stated_fields(const std::filesystem::path& file, const std::string& look,
+                                       const std::filesystem::path& views) {
+    std::vector<std::string> out;
+    if (!file.empty())
+        out = scene_paths(util::read_toml(file, [&](const std::string& what) {
+            throw util::UsageError("read the scene " + file.string() + ": " + what);
+        }));
+    if (look.empty())
+        return out;
+    const std::vector<std::string> seen = scene_paths(choose_view(look, views).fields);
+    out.insert(out.end(), seen.begin(), seen.end());
+    return out;
+}
+
 Scene compose_scene(const std::vector<SceneLayer>& layers, const std::filesystem::path& views) {
     const auto over = [&](Scene scene) {
         for (const SceneLayer& layer : layers)
@@ -245,8 +267,7 @@ Scene compose_scene(const std::vector<SceneLayer>& layers, const std::filesystem
     Scene scene = over({});
     if (scene.camera.look.empty())
         return scene;
-    const NamedView view =
-        find_view(scene.camera.look, views.empty() ? util::config_dir() / "views" : views);
+    const NamedView view = choose_view(scene.camera.look, views);
     Scene seen;
     read_scene_table(view.fields, "read the view '" + view.name + "'", seen);
     return over(std::move(seen));

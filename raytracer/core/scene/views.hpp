@@ -63,6 +63,15 @@ using SceneLayer = std::function<void(Scene&)>;
 /// Fields given as path and text, as on the command line.
 [[nodiscard]] SceneLayer fields_layer(std::vector<std::pair<std::string, std::string>> fields);
 
+/// The fields that a scene file and a view state, whatever values they have there: "section.field".
+/// @param file empty: none
+/// @param look as Scene::Camera::look
+/// @param views as for compose_scene()
+/// @throws UsageError as compose_scene()
+[[nodiscard]] std::vector<std::string> stated_fields(const std::filesystem::path& file,
+                                                     const std::string& look,
+                                                     const std::filesystem::path& views = {});
+
 /// Composes a scene from the defaults, then the view that camera.look names (any layer may set it),
 /// then the layers, later ones overriding earlier ones.
 /// @param views folder of named views; empty: config/views

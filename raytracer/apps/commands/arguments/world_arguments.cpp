@@ -78,10 +78,12 @@ void WorldArguments::choose_look(scene::Scene& scene) const {
     choose_plane(scene);
     if (scene.world.plane.empty())
         return;
-    const bool asks_for_sun = std::any_of(fields.begin(), fields.end(), [](const auto& field) {
-        return field.first.starts_with("sun.");
-    });
-    if (asks_for_sun || scene.sun != scene::Scene::Sun{})
+    // A value counts that the sun has anyway, too.
+    std::vector<std::string> stated = scene::stated_fields(scene_file, scene.camera.look);
+    for (const auto& [path, text] : fields)
+        stated.push_back(path);
+    if (std::any_of(stated.begin(), stated.end(),
+                    [](const std::string& path) { return path.starts_with("sun."); }))
         return;
     // From the left, so low that shadows show the relief, and fall on the table next to the place.
     constexpr double kFromLeft_deg = 60;

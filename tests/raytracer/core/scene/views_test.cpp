@@ -127,6 +127,20 @@ TEST_CASE("a scene comes out of defaults, view, file and flags, the later over t
           scene::to_toml(all));
 }
 
+TEST_CASE("fields that a file or a view states are known, whatever their values",
+          "[raytracer][views]") {
+    const TemporaryFolder folder;
+    write(folder, "two.toml", kTwo);
+    const TemporaryFolder elsewhere;
+    const auto file = write(elsewhere, "scene.toml", "version = 1\n[sun]\ntime_h = 16\nsize = 1\n");
+    using Paths = std::vector<std::string>;
+    CHECK(scene::stated_fields({}, "", folder.path()).empty());
+    CHECK(scene::stated_fields(file, "") == Paths{"sun.size", "sun.time_h"});
+    CHECK(
+        scene::stated_fields({}, "high tower", folder.path()) ==
+        Paths{"camera.fov_deg", "camera.position", "camera.space", "camera.target", "sun.time_h"});
+}
+
 TEST_CASE("a file of views that cannot be is refused, naming file, view and field",
           "[raytracer][views]") {
     struct Case {
