@@ -224,7 +224,7 @@ struct Scene {
         std::string steps;  ///< of voxelization, overriding those of `settings`; empty: no change
         std::string photo;  ///< "raw" or "albedo", overriding `settings`; empty: no change
         /// What a picture has beneath the place: "table", "sea", "none"; empty: none, and in
-        /// pictures of the commands a table.
+        /// pictures of the commands a table where the camera frames the place.
         std::string plane;
         double voxel_m = 1;
         int memory_mib = 4096;                ///< decoded squares and columns

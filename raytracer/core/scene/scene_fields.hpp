@@ -397,14 +397,14 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     0,
                     {"", "albedo", "raw"},
                     "--photo"});
-    visit(
-        "world.plane", s.world.plane,
-        FieldRule{"what the place stands on, up to the horizon: a table, the sea, or none; default "
-                  "of pictures: table",
-                  0,
-                  0,
-                  {"", "table", "sea", "none"},
-                  "--plane"});
+    visit("world.plane", s.world.plane,
+          FieldRule{
+              "what the place stands on, up to the horizon: a table, the sea, or none; default: "
+              "table, where the camera frames the place",
+              0,
+              0,
+              {"", "table", "sea", "none"},
+              "--plane"});
     visit("world.memory_mib", s.world.memory_mib,
           FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
     visit(
