@@ -38,6 +38,11 @@ bool says_near_infrared(GDALRasterBand& band) {
                      "infrared", "pir", "ir"});
 }
 
+bool says_longer_waves(const std::string& says) {
+    return has_word(
+        says, {"swir", "shortwave", "short-wave", "short wave", "mwir", "lwir", "tir", "thermal"});
+}
+
 bool says_anything_else(GDALRasterBand& band) {
     const GDALColorInterp meaning = band.GetColorInterpretation();
     return (meaning != GCI_Undefined && meaning != GCI_GrayIndex) ||
@@ -111,6 +116,7 @@ public:
             m_named.push_back(infrared ? Named{} : find_named(m_says.back()));
             m_tagged.push_back(infrared ? kNoColour : find_tagged(band));
             m_shown.emplace_back(band.GetDescription());
+            m_invisible.push_back(infrared || says_longer_waves(m_says.back()));
         }
         const auto is_named = [](const Named& n) { return n.colour != kNoColour; };
         if (std::none_of(m_named.begin(), m_named.end(), is_named))
@@ -140,7 +146,8 @@ public:
         return 0;
     }
 
-    /// A band whose description or colour interpretation says another colour than it is taken for.
+    /// A band whose description or colour interpretation says another colour than it is taken for,
+    /// or light that nobody sees.
     void check(int band, Colour as, std::string& doubt) const {
         const auto i = static_cast<std::size_t>(band) - 1;
         if (band == 0 || !doubt.empty())
@@ -149,7 +156,11 @@ public:
         const Colour tagged = m_tagged[i];
         const std::string which = "band " + std::to_string(band) + " is ";
         const std::string taken = std::string("; it is taken for ") + kColours[as];
-        if (named != kNoColour && named != as)
+        if (m_invisible[i])
+            doubt = which +
+                    (m_shown[i].empty() ? "tagged near infrared" : "named '" + m_shown[i] + "'") +
+                    taken;
+        else if (named != kNoColour && named != as)
             doubt = which + "named '" + m_shown[i] + "'" + taken;
         else if (named != kNoColour && tagged != kNoColour && tagged != named)
             doubt = which + "named '" + m_shown[i] + "', but tagged " + kColours[tagged] + taken;
@@ -160,6 +171,7 @@ private:
     std::vector<std::string> m_shown;  ///< as the file has them
     std::vector<Named> m_named;
     std::vector<Colour> m_tagged;
+    std::vector<bool> m_invisible;  ///< near infrared, or longer waves
 };
 
 BandRoles assign(GDALDataset& image, const std::string& name, const Bands& says,

@@ -288,11 +288,14 @@ TEST_CASE("a warning says what a file says of its bands and is not followed",
         {{"blue", "green", "red"}, "band 3 is named 'red', but tagged blue; it is taken for red"},
         {{"red", "Red", "blue"}, "bands 1 and 2 are both named red; the first is taken"},
         {{"Blue", "", ""}, "band 1 is named 'Blue'; it is taken for red"},
+        {{"red", "NIR", "SWIR"}, "band 2 is named 'NIR'; it is taken for green"},
+        {{"red", "green", "SWIR 1"}, "band 3 is named 'SWIR 1'; it is taken for blue"},
+        {{"NIR", "red", "green"}, ""},
     }));
     const TemporaryFolder folder;
     ImageFile image;
     image.descriptions = c.descriptions;
-    if (c.descriptions[1].empty())
+    if (c.descriptions[0] == "NIR" || c.descriptions[1].empty())
         image.meanings = {GCI_Undefined, GCI_Undefined, GCI_Undefined};
     write_image(folder.path() / "a.tif", image);
     const Warnings warnings;
