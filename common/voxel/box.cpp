@@ -174,6 +174,18 @@ std::optional<VoxelAttr> Box::voxel(int x, int y, int z) const noexcept {
     }
 }
 
+bool Box::hidden(int x, int y, int z) const noexcept {
+    const TreeCell* cell = &m_cells[static_cast<std::size_t>(y >> 6)];
+    for (int shift = 4;; shift -= 2) {
+        const int bit = child_bit(x >> shift, y >> shift, z >> shift);
+        if ((cell->detail >> bit & 1) == 0)
+            return (cell->mask >> bit & 1) != 0;
+        if (shift == 0)
+            return false;
+        cell = &m_cells[cell->compute_index(bit)];
+    }
+}
+
 int Box::top() const noexcept {
     const auto highest_layer = [](std::uint64_t mask) {
         return (63 - std::countl_zero(mask)) / 16;

@@ -132,6 +132,9 @@ public:
     [[nodiscard]] bool solid(int x, int y, int z) const noexcept;
     /// The voxel's attributes, nullopt for air. Hidden solid voxels are reported as plain rock.
     [[nodiscard]] std::optional<VoxelAttr> voxel(int x, int y, int z) const noexcept;
+    /// Whether a voxel is solid and cannot be seen: its six neighbours, in other boxes too, are
+    /// opaque.
+    [[nodiscard]] bool hidden(int x, int y, int z) const noexcept;
     /// @return one past the highest solid y in [0, 256]; 0 when the box is empty
     [[nodiscard]] int top() const noexcept;
 

@@ -30,6 +30,33 @@ voxel::VoxelBounds bounds_with_plane(const voxel::VoxelBounds& base) {
     return out;
 }
 
+/// Adds the voxels of a box. What is hidden at its border has opaque neighbours in the next boxes:
+/// with these it stays hidden, and takes no room.
+void add_place(const Box& box, voxel::BoxBuilder& builder) {
+    constexpr int kLastX = voxel::kBoxSizeX - 1;
+    constexpr int kLastY = voxel::kBoxSizeY - 1;
+    constexpr int kLastZ = voxel::kBoxSizeZ - 1;
+    const int top = box.top();
+    for (int z = 0; z <= kLastZ; ++z)
+        for (int x = 0; x <= kLastX; ++x)
+            for (int y = 0; y < top; ++y) {
+                const auto attr = box.voxel(x, y, z);
+                if (!attr)
+                    continue;
+                builder.add(x, z, y, y + 1, !voxel::see_through(attr->material));
+                const bool at_border =
+                    x == 0 || x == kLastX || z == 0 || z == kLastZ || y == 0 || y == kLastY;
+                if (!at_border || !box.hidden(x, y, z))
+                    continue;
+                if (x == 0 || x == kLastX)
+                    builder.add(x == 0 ? -1 : x + 1, z, y, y + 1, true);
+                if (z == 0 || z == kLastZ)
+                    builder.add(x, z == 0 ? -1 : z + 1, y, y + 1, true);
+                if (y == 0 || y == kLastY)
+                    builder.add(x, z, y == 0 ? -1 : y + 1, y == 0 ? 0 : y + 2, true);
+            }
+}
+
 class PlaneWorld final : public voxel::World {
 public:
     PlaneWorld(std::unique_ptr<voxel::World> base, Plane plane)
@@ -145,12 +172,8 @@ private:
         for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
             for (int x = -1; x <= voxel::kBoxSizeX; ++x)
                 builder.add(x, z, from, to, opaque);
-        const int top = base != nullptr ? base->top() : 0;
-        for (int z = 0; z < voxel::kBoxSizeZ; ++z)
-            for (int x = 0; x < voxel::kBoxSizeX; ++x)
-                for (int y = 0; y < top; ++y)
-                    if (const auto attr = base->voxel(x, y, z))
-                        builder.add(x, z, y, y + 1, !voxel::see_through(attr->material));
+        if (base != nullptr)
+            add_place(*base, builder);
         // What lies there wins: on coarse levels the plane's height is rounded.
         return builder.build(key, [&](int x, int y, int z) {
             const auto attr = base != nullptr ? base->voxel(x, y, z) : std::nullopt;

@@ -50,9 +50,26 @@ private:
     voxel::WorldInfo m_info;
 };
 
-/// Hidden voxels are rock, and more are hidden where there is a plane beneath.
-bool is_same(Material on_plane, Material alone) {
-    return on_plane == alone || (on_plane == Material::kRock && alone != Material::kAir);
+/// Whether a voxel of a place is hidden on a plane: opaque, as its six neighbours are. Those below
+/// the place are the plane's.
+bool is_hidden(const ArrayWorld& place, Plane plane, const ArrayWorld::Coord& at) {
+    const auto opaque = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) {
+        if (at[1] + dy < place.level_bounds().min[1])
+            return plane == Plane::kTable;
+        return !voxel::see_through(place.at(at[0] + dx, at[1] + dy, at[2] + dz));
+    };
+    return opaque(0, 0, 0) && opaque(-1, 0, 0) && opaque(1, 0, 0) && opaque(0, -1, 0) &&
+           opaque(0, 1, 0) && opaque(0, 0, -1) && opaque(0, 0, 1);
+}
+
+/// How many voxels are hidden in the first box, and can be seen in the second.
+int count_bared(const voxel::Box& before, const voxel::Box& after) {
+    int out = 0;
+    for (int z = 0; z < voxel::kBoxSizeZ; ++z)
+        for (int x = 0; x < voxel::kBoxSizeX; ++x)
+            for (int y = 0; y < voxel::kBoxSizeY; ++y)
+                out += before.hidden(x, y, z) && !after.hidden(x, y, z) ? 1 : 0;
+    return out;
 }
 
 /// Keys of all levels: around the place, and at the plane's edges.
@@ -75,16 +92,37 @@ TEST_CASE("a place lies on the plane as it was", "[voxelserver][overlay]") {
     const auto alone = meadow();
     Voxels voxels(*world);
     Voxels before(*alone);
+    // Hidden voxels are rock, and more are hidden where there is a plane beneath.
+    const auto is_same = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+        const Material there = voxels.material(x, y, z);
+        return there == before.material(x, y, z) ||
+               (there == Material::kRock && is_hidden(*alone, plane, {x, y, z}));
+    };
     int differing = 0;
     for (std::int32_t y = -3; y < 300; y += y < 10 ? 1 : 7)
         for (std::int32_t z = -40; z < 70; ++z)
             for (std::int32_t x = -40; x < 90; ++x)
-                differing += is_same(voxels.material(x, y, z), before.material(x, y, z)) ? 0 : 1;
+                differing += is_same(x, y, z) ? 0 : 1;
     CHECK(differing == 0);
     for (const auto& [x, z] : {std::pair{-41, 0}, {91, 3}, {5000, -90'000}, {15, 15}}) {
         INFO(x << " " << z);
         CHECK(voxels.material(x, -4, z) == material);
         CHECK(voxels.material(x, -3, z) == Material::kAir);
+    }
+}
+
+TEST_CASE("what is hidden in a place stays so on the plane, next to other boxes too",
+          "[voxelserver][overlay]") {
+    const auto world = overlay::on_plane(meadow(), GENERATE(Plane::kTable, Plane::kSea));
+    const auto alone = meadow();
+    for (const voxel::BoxKey& key : {voxel::BoxKey{0, 0, -1, 0}, {0, 0, -1, -1}, {0, -1, -1, -1}}) {
+        INFO(voxel::to_string(key));
+        const auto before = alone->box(key);
+        const auto after = world->box(key);
+        REQUIRE((before && after));
+        CHECK(before->hidden(30, 255, 30));
+        CHECK_FALSE(before->hidden(30, 100, 30));
+        CHECK(count_bared(*before, *after) == 0);
     }
 }
 
