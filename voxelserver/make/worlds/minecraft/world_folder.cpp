@@ -239,8 +239,8 @@ DimensionFolder& WorldFolder::dimension_at(std::string_view folder) {
 // version of level.dat reads counts.
 void WorldFolder::pass_over_second_places() {
     constexpr std::int64_t kFirstInDimensions = 4774;  // 26.1 Snapshot 6
-    const bool old_counts =
-        m_level && m_level->data_version.value_or(kFirstInDimensions) < kFirstInDimensions;
+    // Before 1.9 there were no versions of data.
+    const bool old_counts = m_level && m_level->data_version.value_or(0) < kFirstInDimensions;
     const auto counts = [&](const DimensionFolder& d) {
         return d.folder.starts_with("dimensions/") != old_counts;
     };

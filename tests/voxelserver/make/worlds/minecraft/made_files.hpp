@@ -118,6 +118,7 @@ inline void write_zip(const std::filesystem::path& file,
         throw std::runtime_error("write " + file.string());
 }
 
+/// @param data_version 0: none, as before 1.9
 inline Bytes level_dat_nbt(const std::string& name, int data_version = 2975) {
     NbtWriter out;
     out.compound("")
@@ -126,12 +127,13 @@ inline Bytes level_dat_nbt(const std::string& name, int data_version = 2975) {
         .number32("SpawnX", 8)
         .number32("SpawnY", 64)
         .number32("SpawnZ", -8);
-    out.number32("DataVersion", data_version)
-        .number64("RandomSeed", -5)
-        .compound("Version")
-        .number32("Id", 2975)
-        .string("Name", "1.18.2")
-        .end();
+    out.number64("RandomSeed", -5);
+    if (data_version != 0)
+        out.number32("DataVersion", data_version)
+            .compound("Version")
+            .number32("Id", 2975)
+            .string("Name", "1.18.2")
+            .end();
     return deflated(out.end().end().bytes, true);
 }
 

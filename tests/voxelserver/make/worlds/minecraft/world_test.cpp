@@ -234,7 +234,8 @@ TEST_CASE("of a dimension at its old and its new place the one of level.dat's ve
         std::optional<int> data_version;  ///< of level.dat, if there is one
         bool new_counts;
     };
-    const auto c = GENERATE(values<Case>({{"1.21.11", 4671, false},
+    const auto c = GENERATE(values<Case>({{"before 1.9, without a version", 0, false},
+                                          {"1.21.11", 4671, false},
                                           {"before the move", 4773, false},
                                           {"26.1", 4786, true},
                                           {"no level.dat", std::nullopt, true}}));
