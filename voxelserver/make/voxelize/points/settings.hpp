@@ -73,7 +73,7 @@ struct Settings {
         double tiles_from = 0.6;      ///< a darker steep roof is of slate or metal
     } material_guesses;
     std::string palette = "default";  ///< id in config/palettes, or a file
-    std::string tints = "default";    ///< id in config/tints, or a file
+    std::string tints = "auto";       ///< id in config/tints, a file, or kAnyTints (tints.hpp)
 };
 
 /// Fingerprint of all fields but the palette and the tints, of which the values count

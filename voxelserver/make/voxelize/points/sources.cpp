@@ -294,6 +294,12 @@ void set_heights(Sources& sources, const AllHeights& range, double ground_depth_
         sources.typical_heights = typical;
 }
 
+geo::LatLon find_centre(const Sources& sources) {
+    const grid::ColumnRect& b = sources.bounds;
+    return geo::to_lat_lon(sources.frame.crs(), sources.frame.easting((b.min_x + b.max_x) / 2.0),
+                           sources.frame.northing((b.min_z + b.max_z) / 2.0));
+}
+
 }  // namespace
 
 Sources open_sources(const LidarWorldOptions& options, const Settings& settings) {
@@ -333,6 +339,8 @@ Sources open_sources(const LidarWorldOptions& options, const Settings& settings)
             share_brightness(out, samples, trusted, classes, settings.points, options.threads);
     sum_up(out, samples);
     check_apart(out);
+    if (settings.steps.colour_variation)
+        out.tints = choose_tints(settings.tints, find_centre(out));
     set_heights(out, collect_heights(out, samples), settings.ground.depth_m);
     for (std::size_t i = 0; i < out.files.size(); ++i)
         out.known.add(known_square(out.files[i], samples[i], scale_from[i]));

@@ -6,6 +6,7 @@
 #include "voxelserver/make/voxelize/points/known_squares.hpp"
 #include "voxelserver/make/voxelize/points/options.hpp"
 #include "voxelserver/make/voxelize/points/placer.hpp"
+#include "voxelserver/make/voxelize/points/tints.hpp"
 
 namespace terravox::voxelize {
 
@@ -15,6 +16,7 @@ struct Sources {
     /// By path: voxels must not depend on the order of the arguments.
     std::vector<SquareSource> files;
     ClassTable classes{};                      ///< of all files
+    Tints tints{};                             ///< empty where colours are not varied
     grid::ColumnRect bounds{};                 ///< of all files together
     std::int32_t lowest_y = 0, highest_y = 0;  ///< no kept point lies outside [lowest_y, highest_y)
     std::int32_t floor_y = 0;                  ///< the terrain is solid from here up

@@ -134,13 +134,20 @@ private:
     }
 
     // Gives a voxel of unknown colour that of its building or tree.
-    void tint(VoxelAttr& attr, std::uint64_t number) const {
-        if (m_in.numbers.tints == nullptr || number == PlaceNumbers::kNone || attr.has_colour())
+    void tint(VoxelAttr& attr, const HouseNumber* house) const {
+        if (house != nullptr && !attr.has_colour())
+            set_typical(attr, m_in.numbers.tints->of(attr.material, *house));
+    }
+    void tint_plant(VoxelAttr& attr, int x, int z) const {
+        const std::uint64_t number = m_in.numbers.tree.at(x, z);
+        if (number != PlaceNumbers::kNone && !attr.has_colour())
+            set_typical(attr, m_in.numbers.tints->of(attr.material, number));
+    }
+    static void set_typical(VoxelAttr& attr, const std::optional<voxel::Rgb8>& colour) {
+        if (!colour)
             return;
-        if (const auto colour = m_in.numbers.tints->of(attr.material, number)) {
-            attr.colour = *colour;
-            attr.flags |= VoxelAttr::kTinted;
-        }
+        attr.colour = *colour;
+        attr.flags |= VoxelAttr::kTinted;
     }
 
     [[nodiscard]] const ClassMeaning& meaning(std::uint8_t source_class) const {
@@ -171,7 +178,8 @@ private:
         const std::int32_t roof_y = floor_y(roof.top.height);
         VoxelAttr attr = to_attr(meaning(roof.top.source_class).material, roof.top);
         specialize(attr, x + roof.appearance_dx, z + roof.appearance_dz);
-        tint(attr, m_in.numbers.building.at(x, z));
+        const HouseNumber* const house = m_in.numbers.house(x, z);
+        tint(attr, house);
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
             if (m_runs.back().terrain)
                 m_runs.back().attr = attr;
@@ -181,7 +189,7 @@ private:
         wall.material = Material::kWall;
         wall.flags = 0;
         wall.colour = {};  // seen from above, a point's colour is the roof's, not the wall's
-        tint(wall, m_in.numbers.building.at(x, z));
+        tint(wall, house);
         const std::int32_t skin = roof_bottom(roof_y, x, z);
         std::int32_t foot = ground_top + 1;
         if (roof.open_beneath())
@@ -230,7 +238,7 @@ private:
         if (m_runs.empty())
             return;
         VoxelAttr attr = to_attr(plant(crown.top_voxel, height_m(crown.top, top)), crown.top_voxel);
-        tint(attr, m_in.numbers.tree.at(x, z));
+        tint_plant(attr, x, z);
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
         if ((roofed || voxel::is_plant(below.attr.material)) && below.y1 + canopy_gap() >= bottom)
@@ -290,7 +298,7 @@ private:
         const std::int32_t from = on_crown ? m_runs.back().y1 : o.y;
         VoxelAttr attr = to_attr(m.tiers ? tier(above_m) : m.material, o);
         if (plant_like)
-            tint(attr, m_in.numbers.tree.at(x, z));
+            tint_plant(attr, x, z);
         if (plant_like)
             push_plant(from, o.y + 1, attr);
         else

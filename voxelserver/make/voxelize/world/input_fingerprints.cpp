@@ -7,7 +7,6 @@
 #include "voxelserver/data/imagery/filters.hpp"
 #include "voxelserver/data/imagery/orthophotos.hpp"
 #include "voxelserver/make/voxelize/points/sources.hpp"
-#include "voxelserver/make/voxelize/steps/colour_variation.hpp"
 #include "voxelserver/make/voxelize/steps/photo_light.hpp"
 #include "voxelserver/make/voxelize/steps/photo_mosaic.hpp"
 
@@ -56,11 +55,9 @@ Fingerprint palette_fingerprint(const Settings& settings) {
     return out.fingerprint();
 }
 
-Fingerprint tints_fingerprint(const Settings& settings) {
-    if (!settings.steps.colour_variation)
-        return {};
+Fingerprint to_fingerprint(const Tints& tints) {
     voxel::ByteWriter out;
-    Tints::load(settings.tints).add_values(out);
+    tints.add_values(out);
     return out.fingerprint();
 }
 
@@ -121,7 +118,7 @@ voxel::Fingerprint fingerprint_everywhere(const Sources& sources, const ClassTab
     all.add(frame.voxel_m());
     all.add(to_fingerprint(settings));
     all.add(to_fingerprint(classes));
-    all.add(tints_fingerprint(settings));
+    all.add(settings.steps.colour_variation ? to_fingerprint(sources.tints) : Fingerprint{});
     all.add(cell_voxels);
     all.add(sources.has_water_class);
     all.add(sources.floor_y);

@@ -7,6 +7,7 @@
 #include "voxelserver/data/grid/patch.hpp"
 #include "voxelserver/make/voxelize/points/class_table.hpp"
 #include "voxelserver/make/voxelize/points/settings.hpp"
+#include "voxelserver/make/voxelize/points/tints.hpp"
 
 namespace terravox::voxelize {
 
@@ -39,11 +40,11 @@ struct InputFingerprints {
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::InputExtent& reach) const;
 };
 
-/// Fingerprints of the values of a class table, and of the palette and the tints that settings
-/// name: not of their files' text.
+/// Fingerprints of the values of a class table and of tints, and of the palette that settings name:
+/// not of their files' text.
 [[nodiscard]] voxel::Fingerprint to_fingerprint(const ClassTable& classes);
 [[nodiscard]] voxel::Fingerprint palette_fingerprint(const Settings& settings);
-[[nodiscard]] voxel::Fingerprint tints_fingerprint(const Settings& settings);
+[[nodiscard]] voxel::Fingerprint to_fingerprint(const Tints& tints);
 
 }  // namespace terravox::voxelize
 

@@ -38,7 +38,7 @@ StepContext::StepContext(PointSet& given, const imagery::Orthophotos* images,
                        : nullptr),
       surface(images, photo_lights.get(), given.classes(), chosen, given.sources().has_water_class,
               voxel_m, memory_bytes / 4, times),
-      tints(chosen.steps.colour_variation ? Tints::load(chosen.tints) : Tints()),
+      tints(given.sources().tints),
       cells(given, surface, memory_bytes / 4),
       bodies(cells, water_options(chosen, given.cell_voxels(), voxel_m, memory_bytes / 4)),
       wide_ground(given, std::max(memory_bytes / 4, kMinWide)) {}

@@ -64,7 +64,7 @@ struct StepContext {
     double voxel_m;
     std::unique_ptr<PhotoLights> photo_lights;  ///< nullptr: colours of images stay as they are
     SurfaceStep surface;
-    Tints tints;  ///< empty where the step is switched off
+    const Tints& tints;  ///< empty where the step is switched off
     CellStore cells;
     water::WaterBodies bodies;
     WideGround wide_ground;

@@ -132,6 +132,23 @@ void add_table(voxel::ByteWriter& out, const ClassTable& table) {
         out.add(*codes ? (*codes)->to_string() : std::string());
 }
 
+/// All that the choice of tints depends on besides the place.
+void add_tints(voxel::ByteWriter& out, const Settings& settings) {
+    if (!settings.steps.colour_variation)
+        return;
+    if (settings.tints != kAnyTints) {
+        out.add(to_fingerprint(Tints::load(settings.tints)));
+        return;
+    }
+    for (const Tints& tints : shipped_tints()) {
+        out.add(tints.id());
+        out.add(to_fingerprint(tints));
+        for (const Tints::Region& region : tints.regions())
+            for (const double edge : region)
+                out.add(edge);
+    }
+}
+
 }  // namespace
 
 std::string world_name(const LidarWorldOptions& options, const std::filesystem::path& opener) {
@@ -144,7 +161,7 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     const Settings settings = load_settings(options.settings, options.steps, options.photo);
     out.add(to_fingerprint(settings));
     out.add(palette_fingerprint(settings));
-    out.add(tints_fingerprint(settings));
+    add_tints(out, settings);
     out.add(options.mark_unknown);
     // What the names of files say.
     constexpr std::size_t kMaxSource = std::size_t{1} << 20;

@@ -126,8 +126,11 @@ const std::vector<Named> kParts = {
      }},
     {"buildings", 2,
      [](const Land& land, int x, int z) {
-         const std::uint64_t number = land.numbers->building.at(x, z);
-         return number == PlaceNumbers::kNone ? "" : std::to_string(number);
+         const HouseNumber* house = land.numbers->house(x, z);
+         return house == nullptr
+                    ? ""
+                    : std::to_string(house->own) + " " + std::to_string(house->district) +
+                          (house->typical ? " typical" : "");
      }},
     {"trees", 2,
      [](const Land& land, int x, int z) {
@@ -155,7 +158,8 @@ TEST_CASE("neighbouring patches find the same in the columns that both know",
         for (int e = 0; e < kSide_m; ++e)
             add_column(cloud, e, n, coloured);
     cloud.write(folder.path() / "land.laz", kCrs, 7);
-    const Settings settings;
+    Settings settings;
+    settings.tints = coloured ? "default" : "north";
     util::StageTimes times;
     PointSet points(OpenWorld::with(folder.path()), settings, times);
     StepContext context(points, nullptr, settings, std::size_t{64} << 20, times);
