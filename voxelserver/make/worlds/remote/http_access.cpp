@@ -209,6 +209,24 @@ std::string HttpOrigin::text() const {
     return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
+HttpOrigin redirect_target(const std::string& attempt, const HttpOrigin& from,
+                           const std::string& location) {
+    if (location.empty())
+        throw util::Error("{}: it leads nowhere; allowed: http(s) addresses", attempt);
+    const std::string shown = util::printable(shown_url(location));
+    HttpOrigin out;
+    std::string path;
+    const std::string fault =
+        describe_fault(location.substr(0, location.find_first_of("?#")), out, path);
+    if (!fault.empty())
+        throw util::Error("{}: it leads to '{}', {}; allowed: http(s)://host[:port][/path][?query]",
+                          attempt, shown, fault);
+    if (from.tls && !out.tls)
+        throw util::Error("{}: it leads to '{}', without encryption; allowed: https", attempt,
+                          shown);
+    return out;
+}
+
 std::string shown_url(const std::string& url) {
     std::string out = url.substr(0, std::min(url.find_first_of("?#"), kMax_bytes));
     const auto scheme = out.find("://");
@@ -281,6 +299,18 @@ AddressRanges HttpAccess::ranges(const HttpOrigin& origin) const {
         out = out.holds(AddressRange::kLoopback) ? AddressRanges{AddressRange::kLoopback}
                                                  : AddressRanges{};
     return out;
+}
+
+AddressRanges HttpAccess::ranges(const HttpOrigin& origin, AddressRange from) const {
+    const AddressRanges all = ranges(origin);
+    if (limits)
+        return all;
+    switch (from) {
+        case AddressRange::kPublic: return all & AddressRanges{AddressRange::kPublic};
+        case AddressRange::kPrivate:
+            return all & AddressRanges{AddressRange::kPublic, AddressRange::kPrivate};
+        default: return all;
+    }
 }
 
 const char* HttpAccess::allowed() const noexcept {

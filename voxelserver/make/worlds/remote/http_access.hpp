@@ -33,6 +33,11 @@ public:
         return (m_bits >> static_cast<unsigned>(range) & 1U) != 0;
     }
     [[nodiscard]] constexpr bool empty() const noexcept { return m_bits == 0; }
+    [[nodiscard]] constexpr AddressRanges operator&(const AddressRanges& other) const noexcept {
+        AddressRanges out;
+        out.m_bits = m_bits & other.m_bits;
+        return out;
+    }
     friend bool operator==(const AddressRanges&, const AddressRanges&) = default;
 
 private:
@@ -67,6 +72,13 @@ struct HttpOrigin {
     [[nodiscard]] std::string text() const;  ///< "https://voxels.example:443"
     friend bool operator==(const HttpOrigin&, const HttpOrigin&) = default;
 };
+
+/// The origin of the address that a server redirects to. It may have a query, such as a signature,
+/// since nothing is appended to it.
+/// @param attempt begins the message, which does not show the query
+/// @throws Error for anything but http and https, for a user, and for http after https
+[[nodiscard]] HttpOrigin redirect_target(const std::string& attempt, const HttpOrigin& from,
+                                         const std::string& location);
 
 /// An address as messages may show it: without user, query and fragment.
 [[nodiscard]] std::string shown_url(const std::string& url);
@@ -108,6 +120,10 @@ struct HttpAccess {
 
     /// The address ranges that a host may resolve to; none: this origin may not be contacted.
     [[nodiscard]] AddressRanges ranges(const HttpOrigin& origin) const;
+    /// The same for a host that a server redirects to, not a user.
+    /// @param from the range of the machine that answered with the redirect: without limits, none
+    /// that the user may not have meant is contacted, as one of the local network by a public one
+    [[nodiscard]] AddressRanges ranges(const HttpOrigin& origin, AddressRange from) const;
     /// Describes what is allowed instead of a refused origin or address: for messages.
     [[nodiscard]] const char* allowed() const noexcept;
 };

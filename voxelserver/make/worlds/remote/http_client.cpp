@@ -1,6 +1,8 @@
 #include "voxelserver/make/worlds/remote/http_client.hpp"
 
+#include <arpa/inet.h>
 #include <curl/curl.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <exception>
 #include <utility>
 
+#include "common/util/text.hpp"
 #include "common/util/version.hpp"
 
 namespace terravox::remote {
@@ -32,8 +35,27 @@ struct Transfer {
     const std::string* type = nullptr;
     std::exception_ptr failure;  ///< thrown by take
     AddressRanges ranges;        ///< that may be connected to
+    bool passes_proxy = false;
     sockaddr_storage refused{};  ///< an address outside of them that the host resolved to
 };
+
+AddressRange find_machine(CURL* handle) {
+    const char* number = nullptr;
+    if (curl_easy_getinfo(handle, CURLINFO_PRIMARY_IP, &number) != CURLE_OK || number == nullptr)
+        return AddressRange::kNoMachine;
+    sockaddr_in four{};
+    four.sin_family = AF_INET;
+    if (inet_pton(AF_INET, number, &four.sin_addr) == 1)
+        return make_range(reinterpret_cast<const sockaddr&>(four));
+    sockaddr_in6 six{};
+    six.sin6_family = AF_INET6;
+    (void)inet_pton(AF_INET6, number, &six.sin6_addr);
+    return make_range(reinterpret_cast<const sockaddr&>(six));
+}
+
+bool is_redirect(long status) noexcept {
+    return status == 301 || status == 302 || status == 303 || status == 307 || status == 308;
+}
 
 void read_head(CURL* handle, HttpReply& reply) {
     curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &reply.status);
@@ -54,6 +76,11 @@ void read_head(CURL* handle, HttpReply& reply) {
     const char* type = nullptr;
     if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr)
         reply.content_type = type;
+    const char* location = nullptr;
+    if (curl_easy_getinfo(handle, CURLINFO_REDIRECT_URL, &location) == CURLE_OK &&
+        location != nullptr)
+        reply.location = location;
+    reply.machine = find_machine(handle);
 }
 
 void take_part(Transfer& transfer, std::span<const std::byte> part) {
@@ -73,10 +100,10 @@ std::size_t take_body(char* data, std::size_t size, std::size_t count, void* int
     auto& transfer = *static_cast<Transfer*>(into);
     const std::size_t bytes = size * count;
     transfer.too_long = bytes > transfer.max_bytes - transfer.body_bytes;
-    // A server's reason for a refusal may be longer than the requested data: the rest of it is
+    // The text of a redirect or a refusal may be longer than the requested data: the rest of it is
     // ignored.
     long status = 0;
-    constexpr long kRefusals = 400;
+    constexpr long kRefusals = 300;
     if (transfer.too_long &&
         curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status) == CURLE_OK &&
         status >= kRefusals) {
@@ -169,7 +196,7 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETDATA, &transfer);
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETFUNCTION, &open_socket);
     // With a proxy, only the proxy would be connected to, and it resolves names itself.
-    if (transfer.ranges != kAnyRange)
+    if (!transfer.passes_proxy)
         curl_easy_setopt(handle, CURLOPT_PROXY, "");
 }
 
@@ -213,14 +240,14 @@ void check_length(const std::string& url, bool part_only, Transfer& transfer) {
 }
 
 /// @throws LostError where a retry may succeed, else Error, unless `result` is CURLE_OK
-void check_result(const std::string& url, CURLcode result, const Transfer& transfer,
-                  const HttpAccess& access) {
+void check_result(const std::string& url, const char* allowed, CURLcode result,
+                  const Transfer& transfer) {
     if (result == CURLE_OK)
         return;
     if (result == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
         throw util::Error(
             "fetch {}: it leads to {}, which may not be contacted from here; allowed: {}", url,
-            to_text(reinterpret_cast<const sockaddr&>(transfer.refused)), access.allowed());
+            to_text(reinterpret_cast<const sockaddr&>(transfer.refused)), allowed);
     const std::string what = "fetch " + url + ": " + curl_easy_strerror(result);
     if (worth_another_try(result))
         throw LostError(what);
@@ -237,11 +264,22 @@ CurlHandle open_handle() {
 }  // namespace
 
 struct HttpClient::Request {
-    const std::string& url;
+    std::string url;  ///< of a redirect: it may hold a secret
+    HttpOrigin origin;
+    AddressRanges ranges;  ///< that may be connected to
+    const char* allowed = "";
+    std::string name;                   ///< the address for messages
     const std::string* json = nullptr;  ///< nullptr: GET
     const std::string* type = nullptr;
     const TakePart* take = nullptr;
     const FilePart* part = nullptr;
+
+    Request(const std::string& given, const HttpAccess& access)
+        : url(given),
+          origin(HttpOrigin::of(url)),
+          ranges(access.ranges(origin)),
+          allowed(access.allowed()),
+          name(given) {}
 };
 
 HttpClient::HttpClient(HttpAccess access, RetryClock& clock)
@@ -264,26 +302,59 @@ HttpClient::~HttpClient() {
 }
 
 HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const FilePart& part) {
-    Request request{url};
+    const auto end = std::chrono::steady_clock::now() + limits.time;
+    HttpLimits left = limits;
+    Request request(url, m_access);
     request.part = &part;
-    return send(request, limits);
+    std::string redirected_to;
+    for (int redirects = 0;; ++redirects) {
+        HttpReply reply = send(request, left);
+        reply.redirected_to = redirected_to;
+        if (!is_redirect(reply.status))
+            return reply;
+        redirected_to = util::printable(shown_url(reply.location));
+        if (redirects == kMaxRedirects)
+            throw util::Error("fetch {}: more than {} redirects, the last to {}; allowed: up to {}",
+                              url, kMaxRedirects, redirected_to, kMaxRedirects);
+        follow(request, reply);
+        request.name = url + ", redirected to " + redirected_to;
+        using std::chrono::milliseconds;
+        left.time =
+            std::max(std::chrono::ceil<milliseconds>(end - std::chrono::steady_clock::now()),
+                     milliseconds{1});
+    }
+}
+
+/// @throws Error as redirect_target()
+void HttpClient::follow(Request& request, const HttpReply& redirect) const {
+    request.origin = redirect_target(
+        "fetch " + request.name + ": HTTP status " + std::to_string(redirect.status),
+        request.origin, redirect.location);
+    request.url = redirect.location;
+    request.ranges = m_access.ranges(request.origin, redirect.machine);
+    if (!m_access.limits)
+        request.allowed =
+            "a redirect to no more private a network, or the new address given itself";
 }
 
 HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type,
                            const HttpLimits& limits, const TakePart& take) {
-    return send({url, &json, &type, &take}, limits);
+    Request request(url, m_access);
+    request.json = &json;
+    request.type = &type;
+    request.take = &take;
+    return send(request, limits);
 }
 
 HttpReply HttpClient::send(const Request& request, const HttpLimits& limits) {
-    const std::string& url = request.url;
     if (m_stopped)
-        throw stopped(url);
-    const HttpOrigin origin = HttpOrigin::of(url);
+        throw stopped(request.name);
     Transfer transfer;
-    transfer.ranges = m_access.ranges(origin);
+    transfer.ranges = request.ranges;
+    transfer.passes_proxy = m_access.ranges(request.origin) == kAnyRange;
     if (transfer.ranges.empty())
-        throw util::Error("fetch {}: {} may not be contacted from here; allowed: {}", url,
-                          origin.text(), m_access.allowed());
+        throw util::Error("fetch {}: {} may not be contacted from here; allowed: {}", request.name,
+                          request.origin.text(), request.allowed);
     const auto handle = m_handles.borrow(open_handle);
     transfer.handle = handle.get();
     transfer.max_bytes = limits.bytes;
@@ -295,21 +366,21 @@ HttpReply HttpClient::send(const Request& request, const HttpLimits& limits) {
     std::optional<OneMoreLine> condition;
     if (request.part != nullptr && !request.part->condition.empty())
         headers = condition.emplace(headers, request.part->condition).get();
-    prepare(url, limits, headers, transfer);
+    prepare(request.url, limits, headers, transfer);
     if (request.json != nullptr)
         set_post_body(handle.get(), *request.json);
     if (part_only)
         curl_easy_setopt(handle.get(), CURLOPT_RANGE, request.part->range.c_str());
-    transfer.reply.showed_token = m_access.token && m_access.token->origin() == origin;
+    transfer.reply.showed_token = m_access.token && m_access.token->origin() == request.origin;
     if (transfer.reply.showed_token)
         set_token(handle.get(), m_access.token->text());
     const CURLcode result = curl_easy_perform(handle.get());
     if (m_stopped)
-        throw stopped(url);
+        throw stopped(request.name);
     if (transfer.failure)
         std::rethrow_exception(transfer.failure);
-    check_length(url, part_only, transfer);
-    check_result(url, result, transfer, m_access);
+    check_length(request.name, part_only, transfer);
+    check_result(request.name, request.allowed, result, transfer);
     read_head(handle.get(), transfer.reply);
     return std::move(transfer.reply);
 }

@@ -33,6 +33,10 @@ struct HttpReply {
     std::string edition;                             ///< its Terravox-Edition: any text
     std::vector<std::byte> body;
     bool showed_token = false;  ///< whether the request carried a token
+    /// The absolute address that a redirect leads to, which may hold a secret; empty: it is none.
+    std::string location;
+    std::string redirected_to;  ///< who answered after redirects, for messages; empty: none
+    AddressRange machine = AddressRange::kNoMachine;  ///< that answered
 };
 
 /// No complete reply was received; a retry may succeed.
@@ -76,7 +80,11 @@ struct CloseCurl {
 using CurlHandle = std::unique_ptr<CURL, CloseCurl>;
 
 /// Requests over connections that are kept alive: a request takes a free one and gives it back.
-/// Thread-safe; one connection for each concurrent request. Redirects are not followed.
+/// Thread-safe; one connection for each concurrent request.
+///
+/// A GET follows up to kMaxRedirects redirects, each time anew, since where they lead may expire.
+/// Each is judged as an address of its own: by the access, which also binds the token, and by the
+/// range of who sent it (HttpAccess::ranges). None leads from https to http.
 class HttpClient {
 public:
     /// @param access the origins that it may contact, and the token that it sends there; default:
@@ -87,10 +95,13 @@ public:
     HttpClient(const HttpClient&) = delete;
     HttpClient& operator=(const HttpClient&) = delete;
 
+    static constexpr int kMaxRedirects = 5;
+
     /// @param part a server that does not support ranges sends the whole file, with status 200
     /// @throws LostError when no complete reply was received within the limits; WholeFileError when
     /// the whole file was received instead of a part; Error after stop(), and for failures that no
-    /// retry resolves: a certificate, a forbidden address; UsageError as HttpOrigin::of()
+    /// retry resolves: a certificate, a forbidden address, a redirect that is not followed;
+    /// UsageError as HttpOrigin::of()
     [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits,
                                 const FilePart& part = {});
     /// POST of JSON. The body of a reply with status 200 and this type is passed to `take` part by
@@ -113,6 +124,7 @@ public:
 private:
     struct Request;
     [[nodiscard]] HttpReply send(const Request& request, const HttpLimits& limits);
+    void follow(Request& request, const HttpReply& redirect) const;
     [[nodiscard]] static util::Error stopped(const std::string& url) {
         return util::Error("fetch {}: stopped", url);
     }

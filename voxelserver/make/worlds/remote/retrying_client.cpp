@@ -31,6 +31,8 @@ std::string find_problem(const HttpReply& reply) {
         reason = json["detail"].get<std::string>();
     std::replace_if(
         reason.begin(), reason.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+    if (!reply.redirected_to.empty())
+        reason += ", from " + reply.redirected_to + ", where the address redirects to";
     // A token is never sent just because an address was named: the message explains what to do.
     constexpr long kUnauthorized = 401;
     if (reply.status == kUnauthorized && !reply.showed_token)

@@ -92,6 +92,27 @@ TEST_CASE("an archive on a web server gives its boxes by ranges of bytes",
     CHECK(server.requests("/a.tvx") <= 8);  // head, root, a leaf, boxes that the head did not hold
 }
 
+TEST_CASE("an archive whose address redirects is read where it leads to, with each request",
+          "[raytracer][world][remote_archive]") {
+    BadServer store([&](const std::string& path, int, const std::string& range) {
+        return path == "/b.tvx?key=1" ? part_of_archive(range) : test::problem(403);
+    });
+    std::atomic<bool> is_gone{false};
+    BadServer server([&](const std::string&, int, const std::string&) {
+        return Deed{.status = 302,
+                    .body = "See elsewhere.",
+                    .headers = "Location: " + store.url() +
+                               (is_gone ? "/gone.tvx?key=2" : "/b.tvx?key=1") + "\r\n"};
+    });
+    const auto world = open(server);
+    CHECK(same(world->box(kBefore), kBefore));
+    CHECK(server.requests("/a.tvx") == store.requests("/b.tvx?key=1"));
+    is_gone = true;
+    CHECK_THROWS_WITH(world->box(kLast), contains("403") && contains(server.url() + "/a.tvx") &&
+                                             contains(store.url() + "/gone.tvx") &&
+                                             !contains("key"));
+}
+
 TEST_CASE("a server that sends whole files only is recognised, and one that has no such file",
           "[raytracer][world][remote_archive]") {
     BadServer whole([](const std::string&, int, const std::string&) {

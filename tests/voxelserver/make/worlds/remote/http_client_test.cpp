@@ -23,6 +23,10 @@ BadServer::Script always(const Deed& deed) {
     return [deed](const std::string&, int) { return deed; };
 }
 
+Deed to(const std::string& location, int status = 302) {
+    return {.status = status, .headers = "Location: " + location + "\r\n"};
+}
+
 /// The Authorization of each request, "" where it has none.
 std::vector<std::string> shown_to(const BadServer& server) {
     std::vector<std::string> out;
@@ -80,21 +84,87 @@ TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, an
     CHECK(shown_to(bound).back().empty());
 }
 
-TEST_CASE("a token follows no redirect, and is not sent again to a server that refuses it",
+TEST_CASE("a token follows a redirect within its origin alone, and is not sent again when refused",
           "[raytracer][world][http]") {
     BadServer other(always({}));
     BadServer bound([&](const std::string& path, int) {
-        return path == "/away"
-                   ? Deed{.status = 302, .headers = "Location: " + other.url() + "/here\r\n"}
-                   : problem(401, "WWW-Authenticate: Bearer\r\n");
+        if (path == "/away")
+            return to(other.url() + "/here");
+        return path == "/near" ? to("there") : problem(401, "WWW-Authenticate: Bearer\r\n");
     });
     remote::HttpClient client(with_token(bound.url()));
-    CHECK(client.get(bound.url() + "/away", {}).status == 302);
-    const remote::HttpReply refused = client.get(bound.url() + "/no", {});
+    const remote::HttpReply away = client.get(bound.url() + "/away", {});
+    CHECK(away.status == 200);
+    CHECK_FALSE(away.showed_token);
+    CHECK(shown_to(other) == std::vector<std::string>{""});
+    const remote::HttpReply refused = client.get(bound.url() + "/near", {});
     CHECK(refused.status == 401);
     CHECK(refused.showed_token);
-    CHECK(bound.heads().size() == 2);
-    CHECK(other.heads().empty());
+    CHECK(bound.requests("/there") == 1);
+    CHECK(shown_to(bound) == std::vector<std::string>(3, "Bearer " + kToken));
+}
+
+TEST_CASE("redirects are followed where they say a new address, up to a number of them",
+          "[raytracer][world][http]") {
+    BadServer other(always({.body = "the file"}));
+    const std::string new_url = other.url() + "/new.tvx";
+    struct Case {
+        const char* name;
+        Deed reply;
+        int status;        ///< 0: an error
+        std::string says;  ///< of the error, or who answered
+    };
+    const std::vector<Case> cases{
+        {"301", to(new_url, 301), 200, new_url},
+        {"302", to(new_url, 302), 200, new_url},
+        {"303", to(new_url, 303), 200, new_url},
+        {"307", to(new_url, 307), 200, new_url},
+        {"308", to(new_url, 308), 200, new_url},
+        {"a signature", to(new_url + "?hush=1"), 200, new_url},
+        {"a choice of several", to(new_url, 300), 300, ""},
+        {"a proxy", to(new_url, 305), 305, ""},
+        {"nowhere", {.status = 302}, 0, "HTTP status 302: it leads nowhere"},
+        {"a file", to("file:///etc/passwd"), 0, "it leads to 'file:///etc/passwd', not an address"},
+        {"a user", to("http://me:hush@127.0.0.1/a"), 0, "'http://127.0.0.1/a', an address with a"},
+        {"a circle", to("/old.tvx"), 0, "more than 5 redirects, the last to"},
+        {"no server", to("http://127.0.0.1:1/a?hush"), 0, "redirected to http://127.0.0.1:1/a: "},
+    };
+    for (const Case& c : cases) {
+        INFO(c.name);
+        BadServer server(always(c.reply));
+        remote::HttpClient client;
+        const std::string old_url = server.url() + "/old.tvx";
+        if (c.status == 0) {
+            CHECK_THROWS_WITH(client.get(old_url, {}),
+                              contains(old_url) && contains(c.says) && !contains("hush"));
+            CHECK(server.requests("/old.tvx") <= 1 + remote::HttpClient::kMaxRedirects);
+            continue;
+        }
+        const remote::HttpReply reply = client.get(old_url, {});
+        CHECK(reply.status == c.status);
+        CHECK(reply.redirected_to == c.says);
+    }
+}
+
+TEST_CASE("a redirect is judged like an address that is given, and its text does not count",
+          "[raytracer][world][http]") {
+    BadServer other(always({.body = "the file"}));
+    BadServer server([&](const std::string&, int) {
+        Deed out = to(other.url() + "/new.tvx");
+        out.body = std::string(500, 'x');
+        return out;
+    });
+    const remote::HttpLimits few{.bytes = 8};
+    const remote::FilePart part{.range = "0-7", .condition = ""};
+    CHECK(remote::HttpClient().get(server.url(), few, part).status == 200);
+    CHECK(other.heads().back().find("Range: bytes=0-7") != std::string::npos);
+    remote::HttpAccess access = remote::no_http_access();
+    access.limits->private_origins = {remote::HttpOrigin::parse(server.url())};
+    CHECK_THROWS_WITH(remote::HttpClient(access).get(server.url(), few, part),
+                      contains("redirected to " + other.url()) && contains("allow_origins"));
+    CHECK(other.heads().size() == 1);
+    access.limits->private_origins.push_back(remote::HttpOrigin::parse(other.url()));
+    CHECK(remote::HttpClient(access).get(server.url(), few, part).status == 200);
 }
 
 TEST_CASE("a token is bound to no origin that it would reach in clear text",

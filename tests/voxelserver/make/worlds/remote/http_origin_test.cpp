@@ -93,6 +93,41 @@ TEST_CASE("an origin has no path, and an address an end", "[raytracer][world][ht
                       contains("3012 bytes") && !contains(std::string(2100, 'a')));
 }
 
+TEST_CASE("a redirect leads to an address with or without a query, and never to clear text",
+          "[raytracer][world][http]") {
+    const auto from = remote::HttpOrigin::parse("https://old.example");
+    const auto target = [&](const std::string& location) {
+        return remote::redirect_target("fetch a", from, location).text();
+    };
+    CHECK(target("https://new.example/a") == "https://new.example:443");
+    CHECK(target("https://new.example/a?b=http://c@d#e") == "https://new.example:443");
+    CHECK(target("https://new.example:8443?b") == "https://new.example:8443");
+    for (const char* bad :
+         {"http://old.example/?hush", "http://new.example/a?hush", "ftp://new.example/?hush",
+          "https://me:hush@new.example/", "/a?hush", "https://a b/?hush", ""}) {
+        INFO(bad);
+        CHECK_THROWS_WITH(target(bad), contains("fetch a: it leads ") && contains("allowed: ") &&
+                                           !contains("hush"));
+    }
+    CHECK_NOTHROW(remote::redirect_target(
+        "fetch a", remote::HttpOrigin::parse("http://old.example"), "http://new.example"));
+}
+
+TEST_CASE("a redirect leads to no more private a network than the one that it comes from",
+          "[raytracer][world][http]") {
+    using enum remote::AddressRange;
+    const auto origin = remote::HttpOrigin::parse("https://new.example");
+    remote::HttpAccess access;
+    CHECK(access.ranges(origin, kPublic) == remote::AddressRanges{kPublic});
+    CHECK(access.ranges(origin, kPrivate) == remote::AddressRanges{kPublic, kPrivate});
+    CHECK(access.ranges(origin, kLoopback) == remote::kAnyRange);
+    // Limits name each origin, and where it may be.
+    access = remote::no_http_access();
+    CHECK(access.ranges(origin, kLoopback).empty());
+    access.limits->private_origins = {origin};
+    CHECK(access.ranges(origin, kPublic) == access.ranges(origin));
+}
+
 TEST_CASE("a host has the ranges of its resolved addresses, and a number its own",
           "[raytracer][world][http]") {
     // What is this machine alone, in any writing: workers elsewhere would contact themselves.
