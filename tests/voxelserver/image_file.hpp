@@ -27,6 +27,7 @@ struct ImageFile {
     bool palette = false;  ///< entry i: 255 - i, i, 77
     std::optional<double> nodata{};
     std::string unit{};                       ///< of the bands
+    double scale = 1;                         ///< of the bands
     std::vector<int> overviews{};             ///< their factors
     std::string date{};                       ///< TIFFTAG_DATETIME
     std::vector<std::string> descriptions{};  ///< of the bands
@@ -72,6 +73,8 @@ inline void write_image(const std::filesystem::path& file, const ImageFile& imag
             band->SetNoDataValue(*image.nodata);
         if (!image.unit.empty())
             band->SetUnitType(image.unit.c_str());
+        if (image.scale != 1)
+            band->SetScale(image.scale);
     }
     std::vector<double> row(static_cast<std::size_t>(image.width));
     for (int b = 0; b < image.bands; ++b)

@@ -151,7 +151,6 @@ void Image::learn_depth() {
     constexpr int kByte = 8;
     int bits = 0;  // as the file states, of whole numbers
     bool bytes = true;
-    bool scaled = false;
     for (const int b : m_bands) {
         GDALRasterBand& band = *m_data->GetRasterBand(b);
         const GDALDataType type = band.GetRasterDataType();
@@ -164,16 +163,18 @@ void Image::learn_depth() {
         Meaning meaning;
         int known = 0;
         if (const double scale = band.GetScale(&known); known != 0)
-            meaning.scale = scale;
+            meaning.scale.factor = scale;
         if (const double offset = band.GetOffset(&known); known != 0)
-            meaning.offset = offset;
-        scaled = scaled || meaning.scale != 1 || meaning.offset != 0;
+            meaning.scale.offset = offset;
+        if (!std::isfinite(meaning.scale.factor) || !std::isfinite(meaning.scale.offset) ||
+            meaning.scale.factor == 0)
+            fail("scale and offset of its values = " + std::to_string(meaning.scale.factor) + ", " +
+                 std::to_string(meaning.scale.offset) + "; allowed: numbers, the scale not 0");
+        m_scaled = m_scaled || meaning.scale != Scale{};
         m_meanings.push_back(meaning);
     }
-    if (bytes || m_roles.palette || !scaled)
-        m_meanings.assign(m_bands.size(), {});
-    else
-        m_whole_numbers = false;
+    if (bytes || m_roles.palette)
+        forget_scales();
     if (bytes && bits == 0)
         bits = kByte;
     const char* white = m_data->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
@@ -184,7 +185,7 @@ void Image::learn_depth() {
 }
 
 void Image::use_bits() {
-    m_states_brightness = m_roles.palette || (m_whole_numbers && m_bits != 0);
+    m_states_brightness = m_roles.palette || (has_whole_numbers() && m_bits != 0);
     if (m_wide && m_states_brightness && !m_roles.palette) {
         set_brightness(Brightness::of_bits(m_bits));
         m_opaque = std::ldexp(1.0F, m_bits - 1);
@@ -225,14 +226,29 @@ void Image::learn_mask() {
 
 void Image::set_brightness(const Brightness& brightness) {
     for (Meaning& m : m_meanings) {
-        m.brightness =
-            (m_inverted ? brightness.inverted() : brightness).of_scaled(m.scale, m.offset);
+        m.brightness = (m_inverted ? brightness.inverted() : brightness)
+                           .of_scaled(m.scale.factor, m.scale.offset);
     }
 }
 
 double Image::stored(double value) const noexcept {
     const Meaning& first = m_meanings.front();
-    return (value - first.offset) / first.scale;
+    return (value - first.scale.offset) / first.scale.factor;
+}
+
+std::vector<Image::Scale> Image::scales() const {
+    std::vector<Scale> out;
+    for (const Meaning& m : m_meanings)
+        if (m_scaled)
+            out.push_back(m.scale);
+    return out;
+}
+
+void Image::forget_scales() noexcept {
+    m_scaled = false;
+    for (Meaning& m : m_meanings)
+        m.scale = {};
+    use_bits();
 }
 
 void Image::copy_brightness(const Image& same) {
@@ -250,22 +266,27 @@ void Image::add_brightness(voxel::ByteWriter& out) const {
     out.add(m_opaque);
 }
 
-ValueRange Image::look_at_values(int across) {
+struct Image::Sample {
+    std::vector<float> stored;
+    std::vector<float> scaled;
+    float most_opaque = 0;
+};
+
+Image::Seen Image::look_at_values(int across) {
     constexpr int kMost = 16;
     constexpr int kSide = 64;
     open();
-    std::vector<float> values;
-    float most_opaque = 0;
+    Sample sample;
     const auto place = [](int i, int n, int size) {
         const auto middle = static_cast<int>((2 * std::int64_t{i} + 1) * size / (2 * n));
         return std::clamp(middle - kSide / 2, 0, std::max(size - kSide, 0));
     };
-    for (int n = across; n <= kMost && values.empty(); n *= 2)
+    for (int n = across; n <= kMost && sample.stored.empty(); n *= 2)
         for (int i = 0; i < n * n; ++i) {
             const PixelWindow window{place(i % n, n, m_width), place(i / n, n, m_height),
                                      std::min(kSide, m_width), std::min(kSide, m_height)};
             try {
-                look_at_window(window, values, most_opaque);
+                look_at_window(window, sample);
             } catch (const util::Error&) {
                 continue;
             }
@@ -274,25 +295,17 @@ ValueRange Image::look_at_values(int across) {
     double greatest = 0;
     if (m_whole_numbers)
         greatest = std::ldexp(1.0, GDALGetDataTypeSizeBits(type) - GDALDataTypeIsSigned(type)) - 1;
-    ValueRange out = find_range(std::move(values), greatest);
+    Seen out;
+    out.stored = find_range(std::move(sample.stored), greatest);
+    out.scaled = find_range(std::move(sample.scaled), 0);
     add_statistics(out);
-    // A scale to radiance or the like says nothing of what is white.
-    const auto is_scaled = [](const Meaning& m) { return m.scale != 1 || m.offset != 0; };
-    if (out.high > kMostReflectance &&
-        std::any_of(m_meanings.begin(), m_meanings.end(), is_scaled)) {
-        m_meanings.assign(m_bands.size(), {});
-        m_whole_numbers = GDALDataTypeIsInteger(type) != 0;
-        use_bits();
-        return m_states_brightness ? ValueRange{} : look_at_values(across);
-    }
-    if (most_opaque > 0)
+    if (sample.most_opaque > 0)
         m_opaque = static_cast<float>(
-            assume_brightness({0, most_opaque}, GDALDataTypeIsInteger(type) != 0).white / 2);
+            assume_brightness({0, sample.most_opaque}, GDALDataTypeIsInteger(type) != 0).white / 2);
     return out;
 }
 
-void Image::look_at_window(const PixelWindow& window, std::vector<float>& values,
-                           float& most_opaque) {
+void Image::look_at_window(const PixelWindow& window, Sample& sample) {
     const geo::GdalErrorScope errors;
     const std::vector<float> read = read_values(window);
     Pixels mask;
@@ -304,18 +317,22 @@ void Image::look_at_window(const PixelWindow& window, std::vector<float>& values
     for (std::size_t i = 0; i < mask.values.size(); ++i) {
         const std::span<const float> pixel(&read[i * stride], stride);
         if (m_alpha != 0)
-            most_opaque = std::max(most_opaque, pixel.back());
+            sample.most_opaque = std::max(sample.most_opaque, pixel.back());
         if ((!mask.valid.empty() && mask.valid[i] == 0) || !has_data(pixel) ||
             (m_alpha != 0 && !(pixel.back() > 0)))
             continue;
-        for (std::size_t b = 0; b < m_bands.size(); ++b)
-            if (pixel[b] != 0)
-                values.push_back(
-                    static_cast<float>(pixel[b] * m_meanings[b].scale + m_meanings[b].offset));
+        for (std::size_t b = 0; b < m_bands.size(); ++b) {
+            if (pixel[b] == 0)
+                continue;
+            const Scale& scale = m_meanings[b].scale;
+            sample.stored.push_back(pixel[b]);
+            if (m_scaled)
+                sample.scaled.push_back(static_cast<float>(pixel[b] * scale.factor + scale.offset));
+        }
     }
 }
 
-void Image::add_statistics(ValueRange& range) const {
+void Image::add_statistics(Seen& seen) const {
     // More above the mean than nearly all values are, but for single ones that are wrong.
     constexpr double kDeviations = 4;
     for (std::size_t b = 0; b < m_bands.size(); ++b) {
@@ -327,8 +344,11 @@ void Image::add_statistics(ValueRange& range) const {
             continue;
         const double high =
             std::min(CPLAtof(most), CPLAtof(mean) + kDeviations * CPLAtof(deviation));
-        if (std::isfinite(high))
-            range.add({0, high * m_meanings[b].scale + m_meanings[b].offset});
+        if (!std::isfinite(high))
+            continue;
+        const Scale& scale = m_meanings[b].scale;
+        seen.stored.add({0, high});
+        seen.scaled.add({0, high * scale.factor + scale.offset});
     }
 }
 

@@ -81,12 +81,27 @@ public:
     /// their depth.
     [[nodiscard]] bool states_brightness() const noexcept { return m_states_brightness; }
     /// Whether values are integers without a scale.
-    [[nodiscard]] bool has_whole_numbers() const noexcept { return m_whole_numbers; }
+    [[nodiscard]] bool has_whole_numbers() const noexcept { return m_whole_numbers && !m_scaled; }
+    /// What the file's metadata make of the values of a band.
+    struct Scale {
+        double factor = 1;
+        double offset = 0;
+        auto operator<=>(const Scale&) const = default;
+    };
+    /// Of the bands that are read; empty where the file states none, or it does not count.
+    [[nodiscard]] std::vector<Scale> scales() const;
+    /// Takes values as they are stored from now on. To be called before set_brightness().
+    void forget_scales() noexcept;
+    /// What look_at_values() finds.
+    struct Seen {
+        ValueRange stored;
+        ValueRange scaled;  ///< by scales()
+    };
     /// Looks at the values of some windows that lie evenly over the image, at more where these hold
     /// no data, and at statistics that the file states. Does not depend on what was read before.
     /// Damage is passed over: reading it will fail. To be called before choose_overview().
     /// @param across windows along each edge, [1, 16]
-    [[nodiscard]] ValueRange look_at_values(int across);
+    [[nodiscard]] Seen look_at_values(int across);
     /// To be called before read() unless states_brightness().
     void set_brightness(const Brightness& brightness);
     /// What a value is as the file stores it, before scale and offset of its first band.
@@ -120,8 +135,9 @@ private:
     void use_bits();
     void learn_palette(const GDALColorTable& table);
     void learn_mask();
-    void look_at_window(const PixelWindow& window, std::vector<float>& values, float& most_opaque);
-    void add_statistics(ValueRange& range) const;
+    struct Sample;
+    void look_at_window(const PixelWindow& window, Sample& sample);
+    void add_statistics(Seen& seen) const;
     void read_bands(const PixelWindow& window, Pixels& out);
     [[nodiscard]] std::vector<float> read_values(const PixelWindow& window);
     void read_wide(const PixelWindow& window, Pixels& out);
@@ -147,12 +163,12 @@ private:
     bool m_states_brightness = true;
     bool m_whole_numbers = true;
     int m_bits = 0;           ///< of its whole numbers, as the file states; 0: it does not
+    bool m_scaled = false;    ///< whether a band's scale counts
     bool m_inverted = false;  ///< 0 is white
     /// Of wide values, for each of m_bands: to what the file's metadata make of them, and to
     /// brightness.
     struct Meaning {
-        double scale = 1;
-        double offset = 0;
+        Scale scale;
         Brightness brightness;
     };
     std::vector<Meaning> m_meanings;

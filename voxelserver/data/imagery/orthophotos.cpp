@@ -23,19 +23,23 @@ namespace fs = std::filesystem;
 struct Orthophotos::Layer {
     Image image;
     PixelMap map;
-    double whole_pixel_m = 0;  ///< of the image itself
-    long long pixel_mm = 0;    ///< of what is read of it, which may be an overview
+    double whole_pixel_m = 0;       ///< of the image itself
+    long long pixel_mm = 0;         ///< of what is read of it, which may be an overview
+    const voxel::Fingerprint file;  ///< its identity when it was opened
     voxel::Fingerprint identity;
     std::size_t series = 0;  ///< as in Input
-    ValueRange range;        ///< of an image that does not state what its values mean
+    Image::Seen seen;        ///< of an image that does not state what its values mean
     Layer(const fs::path& path, const grid::Frame& frame, const grid::NamedSquare* square,
           const Layer* same, int windows)
-        : image(path, square), map(frame, image), identity(image_identity(path)) {
+        : image(path, square), map(frame, image), file(image_identity(path)), identity(file) {
         constexpr double kMax = 4096;
+        if (same != nullptr && same->file != file)
+            throw voxel::ChangedError("read the orthophoto " + path.string() +
+                                      ": it has changed since it was opened; start again");
         if (same != nullptr)
             image.copy_brightness(same->image);
         else if (!image.states_brightness())
-            range = image.look_at_values(windows);
+            seen = image.look_at_values(windows);
         whole_pixel_m = frame.voxel_m() / map.pixels_per_voxel();
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
@@ -173,24 +177,19 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
     : m_frame(frame), m_open(std::make_unique<OpenFiles>()), m_same(same) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
-    const std::vector<fs::path> files = orthophoto_files(paths);
+    const std::vector<fs::path> files = same != nullptr ? same->order() : orthophoto_files(paths);
     // Windows along an edge of each image that must be looked at: a few hundred in all.
     constexpr double kWindows = 256;
     const double share =
         std::sqrt(kWindows / static_cast<double>(std::max<std::size_t>(files.size(), 1)));
     const int windows = static_cast<int>(std::clamp(share, 1.0, 4.0));
-    std::map<fs::path, const Layer*> known;
-    if (same != nullptr)
-        for (const auto& layer : same->m_layers)
-            known.emplace(layer->image.path(), layer.get());
     for (const fs::path& file : files) {
         const auto square =
             std::find_if(squares.begin(), squares.end(),
                          [&](const grid::NamedSquare& s) { return grid::is_named_like(file, s); });
-        const auto found = known.find(file);
-        m_layers.push_back(
-            std::make_unique<Layer>(file, m_frame, square == squares.end() ? nullptr : &*square,
-                                    found == known.end() ? nullptr : found->second, windows));
+        m_layers.push_back(std::make_unique<Layer>(
+            file, m_frame, square == squares.end() ? nullptr : &*square,
+            same != nullptr ? same->m_layers[m_layers.size()].get() : nullptr, windows));
         m_open->use(m_layers.back()->image);
     }
     std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {
@@ -204,6 +203,7 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
     });
     find_series();
     if (m_same == nullptr) {
+        judge_scales();
         assume(true);
         assume(false);
         std::set<std::string> doubts;
@@ -218,6 +218,19 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const grid::Frame& 
         layer->add_reading();
 }
 
+// A scale to radiance or the like says nothing of what is white. Decided for all images of a scale:
+// most tiles of a flight are too dark to tell.
+void Orthophotos::judge_scales() {
+    std::map<std::vector<Image::Scale>, double> brightest;
+    for (const auto& layer : m_layers) {
+        double& high = brightest[layer->image.scales()];
+        high = std::max(high, layer->seen.scaled.high);
+    }
+    for (const auto& layer : m_layers)
+        if (brightest[layer->image.scales()] > kMostReflectance)
+            layer->image.forget_scales();
+}
+
 // One scale for all images whose values are of one sort: tiles of one flight must fit together.
 void Orthophotos::assume(bool whole_numbers) {
     ValueRange range;
@@ -226,13 +239,18 @@ void Orthophotos::assume(bool whole_numbers) {
     const auto is_concerned = [&](const Layer& layer) {
         return !layer.image.states_brightness() && layer.image.has_whole_numbers() == whole_numbers;
     };
+    double high = 0;
     for (const auto& layer : m_layers) {
         if (!is_concerned(*layer))
             continue;
         ++count;
-        if (brightest == nullptr || layer->range.high > brightest->range.high)
+        const bool is_scaled = !layer->image.scales().empty();
+        const ValueRange& own = is_scaled ? layer->seen.scaled : layer->seen.stored;
+        if (brightest == nullptr || own.high > high) {
             brightest = layer.get();
-        range.add(layer->range);
+            high = own.high;
+        }
+        range.add(own);
     }
     if (brightest == nullptr)
         return;

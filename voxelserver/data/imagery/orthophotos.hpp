@@ -27,8 +27,8 @@ namespace terravox::imagery {
 /// mask bands are respected.
 ///
 /// Values that are no bytes become brightness as the file states (NBITS, or a scale and an offset
-/// to 1), else by the values that all such images have: one scale for all of them, whatever is
-/// read. What was assumed is logged in one line, as a warning where other readings are about as
+/// to about 1), else by the values that all such images have: one scale for all of them, whatever
+/// is read. What was assumed is logged in one line, as a warning where other readings are about as
 /// likely.
 class Orthophotos {
 public:
@@ -36,9 +36,10 @@ public:
     /// @param squares those of the world whose place their names state: an image that is not
     /// georeferenced and is named like one of them lies on it
     /// @param same  the same images in another frame, which have logged what is assumed of them,
-    /// and outlive these; nullptr: none
+    /// and outlive these: their files count instead of paths, which may be folders that have got
+    /// more; nullptr: none
     /// @throws Error naming the file that is missing, not an image, not georeferenced, or has more
-    /// than 4096 pixels per voxel edge
+    /// than 4096 pixels per voxel edge; ChangedError where it is another than that of `same`
     Orthophotos(const std::vector<std::filesystem::path>& paths, const grid::Frame& frame,
                 std::span<const grid::NamedSquare> squares = {}, const Orthophotos* same = nullptr);
     /// Warns of images of which all that was read is black, also by others that were made with
@@ -82,6 +83,7 @@ private:
     struct OpenFiles;
     void find_series();
     void add_read(const Image& image) const;
+    void judge_scales();
     void assume(bool whole_numbers);
     template <class Test>
     void warn_of_some(std::string_view what, const Test& is_such) const;

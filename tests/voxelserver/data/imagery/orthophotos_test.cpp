@@ -269,6 +269,63 @@ TEST_CASE("one scale for all images whose values are of one sort",
     CHECK(at(alone, 10, 10) == "200,200,200 -");
 }
 
+TEST_CASE("a scale of the bands counts for all images that state it, or for none",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    const auto write = [&](const char* name, double east, double value) {
+        ImageFile image;
+        image.width = image.height = 20;
+        image.type = GDT_UInt16;
+        image.scale = 0.0001;
+        image.geo = {kEast0 + east, 1, 0, kNorth0 + 20, 0, -1};
+        image.value = [=](int, int, int) { return value; };
+        write_image(folder.path() / name, image);
+    };
+    write("dark.tif", 0, 2000);
+    write("light.tif", 20, 10'000);
+    SECTION("reflectance") {
+        const Orthophotos photos({folder.path()}, frame());
+        CHECK(at(photos, 10, 10) == "51,51,51 -");
+        CHECK(at(photos, 30, 10) == "255,255,255 -");
+    }
+    SECTION("radiance, by one image alone") {
+        write("lighter.tif", 40, 32'000);
+        const Orthophotos photos({folder.path()}, frame());
+        CHECK(at(photos, 10, 10) == "7,7,7 -");
+        CHECK(at(photos, 30, 10) == "39,39,39 -");
+        CHECK(at(photos, 50, 10) == "125,125,125 -");
+    }
+}
+
+TEST_CASE("another frame has the images that the first has, as they were",
+          "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    ImageFile image = plain(1, 2000);
+    image.type = GDT_UInt16;
+    write_image(folder.path() / "a.tif", image);
+    const Orthophotos photos({folder.path()}, frame());
+    SECTION("one more") {
+        image.value = [](int, int, int) { return 60'000; };
+        write_image(folder.path() / "b.tif", image);
+        CHECK(Orthophotos({folder.path()}, frame(4), {}, &photos).order() == photos.order());
+    }
+    SECTION("another in its place") {
+        image.bands = 1;
+        write_image(folder.path() / "a.tif", image);
+        CHECK_THROWS_AS(Orthophotos({folder.path()}, frame(4), {}, &photos), voxel::ChangedError);
+    }
+}
+
+TEST_CASE("a scale that is no scale is refused", "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    ImageFile image = plain(1, 2000);
+    image.type = GDT_UInt16;
+    image.scale = 0;
+    write_image(folder.path() / "a.tif", image);
+    CHECK_THROWS_WITH(Orthophotos({folder.path()}, frame()),
+                      contains("a.tif") && contains("scale and offset of its values = 0.0"));
+}
+
 TEST_CASE("an image of which all that was read is black says so", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     write_image(folder.path() / "a.tif", plain(1, 0));

@@ -258,6 +258,7 @@ TEST_CASE("near infrared is found by the file's metadata, by its name, or as a f
         {"two.tif", 4, "40,80,120 -", says_nothing, {"red", "green", "blue", "red"}},
         {"none.tif", 3, "40,80,120 -", says_nothing, {"Band 1", "Band 2", "Band 3"}},
         {"grey.tif", 1, "40,40,40 -"},
+        {"two_bands.tif", 2, "40,40,40 -", {GCI_GrayIndex, kNone}},
         {"palette.tif", 1, "215,40,77 -"},
         // Alpha 80 of 255: mostly see-through.
         {"greya.tif", 2, "- -", {GCI_GrayIndex, GCI_AlphaBand}},
