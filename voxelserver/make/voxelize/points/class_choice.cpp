@@ -19,21 +19,35 @@ struct Choice {
     std::string why;
 };
 
-/// The one table of all sources whose names some of the files have.
+/// The table of the sources whose names some of the files have, where these agree: the points of a
+/// world are read by one table.
 std::optional<Choice> choose_by_name(const std::vector<SquareSource>& files,
                                      const std::vector<std::optional<grid::NamedSquare>>& squares) {
-    std::optional<Choice> out;
-    for (std::size_t i = 0; i < files.size(); ++i) {
-        if (!squares[i] || squares[i]->class_table.empty())
-            continue;
-        if (out && out->table != squares[i]->class_table)
-            return std::nullopt;
-        if (!out)
-            out = Choice{squares[i]->class_table,
-                         fmt::format("{} is named as source {} names its squares",
-                                     files[i].info.path.filename().string(), squares[i]->source)};
+    std::vector<std::size_t> named;
+    for (std::size_t i = 0; i < files.size(); ++i)
+        if (squares[i] && !squares[i]->class_table.empty())
+            named.push_back(i);
+    if (named.empty())
+        return std::nullopt;
+    const auto name = [&](std::size_t i) { return files[i].info.path.filename().string(); };
+    const grid::NamedSquare& first = *squares[named.front()];
+    const auto other = std::find_if(named.begin(), named.end(), [&](std::size_t i) {
+        return squares[i]->class_table != first.class_table;
+    });
+    if (other != named.end()) {
+        util::log_warn(
+            "class table: {} is named as source {} names its squares (table {}), {} as source {} "
+            "does (table {}); their names do not count; --classes names one",
+            name(named.front()), first.source, first.class_table, name(*other),
+            squares[*other]->source, squares[*other]->class_table);
+        return std::nullopt;
     }
-    return out;
+    std::string why = fmt::format("{} is named as source {} names its squares", name(named.front()),
+                                  first.source);
+    if (named.size() < files.size())
+        why += fmt::format(", and the names of {} of {} files say nothing",
+                           files.size() - named.size(), files.size());
+    return Choice{first.class_table, why};
 }
 
 /// @param values at least one

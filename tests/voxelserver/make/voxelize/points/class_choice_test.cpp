@@ -200,6 +200,19 @@ TEST_CASE("the log says which class table was taken and why", "[voxelserver][cla
     CHECK(said.count("") == 2);
 }
 
+TEST_CASE("files that are named as those of sources with other tables are warned of",
+          "[voxelserver][classes]") {
+    const File slovenian{"EPSG:3794", {1}, "si-lss"};
+    const File german{"EPSG:3794", {1}, "de-nw"};
+    const File unnamed{"EPSG:3794", {1}};
+    const Warnings warnings;
+    CHECK(choose({slovenian, unnamed, slovenian}).id == "si-lss");
+    CHECK(warnings.count("") == 0);
+    CHECK(choose({unnamed, slovenian, german}).id == "asprs");
+    CHECK(warnings.count("(table si-lss), square.laz as source") == 1);
+    CHECK(warnings.count("(table de-nw); their names do not count; --classes names one") == 1);
+}
+
 TEST_CASE("a class table that is named is taken", "[voxelserver][classes]") {
     LidarWorldOptions options;
     options.classes = "asprs";
