@@ -187,6 +187,33 @@ TEST_CASE("a digest differs whichever field of a point does", "[voxelserver][laz
     }
 }
 
+TEST_CASE("a file of LAS 1.5 keeps its version, and the times of its header",
+          "[voxelserver][laz]") {
+    const TemporaryFolder folder;
+    const fs::path las = folder.path() / "a.las";
+    const fs::path laz = folder.path() / "a.laz";
+    const int format = GENERATE(6, 7, 8);
+    CAPTURE(format);
+    write_sample(las, format, 60'000);
+    std::string bytes = with_extended_record(read_content(las), "payload");
+    std::string times(18, '\0');
+    put(times, 0, 300.5);
+    put(times, 8, 100.25);
+    put(times, 16, std::uint16_t{1000});
+    bytes.insert(375, times);
+    put(bytes, 25, std::uint8_t{5});
+    put(bytes, 94, std::uint16_t{393});
+    put(bytes, 96, at<std::uint32_t>(bytes, 96) + 18);
+    put(bytes, 235, at<std::uint64_t>(bytes, 235) + 18);
+    write_content(las, bytes);
+    CHECK(laz::compress(las, laz).points == 60'000);
+    const std::string after = read_content(laz);
+    CHECK(at<std::uint8_t>(after, 25) == 5);
+    CHECK(after.substr(375, 18) == times);
+    CHECK(after.substr(after.size() - 7) == "payload");
+    CHECK(laz::check(laz) == 60'000);
+}
+
 TEST_CASE("records behind the points move with their offset", "[voxelserver][laz]") {
     const TemporaryFolder folder;
     const fs::path las = folder.path() / "e.las";
