@@ -292,6 +292,32 @@ TEST_CASE("unclassified trees of few returns have crowns that join, and a trunk 
     CHECK(2 * few < find_trunks(classified).size());
 }
 
+TEST_CASE("a hole among eight unclassified crowns takes the middle one's height",
+          "[voxelserver][voxelize][vegetation]") {
+    struct Case {
+        const char* name;
+        double own;  ///< 0: nothing but the ground
+        std::int32_t top;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a low return", 15.5, 27},
+        {"the ground", 0, 27},
+        {"a return as high", 25.5, 25},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        MadeLand land([&](int x, int z, Returns& out) {
+            const bool is_middle = x == 30 && z == 30;
+            if (std::abs(x - 30) > 1 || std::abs(z - 30) > 1 || c.own == 0)
+                out.push_back({kGround, kGroundClass});
+            if (is_middle && c.own != 0)
+                out.push_back({c.own, kUnsorted});
+            if (!is_middle && std::abs(x - 30) <= 1 && std::abs(z - 30) <= 1)
+                out.push_back({22.5 + (x - 29) + 3 * (z - 29), kUnsorted});
+        });
+        CHECK(find_crowns(land).at(30, 30).top == c.top);
+    }
+}
+
 TEST_CASE("a level unclassified thing that no pulse passes is no tree",
           "[voxelserver][voxelize][vegetation]") {
     const bool leaky = GENERATE(false, true);
