@@ -56,28 +56,70 @@ bool is_space(char c) noexcept {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
+constexpr std::size_t kLongestNumber = 64;
+
+/// As GDAL reads them: a comma may stand for the point, and "1.#QNAN" for no number.
+bool is_number(std::string_view word) {
+    if (word.find_first_not_of("+-.,0123456789eE") == std::string_view::npos)
+        return word.find_first_of("0123456789") != std::string_view::npos;
+    word.remove_prefix(word.front() == '-' || word.front() == '+' ? 1 : 0);
+    const std::string name = util::lower_case(word);
+    return name == "nan" || name == "inf" || name == "infinity" || name.starts_with("1.#");
+}
+
+/// The lines before the values: each a name and a number.
+class HeaderOfGrid {
+public:
+    /// @return whether the next word is one of the header
+    bool takes(std::string_view word) {
+        if (m_has_ended)
+            return false;
+        m_is_name = !m_is_name;
+        const bool is_letter = std::isalpha(static_cast<unsigned char>(word.front())) != 0;
+        m_has_ended = m_is_name && (!is_letter || is_number(word));
+        return !m_has_ended;
+    }
+
+private:
+    bool m_is_name = false;
+    bool m_has_ended = false;
+};
+
 }  // namespace
 
-std::optional<std::string> find_lost_values_of_grid(const std::filesystem::path& file,
-                                                    std::uint64_t values) {
+std::optional<std::string> find_fault_of_grid(const std::filesystem::path& file,
+                                              std::uint64_t values) {
     constexpr std::size_t kBlock_bytes = std::size_t{1} << 20;
     std::ifstream in(file, std::ios::binary);
     std::vector<char> block(kBlock_bytes);
-    std::uint64_t words = 0;
-    bool is_in_word = false;
-    while (in && words < values) {
+    std::uint64_t found = 0;
+    std::string word;
+    HeaderOfGrid header;
+    while (in && found < values) {
         in.read(block.data(), static_cast<std::streamsize>(block.size()));
-        for (std::streamsize i = 0; i < in.gcount(); ++i) {
-            const bool is_word = !is_space(block[static_cast<std::size_t>(i)]);
-            words += is_word && !is_in_word ? 1U : 0U;
-            is_in_word = is_word;
+        auto count = static_cast<std::size_t>(in.gcount());
+        if (count < block.size())
+            block[count++] = ' ';  // behind the last value
+        for (std::size_t i = 0; i < count && found < values; ++i) {
+            if (!is_space(block[i])) {
+                if (word.size() < kLongestNumber)
+                    word += block[i];
+                continue;
+            }
+            const bool is_value = !word.empty() && !header.takes(word);
+            if (is_value && !is_number(word))
+                return "its value '" + util::printable(word) +
+                       "' is no number; write one for no data, which the line NODATA_value names";
+            found += is_value ? 1U : 0U;
+            word.clear();
         }
     }
-    if (words >= values)
+    if (found == values)
         return std::nullopt;
     if (!in.eof())
         throw util::Error("read {} to its end: it cannot be read", file.string());
-    return "it has fewer than the " + std::to_string(values) + " values that its header states";
+    return "cut short: it has fewer than the " + std::to_string(values) +
+           " values that its header states";
 }
 
 namespace fs = std::filesystem;
@@ -215,8 +257,8 @@ void check_opened(const GDALDriver& driver, GDALDataset& data, const fs::path& r
     if (EQUAL(driver.GetDescription(), "AAIGrid")) {
         const auto values = static_cast<std::uint64_t>(data.GetRasterXSize()) *
                             static_cast<std::uint64_t>(data.GetRasterYSize());
-        if (const auto lost = find_lost_values_of_grid(raster, values))
-            throw util::Error("cut short: " + *lost);
+        if (const auto fault = find_fault_of_grid(raster, values))
+            throw util::Error(*fault);
     }
     if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr)
         throw util::Error("its metadata name another file for its overviews");

@@ -27,14 +27,15 @@ void check_virtual_raster(const std::filesystem::path& vrt);
 /// exist is judged by where it would lie.
 [[nodiscard]] bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder);
 
-/// Whether an Esri ASCII grid ends before its last value. GDAL finds rows by reading those before
+/// What is wrong with the values of an Esri ASCII grid: one that is no number, which GDAL reads as
+/// 0, or an end before the last one. GDAL finds rows by reading those before
 /// them; behind the end of the file each row doubles the number of attempts, which takes for ever.
 /// Reads the file once, and stops where it has enough.
 /// @param values of all rows, by the header
-/// @return what is missing; nullopt: nothing, but for as many values as the header has words
+/// @return nullopt: nothing
 /// @throws Error when the file cannot be read
-[[nodiscard]] std::optional<std::string> find_lost_values_of_grid(const std::filesystem::path& file,
-                                                                  std::uint64_t values);
+[[nodiscard]] std::optional<std::string> find_fault_of_grid(const std::filesystem::path& file,
+                                                            std::uint64_t values);
 
 /// Checks whether a TIFF file that GDAL has written and closed is complete. GDAL (3.6, at least)
 /// does not report when its last write fails, as it does on a full disk: the file then ends before
@@ -50,6 +51,11 @@ void check_virtual_raster(const std::filesystem::path& vrt);
 /// @return which directory is lost, in a few words; nullopt when none is, or the file is not a TIFF
 [[nodiscard]] std::optional<std::string> find_lost_directory_of_tiff(
     const std::filesystem::path& file);
+
+/// The GeoTIFF keys (tag 34735) of the first directory of a TIFF file from any source. GDAL hands
+/// out only what it makes of them. Thread-safe.
+/// @return empty where there are none, or the file is not a TIFF
+[[nodiscard]] std::vector<std::uint16_t> find_geokeys_of_tiff(const std::filesystem::path& file);
 
 /// Names of the GDAL drivers that are allowed to open rasters, null-terminated: formats that
 /// consist of one file with known side files, and need no network, no SQL and no code.

@@ -60,6 +60,18 @@ public:
         return std::nullopt;
     }
 
+    [[nodiscard]] std::vector<std::uint16_t> geokeys() {
+        constexpr std::uint64_t kMaxEntries = 4096;
+        std::vector<std::uint16_t> out;
+        if (!read_header())
+            return out;
+        const std::uint64_t count = std::min(number(m_at, m_big ? 8 : 2), kMaxEntries);
+        const std::uint64_t first = sum(m_at, m_big ? 8 : 2);
+        for (std::uint64_t i = 0; i < count && m_in && out.empty(); ++i)
+            out = shorts(sum(first, i * (m_big ? 20 : 12)));
+        return out;
+    }
+
 private:
     static constexpr std::uint64_t kBeyond = ~std::uint64_t{0};
 
@@ -125,6 +137,22 @@ private:
         return end;
     }
 
+    /// The values of an entry with GeoTIFF keys; none of another one.
+    [[nodiscard]] std::vector<std::uint16_t> shorts(std::uint64_t entry) {
+        constexpr std::uint64_t kGeoKeys = 34735;
+        constexpr std::uint64_t kMaxKeys = 4 * 4096;
+        const int wide = m_big ? 8 : 4;
+        std::vector<std::uint16_t> out;
+        if (number(entry, 2) != kGeoKeys)
+            return out;
+        const std::uint64_t values = std::min(number(entry + 4, wide), kMaxKeys);
+        // A header of four values and a key of four at least, which do not fit into the entry.
+        const std::uint64_t at = number(entry + 4 + static_cast<std::uint64_t>(wide), wide);
+        for (std::uint64_t i = 0; i < values && m_in; ++i)
+            out.push_back(static_cast<std::uint16_t>(number(sum(at, 2 * i), 2)));
+        return m_in ? out : std::vector<std::uint16_t>{};
+    }
+
     /// For an entry with the offsets or lengths of strips or tiles: the end of its list; 0 for
     /// others.
     [[nodiscard]] std::uint64_t end_of_list(std::uint64_t entry, int wide) {
@@ -158,6 +186,10 @@ private:
 
 std::optional<std::string> find_lost_directory_of_tiff(const std::filesystem::path& file) {
     return TiffChain(file).lost();
+}
+
+std::vector<std::uint16_t> find_geokeys_of_tiff(const std::filesystem::path& file) {
+    return TiffChain(file).geokeys();
 }
 
 std::optional<std::string> find_missing_part_of_tiff(const std::filesystem::path& file) {

@@ -570,6 +570,28 @@ TEST_CASE("a grid of text that ends early is refused at once", "[common][geo][ra
                           contains("cut short: it has fewer than the 18000 values"));
 }
 
+TEST_CASE("a grid of text with a value that is no number is refused, naming it",
+          "[common][geo][raster]") {
+    const Place place;
+    const auto with = [&](const std::string& value, const std::string& more = "") {
+        write_content(place.here / "x.asc",
+                      "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n" + more + "1.5 " +
+                          value + "\n3 4");
+        return place.here / "x.asc";
+    };
+    for (const char* good :
+         {"2", "-2.5", "+2", "2,5", "2e0", "2.5E+00", "nan", "-nan", "inf", "1.#QNAN", "-1.#IND"}) {
+        INFO(good);
+        CHECK(geo::open_raster(with(good), "read") != nullptr);
+    }
+    for (const char* bad : {"****", "abc", "NA", "-", "N/A", "NULL", "2m", "0x2"}) {
+        INFO(bad);
+        CHECK_THROWS_WITH(geo::open_raster(with(bad, "NODATA_value -9999\n"), "read"),
+                          contains("its value '" + std::string(bad) + "' is no number") &&
+                              contains("NODATA_value"));
+    }
+}
+
 TEST_CASE("a path lies in a folder or it does not, after all links", "[common][geo][raster]") {
     const Place place;
     fs::create_directory_symlink(place.elsewhere, place.here / "door");
