@@ -18,7 +18,9 @@
 #include "common/geo/gdal.hpp"
 #include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/folders.hpp"
+#include "common/util/text.hpp"
 
 namespace terravox::geo {
 
@@ -133,27 +135,29 @@ struct LengthUnit {
     const char* digits;  // the same, as written in WKT
 };
 
-// The unit of heights in the keys (VerticalUnitsGeoKey), if present.
-std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> directory) {
-    constexpr std::uint16_t kVerticalUnits = 4099;
+constexpr std::uint16_t kVerticalSystem = 4096;
+constexpr std::uint16_t kVerticalUnits = 4099;
+
+/// @return 0 where the key is not there
+std::uint16_t stated_code(std::span<const std::uint16_t> directory, std::uint16_t key) {
+    for (std::size_t i = 4; i + 3 < directory.size(); i += 4)
+        if (directory[i] == key && directory[i + 1] == 0)
+            return directory[i + 3];
+    return 0;
+}
+
+std::optional<LengthUnit> find_unit(std::uint16_t code) {
     constexpr std::uint16_t kMetre = 9001;
     constexpr std::uint16_t kFoot = 9002;
     constexpr std::uint16_t kUsSurveyFoot = 9003;
-    for (std::size_t i = 4; i + 3 < directory.size(); i += 4) {
-        if (directory[i] != kVerticalUnits || directory[i + 1] != 0)
-            continue;
-        if (directory[i + 3] == kMetre)
-            return LengthUnit{"metre", 1, "1"};
-        if (directory[i + 3] == kFoot)
-            return LengthUnit{"foot", 0.3048, "0.3048"};
-        if (directory[i + 3] == kUsSurveyFoot)
-            return LengthUnit{"US survey foot", 1200.0 / 3937, "0.304800609601219"};
+    switch (code) {
+        case kMetre: return LengthUnit{"metre", 1, "1"};
+        case kFoot: return LengthUnit{"foot", 0.3048, "0.3048"};
+        case kUsSurveyFoot: return LengthUnit{"US survey foot", 1200.0 / 3937, "0.304800609601219"};
+        default: return std::nullopt;
     }
-    return std::nullopt;
 }
 
-// GDAL prefers the unit of the vertical system's code to the one in the keys. Files in feet under
-// the code of a system in metres are common, so the unit in the keys takes precedence here.
 void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
     if (ogr.IsVertical() != 0 && std::abs(ogr.GetTargetLinearUnits("VERT_CS") - unit.metres) < 1e-9)
         return;
@@ -189,6 +193,8 @@ std::string not_understood(const std::string& text) {
 std::string fault_of_placing(const OGRSpatialReference& ogr) {
     if (ogr.IsProjected() != 0 || ogr.IsGeographic() != 0)
         return "";
+    if (ogr.IsGeocentric() != 0)
+        return "its axes begin at the Earth's centre, and none is a height; convert the data";
     const char* const name = ogr.GetName();
     return "it does not say where on the Earth '" + std::string(name != nullptr ? name : "") +
            "' is";
@@ -245,6 +251,28 @@ Crs Crs::from_wkt(const std::string& wkt) {
     return Crs(std::move(ogr));
 }
 
+Crs Crs::from_file_text(const std::string& text) {
+    // PROJ strings are accepted from users only.
+    constexpr std::string_view kAuthority = "EPSG:";
+    constexpr std::string_view kNumbers = "0123456789+";
+    const std::string trimmed(util::trimmed(text));
+    const bool is_epsg =
+        trimmed.starts_with(kAuthority) && trimmed.size() > kAuthority.size() &&
+        trimmed.find_first_not_of(kNumbers, kAuthority.size()) == std::string::npos;
+    return is_epsg ? from_text(trimmed) : from_wkt(trimmed);
+}
+
+std::optional<Crs> Crs::from_side_file(const std::filesystem::path& file) {
+    for (const char* const ending : {".prj", ".PRJ"}) {
+        std::filesystem::path side = file;
+        side.replace_extension(ending);
+        std::error_code failed;
+        if (std::filesystem::is_regular_file(side, failed) && side != file)
+            return from_file_text(util::read_text(side, kLongestCrsText, "read " + side.string()));
+    }
+    return std::nullopt;
+}
+
 const OGRSpatialReference* Crs::placing(const OGRSpatialReference* read) {
     return read != nullptr && fault_of_placing(*read).empty() ? read : nullptr;
 }
@@ -282,6 +310,9 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
     const auto forget = [](const std::string* file) { VSIUnlink(file->c_str()); };
     const std::unique_ptr<const std::string, decltype(forget)> forgotten_at_the_end(&name, forget);
     std::optional<Crs> crs;
+    const std::uint16_t code = stated_code(directory, kVerticalUnits);
+    const auto unit = find_unit(code);
+    bool is_known = code == 0 || unit;
     // Without this, GDAL ignores the vertical keys of GeoTIFF 1.0, which LAS files contain: heights
     // in feet would be read as metres.
     const CPLConfigOptionSetter with_vertical("GTIFF_REPORT_COMPD_CS", "YES", false);
@@ -291,14 +322,27 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
         const OGRSpatialReference* found = image->GetSpatialRef();
         if (found != nullptr && fault_of_placing(*found).empty()) {
             OGRSpatialReference read(*found);
-            if (const auto unit = stated_vertical_unit(directory))
+            if (unit)
                 set_vertical_unit(read, *unit);
+            // GDAL knows more units than those that count before the code's.
+            is_known = is_known || (read.IsVertical() != 0 && code != kUserDefinedKey);
             crs = from_ogr(read, "GeoTIFF keys");
         }
     }
+    if (!is_known)
+        throw util::Error("read the GeoTIFF keys: unit of heights = {}; allowed: {}", code,
+                          kKeyedUnits);
     if (!crs)
         check_proj_is_usable("read the GeoTIFF keys of a coordinate reference system");
     return crs;
+}
+
+KeyedUnit vertical_unit_of_keys(std::span<const std::uint16_t> directory) {
+    KeyedUnit out{stated_code(directory, kVerticalUnits), std::nullopt,
+                  stated_code(directory, kVerticalSystem) != 0};
+    if (const auto unit = find_unit(out.code))
+        out.metres = unit->metres;
+    return out;
 }
 
 std::string Crs::name() const {

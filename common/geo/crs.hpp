@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -76,6 +77,16 @@ public:
     /// @throws Error naming the text when it is refused or cannot be parsed
     static Crs from_wkt(const std::string& wkt);
 
+    /// Parses what a file says in a comment or a side file.
+    /// @param text EPSG:n, EPSG:n+m or WKT
+    /// @throws Error naming the text when it is refused or cannot be parsed
+    static Crs from_file_text(const std::string& text);
+
+    /// Reads the .prj file next to a file, as GIS programs write it.
+    /// @return nullopt where there is none
+    /// @throws Error when it cannot be read, or says no system that can be used
+    static std::optional<Crs> from_side_file(const std::filesystem::path& file);
+
     /// @param read what GDAL has read of a file, or null
     /// @return the same, or null where it does not say where on the Earth the file is: a site's own
     /// grid, or a unit alone
@@ -89,7 +100,8 @@ public:
     /// Reads the three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last
     /// two may be empty.
     /// @return nullopt when the keys name no system
-    /// @throws Error when the system names files for PROJ to open
+    /// @throws Error when the system names files for PROJ to open, or heights are in a unit that is
+    /// not known
     static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory,
                                            std::span<const double> doubles,
                                            std::span<const char> ascii);
@@ -121,6 +133,20 @@ private:
     double m_metres_per_unit = 1;
     std::optional<double> m_vertical_metres;
 };
+
+/// The unit of heights that GeoTIFF keys state (VerticalUnitsGeoKey). It counts before that of the
+/// vertical system's code, which GDAL prefers: files in feet under the code of a system in metres
+/// are common.
+struct KeyedUnit {
+    std::uint16_t code = 0;  ///< of EPSG; 0: they state none
+    /// nullopt: another than metre, foot (both feet) and US survey foot
+    std::optional<double> metres;
+    bool has_system = false;  ///< whether they state a vertical system, too
+};
+/// @param directory the payload of the tag or record 34735
+[[nodiscard]] KeyedUnit vertical_unit_of_keys(std::span<const std::uint16_t> directory);
+inline constexpr std::uint16_t kUserDefinedKey = 32767;
+inline constexpr const char* kKeyedUnits = "9001 (metre), 9002 (foot), 9003 (US survey foot)";
 
 /// Transforms horizontal coordinates between two systems. Not thread-safe: use one per thread.
 class Transform {

@@ -1,12 +1,15 @@
 #include "common/geo/crs.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <random>
 #include <thread>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/content.hpp"
+#include "tests/common/temporary_folder.hpp"
 
 using namespace terravox;
 using namespace terravox::geo;
@@ -298,6 +301,51 @@ TEST_CASE("GeoTIFF keys that name no system give none", "[common][geo][crs]") {
     CHECK_FALSE(GeoKeys().code(kModelType, kUserDefined).text(kCitation, "nothing").read());
 }
 
+TEST_CASE("GeoTIFF keys that state heights in a unit that is not known are refused",
+          "[common][geo][crs]") {
+    const auto keys = [](std::uint16_t unit) {
+        return GeoKeys().code(kModelType, 1).code(kProjected, 3794).code(kVerticalUnits, unit);
+    };
+    constexpr std::uint16_t kOfNoKey = 9999;
+    for (const std::uint16_t unit : {kOfNoKey, kUserDefined}) {
+        INFO(unit);
+        CHECK_THROWS_WITH(keys(unit).read(),
+                          contains("unit of heights = " + std::to_string(unit)) &&
+                              contains("9003 (US survey foot)"));
+        const auto stated = geo::vertical_unit_of_keys(keys(unit).directory);
+        CHECK(stated.code == unit);
+        CHECK_FALSE(stated.metres);
+    }
+    CHECK(keys(0).read());
+    CHECK(geo::vertical_unit_of_keys(keys(kUsSurveyFoot).directory).metres == kUsFoot_m);
+}
+
+TEST_CASE("the system of a file may stand in a .prj file beside it", "[common][geo][crs]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "a.jpg";
+    CHECK_FALSE(Crs::from_side_file(file));
+    struct Case {
+        const char* name;
+        std::string text;
+        const char* crs;  ///< "": refused
+    };
+    for (const Case& c :
+         {Case{"A.prj", "EPSG:3794", ""}, Case{"a.prj", "EPSG:3794\r\n", "EPSG:3794"},
+          Case{"a.PRJ", Crs::from_text("EPSG:3794").wkt(), "EPSG:3794"},
+          Case{"a.prj", "\xef\xbb\xbf" + Crs::from_text("EPSG:3794").wkt(), "EPSG:3794"},
+          Case{"a.prj", "+proj=utm +zone=33", ""}, Case{"a.prj", "Projection TRANSVERSE", ""}}) {
+        INFO(c.name << ": " << c.text);
+        test::write_content(folder.path() / c.name, c.text);
+        if (*c.crs != '\0')
+            CHECK(Crs::from_side_file(file)->name() == c.crs);
+        else if (std::string(c.name) == "a.prj")
+            CHECK_THROWS_AS(Crs::from_side_file(file), util::Error);
+        else
+            CHECK_FALSE(Crs::from_side_file(file));
+        std::filesystem::remove(folder.path() / c.name);
+    }
+}
+
 TEST_CASE("random GeoTIFF keys do no harm", "[common][geo][crs]") {
     std::mt19937 random(21);
     for (int i = 0; i < 400; ++i) {
@@ -500,10 +548,11 @@ TEST_CASE("a system that says not where on the Earth it is, is none", "[common][
     const std::string site =
         "LOCAL_CS[\"Site grid\",LOCAL_DATUM[\"Site\",0],UNIT[\"metre\",1],AXIS[\"X\",EAST],"
         "AXIS[\"Y\",NORTH]]";
-    for (const std::string& text : {site, std::string("EPSG:5703"), std::string("EPSG:4978")}) {
+    for (const std::string& text : {site, std::string("EPSG:5703")}) {
         INFO(text);
         CHECK_THROWS_WITH(Crs::from_text(text), contains("does not say where on the Earth"));
     }
+    CHECK_THROWS_WITH(Crs::from_text("EPSG:4978"), contains("begin at the Earth's centre"));
     CHECK_THROWS_WITH(Crs::from_wkt(site), contains("'Site grid'"));
     CHECK_FALSE(GeoKeys().code(kModelType, 1).code(kVerticalUnits, kInternationalFoot).read());
 }

@@ -60,7 +60,12 @@ CrsRecords read_crs_records(const pointcloud::FileBytes& file) {
     return out;
 }
 
-std::optional<geo::Crs> find_crs(const std::filesystem::path& path) {
+/// @param fault of the first record that says something of no use
+std::optional<geo::Crs> find_crs(const std::filesystem::path& path, std::string& fault) {
+    const auto keep = [&fault](const util::Error& e) {
+        if (fault.empty())
+            fault = e.what();
+    };
     const CrsRecords records = read_crs_records(pointcloud::FileBytes(path));
     for (const std::string& wkt : records.wkts) {
         try {
@@ -71,6 +76,7 @@ std::optional<geo::Crs> find_crs(const std::filesystem::path& path) {
             // Some writers store text that is not WKT in addition to valid GeoTIFF keys: then the
             // keys are used, or the user's --crs.
             util::log_info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
+            keep(e);
         }
     }
     try {
@@ -79,6 +85,7 @@ std::optional<geo::Crs> find_crs(const std::filesystem::path& path) {
         throw;
     } catch (const util::Error& e) {
         util::log_info("{}: {}; --crs sets one", path.string(), e.what());
+        keep(e);
     }
     return std::nullopt;
 }
@@ -89,7 +96,7 @@ LasInfo read_las_info(const std::filesystem::path& path) {
     LasInfo info = check_las_header(path);
     // What LASzip does not open is refused here, not when its first points are wanted.
     const LaszipReader reader(path, {});
-    info.crs = find_crs(path);
+    info.crs = find_crs(path, info.crs_fault);
     return info;
 }
 

@@ -64,7 +64,8 @@ struct PointCloudInfo {
     std::array<double, 3> max{};
     /// Whether min and max were computed from the points instead of read from a header.
     bool measured_bounds = false;
-    std::optional<geo::Crs> crs;  ///< nullopt when the file has none that can be parsed
+    std::optional<geo::Crs> crs;  ///< nullopt when the file has none that can be used
+    std::string crs_fault;        ///< why it cannot; empty: it has none
 };
 
 /// A file of points, open for reading: the format-independent interface that voxelization uses.

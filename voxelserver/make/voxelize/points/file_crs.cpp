@@ -116,9 +116,11 @@ void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& optio
             info.crs = fallback;
         if (!info.crs)
             throw util::UsageError(
-                "place the point cloud {}: the file carries no coordinate reference system, and "
-                "neither its name nor a class table tells one; give one with --crs EPSG:<code>",
-                info.path.string());
+                "place the point cloud {}: {}, and neither its name nor a class table tells one; "
+                "give one with --crs EPSG:<code>",
+                info.path.string(),
+                info.crs_fault.empty() ? "the file carries no coordinate reference system"
+                                       : "it cannot be placed (" + info.crs_fault + ")");
     }
     for (const auto& [crs, names] : by_name)
         util::log_info("{}{}: no CRS in the file; taken to be in {}", names.front(),

@@ -11,6 +11,7 @@
 
 #include "common/geo/gdal_files.hpp"
 #include "common/geo/gdal_messages.hpp"
+#include "common/geo/raster_gate.hpp"
 #include "common/util/error.hpp"
 #include "common/util/text.hpp"
 #include "voxelserver/data/grid/frame.hpp"
@@ -87,6 +88,9 @@ HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
 void HeightFile::open() {
     m_source = geo::open_raster(m_reading.path, "read the heights of");
     m_data = m_source.get();
+    // GDAL reads this side file of a few formats alone.
+    if (!m_reading.crs && m_source->GetSpatialRef() == nullptr)
+        m_reading.crs = geo::Crs::from_side_file(path());
 }
 
 // Uses GDAL's warper on the fly: nothing is written. Blocks of the warped raster are made as a
@@ -124,6 +128,14 @@ void HeightFile::learn() {
         fail("a raster without cells");
     if (const std::string fault = fault_of_heights(*m_source); !fault.empty())
         fail(fault + "; an image is given with --ortho");
+    m_keyed_unit = geo::vertical_unit_of_keys(geo::find_geokeys_of_tiff(path()));
+    const bool is_known = m_keyed_unit.code == 0 || m_keyed_unit.metres ||
+                          (*m_source->GetRasterBand(1)->GetUnitType() != '\0' &&
+                           m_keyed_unit.code != geo::kUserDefinedKey);
+    if (!is_known && !m_reading.height_unit_m)
+        fail("unit of heights = " + std::to_string(m_keyed_unit.code) +
+             " by its GeoTIFF keys; allowed: " + geo::kKeyedUnits +
+             "; --world-vertical-unit (serve: --vertical-unit) says another one");
     // A file may declare one block of any size; GDAL would allocate the memory before it reads the
     // data.
     constexpr double kMaxBlock_bytes = 512e6;
@@ -177,18 +189,28 @@ double HeightFile::vertical_unit_m() const {
     }
 }
 
+double HeightFile::stated_unit_m() const {
+    const std::string written = m_source->GetRasterBand(1)->GetUnitType();
+    const auto named = to_unit(written);
+    if (!written.empty() && !named)
+        fail("unit of heights = '" + written +
+             "'; allowed: m, ft, US survey foot and equivalents; give it in metres");
+    if (!m_keyed_unit.metres)
+        return named ? *named : vertical_unit_m();
+    // GDAL gives a band without a unit that of the vertical system's code, by its name at EPSG.
+    const bool is_of_system = m_keyed_unit.has_system && (written == "metre" || written == "foot" ||
+                                                          written == "US survey foot");
+    constexpr double kSame = 1e-9;
+    if (named && !is_of_system && std::abs(*named - *m_keyed_unit.metres) > kSame)
+        fail("unit of heights = '" + written + "', but " + std::to_string(*m_keyed_unit.metres) +
+             " m by its GeoTIFF keys; say which with --world-vertical-unit (serve: "
+             "--vertical-unit)");
+    return *m_keyed_unit.metres;
+}
+
 void HeightFile::learn_values() {
     GDALRasterBand* own = m_source->GetRasterBand(1);
-    double unit = 1;
-    if (m_reading.height_unit_m)
-        unit = *m_reading.height_unit_m;
-    else if (const auto named = to_unit(own->GetUnitType()))
-        unit = *named;
-    else if (*own->GetUnitType() != '\0')
-        fail(std::string("unit of heights = '") + own->GetUnitType() +
-             "'; allowed: m, ft, US survey foot and equivalents; give it in metres");
-    else
-        unit = vertical_unit_m();
+    const double unit = m_reading.height_unit_m ? *m_reading.height_unit_m : stated_unit_m();
     int known = 0;
     const double scale = own->GetScale(&known);
     m_scale = known != 0 ? scale : 1;

@@ -98,6 +98,7 @@ private:
     void learn();
     void learn_values();
     [[nodiscard]] double vertical_unit_m() const;  ///< as defined by the CRSs
+    [[nodiscard]] double stated_unit_m() const;
     void to_metres(std::vector<double>& values) const noexcept;
     [[nodiscard]] std::optional<Grid> make_grid(double max_cells) const noexcept;
     void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);
@@ -107,6 +108,7 @@ private:
     GDALDataset* m_data = nullptr;
     GDALRasterBand* m_band = nullptr;
     std::optional<geo::Crs> m_crs;
+    geo::KeyedUnit m_keyed_unit;
     std::array<double, 6> m_geo{};
     double m_scale = 1, m_offset = 0;  // of values, to metres
     std::optional<double> m_nodata;
