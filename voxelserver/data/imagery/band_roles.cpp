@@ -207,8 +207,11 @@ BandRoles find_roles(GDALDataset& image, const std::string& file_name) {
     const Bands says(image);
     std::string doubt;
     BandRoles roles = assign(image, util::lower_case(file_name), says, doubt);
-    if (roles.red == roles.green)
-        return roles;  // grey
+    if (roles.red == roles.green) {  // grey
+        if (says_near_infrared(*image.GetRasterBand(1)))
+            roles.doubt = "band 1 is near infrared alone; it is taken for grey";
+        return roles;
+    }
     says.check(roles.red, kRed, doubt);
     says.check(roles.green, kGreen, doubt);
     says.check(roles.blue, kBlue, doubt);

@@ -10,6 +10,7 @@
 #include "common/geo/gdal_files.hpp"
 #include "common/geo/gdal_messages.hpp"
 #include "common/util/error.hpp"
+#include "common/util/log.hpp"
 #include "common/voxel/fingerprint.hpp"
 #include "voxelserver/data/grid/frame.hpp"
 
@@ -36,6 +37,18 @@ std::string find_date(GDALDataset& data) {
             return date;
     }
     return {};
+}
+
+/// GDAL reads this side file of a few formats alone.
+std::optional<geo::Crs> crs_beside(const fs::path& image) {
+    try {
+        return geo::Crs::from_side_file(image);
+    } catch (const geo::ProjUnusableError&) {
+        throw;
+    } catch (const util::Error& e) {
+        util::log_warn("orthophoto {}: its .prj file does not count: {}", image.string(), e.what());
+        return std::nullopt;
+    }
 }
 
 }  // namespace
@@ -109,6 +122,8 @@ void Image::learn_georeference() {
              "; allowed: above 0)");
     if (const OGRSpatialReference* own = geo::Crs::placing(m_data->GetSpatialRef()))
         m_crs = geo::Crs::from_ogr(*own, m_path.string());
+    else if (m_data->GetSpatialRef() == nullptr)
+        m_crs = crs_beside(m_path);
     if (m_crs)
         if (const std::string fault = grid::fault_of_degrees(*m_crs, m_geo, m_width, m_height);
             !fault.empty())
@@ -452,6 +467,10 @@ std::vector<float> Image::read_values(const PixelWindow& window) {
 bool Image::has_data(std::span<const float> values) const noexcept {
     const auto colours = values.first(std::min<std::size_t>(m_bands.size(), 3));
     if (!std::all_of(colours.begin(), colours.end(), [](float v) { return std::isfinite(v); }))
+        return false;
+    // The nodata value of many files that do not declare one, which is no brightness.
+    constexpr float kUndeclared = -9999;
+    if (std::all_of(colours.begin(), colours.end(), [](float v) { return v == kUndeclared; }))
         return false;
     return m_mask != Mask::kValue ||
            std::any_of(colours.begin(), colours.end(), [&](float v) { return v != m_nodata; });

@@ -292,11 +292,14 @@ TEST_CASE("a warning says what a file says of its bands and is not followed",
         {{"red", "NIR", "SWIR"}, "band 2 is named 'NIR'; it is taken for green"},
         {{"red", "green", "SWIR 1"}, "band 3 is named 'SWIR 1'; it is taken for blue"},
         {{"NIR", "red", "green"}, ""},
+        {{"NIR"}, "band 1 is near infrared alone; it is taken for grey"},
+        {{"pan"}, ""},
     }));
     const TemporaryFolder folder;
     ImageFile image;
     image.descriptions = c.descriptions;
-    if (c.descriptions[0] == "NIR" || c.descriptions[1].empty())
+    image.bands = static_cast<int>(c.descriptions.size());
+    if (image.bands > 1 && (c.descriptions[0] == "NIR" || c.descriptions[1].empty()))
         image.meanings = {GCI_Undefined, GCI_Undefined, GCI_Undefined};
     write_image(folder.path() / "a.tif", image);
     const Warnings warnings;
