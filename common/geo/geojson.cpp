@@ -79,6 +79,11 @@ public:
         if (util::has_more_json_levels(text, util::kMaxJsonLevels))
             fail("more than " + std::to_string(util::kMaxJsonLevels) + " lists in lists");
         m_root = util::parse_json(text);
+        if (m_root.is_discarded())
+            m_root = read_lines(text);
+        if (m_root.is_discarded())
+            fail("it is no JSON from byte " + std::to_string(first_wrong_byte(text)) +
+                 " on; allowed: UTF-8");
         if (!m_root.is_object())
             fail("it is no JSON object");
     }
@@ -95,6 +100,38 @@ public:
     }
 
 private:
+    /// A text with a feature on each line, which may begin with a record separator.
+    /// Ref: Gillies, "GeoJSON Text Sequences", RFC 8142, 2017.
+    /// @return a collection of them; discarded where the first line is no feature
+    [[nodiscard]] json read_lines(std::string_view text) const {
+        json features = json::array();
+        while (!text.empty()) {
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            std::string_view line = util::trimmed(text.substr(0, end));
+            text.remove_prefix(std::min(end + 1, text.size()));
+            (void)util::take(line, '\x1e');
+            if (line.empty())
+                continue;
+            json one = util::parse_json(line);
+            if (features.empty() && (!one.is_object() || one.value("type", json()) != "Feature"))
+                return json::value_t::discarded;
+            if (one.is_discarded())
+                fail("line " + std::to_string(features.size() + 1) +
+                     " of those with a feature each is no JSON");
+            features.push_back(std::move(one));
+        }
+        if (features.empty())
+            return json::value_t::discarded;
+        return {{"type", "FeatureCollection"}, {"features", std::move(features)}};
+    }
+    [[nodiscard]] static std::size_t first_wrong_byte(const std::string& text) {
+        try {
+            (void)json::parse(text);
+        } catch (const json::parse_error& e) {
+            return e.byte;
+        }
+        return 0;
+    }
     [[noreturn]] void fail(const std::string& what) const {
         throw util::Error(m_attempt + ": " + what);
     }
@@ -181,6 +218,10 @@ private:
                 read_geometry(part);
             return;
         }
+        constexpr std::array<std::string_view, 6> kTypes{
+            "Point", "LineString", "Polygon", "MultiPoint", "MultiLineString", "MultiPolygon"};
+        if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end())
+            fail_feature("is a " + type + "; allowed: points, lines, polygons");
         const json& at = member(geometry, "coordinates");
         if (at.empty())
             return;
@@ -190,10 +231,8 @@ private:
             add(ShapeKind::kLine, json::array({at}));
         else if (type == "Polygon")
             add(ShapeKind::kPolygon, at);
-        else if (type == "MultiPoint" || type == "MultiLineString" || type == "MultiPolygon")
-            read_parts(type, at);
         else
-            fail_feature("is a " + type + "; allowed: points, lines, polygons");
+            read_parts(type, at);
     }
 
     void read_parts(const std::string& type, const json& parts) {

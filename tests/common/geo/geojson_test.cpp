@@ -133,6 +133,18 @@ TEST_CASE("shapes of a GeoJSON file are read with their numbers", "[common][geo]
     CHECK(std::isnan(shapes[3].parts[0][0][2]));
 }
 
+TEST_CASE("features may stand on a line each, with or without separators", "[common][geo]") {
+    const std::string one = feature(R"({"type":"Point","coordinates":[14.5,46.0]})");
+    for (const std::string& text :
+         {one + "\n" + one + "\n", one + "\r\n\r\n" + one, "\x1e" + one + "\n\x1e" + one + "\n"}) {
+        INFO(text);
+        const auto shapes = read(text, "OGC:CRS84");
+        REQUIRE(shapes.size() == 2);
+        CHECK(shapes[1].feature == 1);
+        CHECK(shapes[1].parts[0][0][0] == 14.5);
+    }
+}
+
 TEST_CASE("a GeoJSON file without a CRS is in longitude and latitude", "[common][geo]") {
     const auto shapes = read(R"({"type":"Point","coordinates":[15,46]})");
     // The middle meridian of the grid is 15 degrees east.
@@ -168,7 +180,10 @@ TEST_CASE("what is no GeoJSON is refused", "[common][geo]") {
         const char* says;
     };
     for (const Case& c : {
-             Case{"", "no JSON object"},
+             Case{"", "no JSON from byte 1 on"},
+             Case{R"({"type":"Topology","arcs":[]})", "feature 0 is a Topology; allowed: points"},
+             Case{"{\"type\":\"Feature\",\"geometry\":null}\n{",
+                  "line 2 of those with a feature each"},
              Case{"[1]", "no JSON object"},
              Case{"{}", "without a type"},
              Case{R"({"type":"Point"})", "coordinates"},

@@ -86,6 +86,7 @@ private:
                 "voxels");
         const auto shapes = geo::read_geojson(m_text, geo::Crs::from_wkt(m_info.crs_wkt), m_stop);
         std::size_t lamps_left_out = 0;
+        std::size_t flat = 0;
         for (const geo::Shape& shape : shapes) {
             const std::string name = "feature " + std::to_string(shape.feature);
             if (shape.kind == geo::ShapeKind::kLine)
@@ -98,6 +99,7 @@ private:
                 height.metres = kLampHeight_m;
             if (std::isnan(height.metres))
                 refuse(name + " has no number 'top' or 'height', in metres");
+            flat += height.is_above_ground && !(height.metres > 0) ? 1 : 0;
             std::vector<Footprint::Ring> rings;
             for (const auto& part : shape.parts) {
                 Footprint::Ring& ring = rings.emplace_back();
@@ -113,6 +115,9 @@ private:
             refuse("it holds neither a polygon nor a point");
         if (lamps_left_out == shapes.size())
             refuse_place();
+        if (flat > 0)
+            util::log_warn("add {}: {} of {} objects have no 'height' above 0, and so show nothing",
+                           m_text, flat, shapes.size());
         if (lamps_left_out > 0)
             util::log_warn("add {}: points left out, where there are no data: {}", m_text,
                            lamps_left_out);
