@@ -168,8 +168,10 @@ WorldFolder::WorldFolder(const fs::path& path, std::size_t cache_bytes)
         find_root();
         read_level();
         collect();
-        if (m_dimensions.empty())
+        if (m_dimensions.empty()) {
             refuse_bedrock();
+            refuse_linear();
+        }
     }
     std::stable_sort(m_dimensions.begin(), m_dimensions.end(),
                      [](const DimensionFolder& a, const DimensionFolder& b) {
@@ -222,6 +224,15 @@ void WorldFolder::refuse_bedrock() const {
                 "open the Minecraft world {}: it is of the Bedrock edition (or Education), which "
                 "keeps its chunks in a database ({}); allowed: worlds of the Java edition; convert "
                 "it to one first, for example with Chunker or Amulet",
+                m_path.string(), entry.path);
+}
+
+void WorldFolder::refuse_linear() const {
+    for (const FileSource::Entry& entry : m_source->entries())
+        if (entry.path.ends_with(".linear"))
+            throw util::UsageError(
+                "open the Minecraft world {}: its regions are of the linear format ({}), which "
+                "servers use and the game does not; allowed: .mca and .mcr; convert them first",
                 m_path.string(), entry.path);
 }
 

@@ -82,6 +82,7 @@ private:
     void pass_over_second_places();
     /// @throws UsageError for a world of the Bedrock edition
     void refuse_bedrock() const;
+    void refuse_linear() const;
     DimensionFolder& dimension_at(std::string_view folder);
 
     std::filesystem::path m_path;

@@ -35,7 +35,18 @@ constexpr const char* kImage =
 constexpr const char* kPage =
     "it is a web page, perhaps an error of a download; fetch the data again";
 constexpr const char* kPacked = "it is a compressed file; unpack it, and give what is in it";
+constexpr const char* kRaster =
+    "it is a raster of a format that is not read; make a GeoTIFF of it with gdal_translate";
+constexpr const char* kMarkedGrid =
+    "it is an Esri ASCII grid behind a byte order mark; write it without the mark";
 constexpr std::array kSigns = {
+    Sign{0, "EHFA_HEADER_TAG"sv, kRaster},  // Erdas Imagine
+    Sign{0, "CDF"sv, kRaster},
+    Sign{0, "\x89HDF"sv, kRaster},
+    Sign{0, "DSAA"sv, kRaster},  // Surfer
+    Sign{0, "DSBB"sv, kRaster},
+    Sign{0, "DSRB"sv, kRaster},
+    Sign{0, "\xef\xbb\xbfncols"sv, kMarkedGrid},
     Sign{0, "\x89PNG"sv, kImage},
     Sign{0, "\xff\xd8\xff"sv, kImage},
     Sign{0, "\0\0\0\x0cjP  "sv, kImage},
