@@ -56,7 +56,7 @@ public:
         read_location();
         read_periods();
         while (next_line())
-            if (!util::trimmed(m_line).empty())
+            if (!util::trimmed(m_line).empty() && m_line != kEndOfDos)
                 read_hour();
         check_length();
         check_missing();
@@ -67,6 +67,7 @@ private:
     /// Columns of a line of the file.
     enum Column : std::size_t { kMonth = 1, kDay = 2, kHour = 3, kGlobal = 13, kBeam, kDiffuse };
     static constexpr std::size_t kColumns = kDiffuse + 1;
+    static constexpr std::string_view kEndOfDos = "\x1a";  ///< behind some old files
 
     [[noreturn]] void fail(const std::string& what) const {
         throw util::Error(m_attempt + ": " + what);
@@ -111,7 +112,7 @@ private:
 
     void read_location() {
         constexpr std::size_t kLatitude = 6;
-        if (!next_line() || m_fields[0] != "LOCATION")
+        if (!next_line() || !util::equal_but_for_case(m_fields[0], "LOCATION"))
             fail("it does not begin with LOCATION; allowed: EPW, the weather files of EnergyPlus");
         m_out.name = m_fields[1];
         m_out.place.lat_deg = number(kLatitude, "latitude", -90, 90);
@@ -123,7 +124,7 @@ private:
         while (m_number < kHeaderLines)
             if (!next_line())
                 fail("it ends in its header");
-        if (m_fields[0] != "DATA PERIODS")
+        if (!util::equal_but_for_case(m_fields[0], "DATA PERIODS"))
             fail_here("it is not DATA PERIODS");
         if (m_fields[1] != "1" || m_fields[2] != "1")
             fail_here("'" + std::string(m_fields[1]) + "' periods of '" + std::string(m_fields[2]) +

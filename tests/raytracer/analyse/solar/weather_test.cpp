@@ -175,6 +175,14 @@ TEST_CASE("a file's year stands for every year", "[raytracer][solar]") {
     CHECK(diffuse(leap, "2026-12-31") == Approx(366));
 }
 
+TEST_CASE("a weather file may have its words in any case, and an old end of file",
+          "[raytracer][solar]") {
+    const std::string good = test::epw_text();
+    std::string text = with_line(good, 1, "Location,a,b,c,d,1,46,14,1,300");
+    text = with_line(text, 8, "Data Periods,1,1,Data,Sunday,1/1,12/31");
+    CHECK(read(text + "\r\n\x1a").hours.size() == read(good).hours.size());
+}
+
 TEST_CASE("weather files with faults are refused with the line", "[raytracer][solar]") {
     const std::string good = test::epw_text();
     const auto with_light = [](int from, int to, const EpwLight& light) {
