@@ -238,5 +238,10 @@ ROWS = [
         archive="w.zip",
         refused="the Bedrock edition",
     ),
+    Row(
+        "regions of servers alone",
+        {"level.dat": level_dat(2865), "region/r.0.0.linear": b"\xc3\xff\x13\x18\x3c\xca\x9d\x9a"},
+        refused="of the linear format (region/r.0.0.linear)",
+    ),
     readable("blocks of 26.3", 5023, "26.3", {"names": NEW_NAMES}, has_tables=True),
 ]

@@ -23,6 +23,15 @@ WKT = (
     'PARAMETER["false_easting",500000],PARAMETER["false_northing",-5000000],UNIT["metre",1],'
     'AUTHORITY["EPSG","3794"]]'
 )
+GEOGRAPHIC = (
+    'GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],'
+    'PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]'
+)
+GEOCENTRIC = (
+    'GEOCCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],'
+    'PRIMEM["Greenwich",0],UNIT["metre",1],'
+    'AXIS["Geocentric X",OTHER],AXIS["Geocentric Y",OTHER],AXIS["Geocentric Z",NORTH]]'
+)
 SITE_GRID = (
     'LOCAL_CS["Site grid",LOCAL_DATUM["Site",0],UNIT["metre",1],AXIS["X",EAST],AXIS["Y",NORTH]]'
 )
