@@ -106,6 +106,38 @@ colour = "material"
     }
 }
 
+TEST_CASE("keys may be written in any way of TOML", "[raytracer][animate]") {
+    struct Case {
+        const char* name;
+        const char* text;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"tables", "[[key]]\ntime_s = 0\nsun.time_h = 6\n[[key]]\ntime_s = 2\nsun.time_h = 12\n"},
+        {"lines of DOS",
+         "[[key]]\r\ntime_s = 0\r\nsun.time_h = 6\r\n[[key]]\r\ntime_s = "
+         "2.0\r\nsun.time_h = 1.2e1\r\n"},
+        {"a byte order mark",
+         "\xef\xbb\xbf[[key]]\ntime_s = 0\nsun.time_h = 6\n[[key]]\ntime_s = 2\nsun.time_h = 12"},
+        {"one line",
+         "key = [{time_s = 0, sun = {time_h = 6}}, {\"time_s\" = 2, "
+         "'sun'.\"time_h\" = 12}]"},
+        {"the last part first",
+         "[[key]]\nsun = {time_h = 6}\ntime_s = 0.0\n[[key]]\n[key.sun]\ntime_h = 12\n"
+         "[key.output]\n[key.quality]\n"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const File file(c.text);
+        if (std::string(c.name) == "the last part first") {
+            CHECK_THROWS_WITH(file.read(), contains("key 2: no time"));
+            return;
+        }
+        const animate::Animation film = file.read();
+        CHECK(film.at(0, {}).sun.time_h == 6);
+        CHECK(film.at(film.frames() - 1, {}).sun.time_h == 12);
+        CHECK(film.at(film.frames() / 2, {}).sun.time_h == Approx(9).margin(0.1));
+    }
+}
+
 TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
     const animate::Animation film =
         File(
