@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <functional>
@@ -568,6 +569,37 @@ TEST_CASE("a grid of text that ends early is refused at once", "[common][geo][ra
     for (const int rows : {1, 2, 450, 898})
         CHECK_THROWS_WITH(geo::open_raster(grid(rows), "read"),
                           contains("cut short: it has fewer than the 18000 values"));
+}
+
+TEST_CASE("the GeoTIFF keys of a file are read as they are, of damaged ones none",
+          "[common][geo][raster]") {
+    const Place place;
+    const fs::path file = place.here / "keys.tif";
+    const char* const option = GENERATE("BIGTIFF=NO", "BIGTIFF=YES", "ENDIANNESS=BIG");
+    CAPTURE(option);
+    {
+        geo::start_gdal();
+        const char* const options[] = {option, nullptr};
+        const GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+            file.c_str(), 1, 1, 1, GDT_Byte, const_cast<char**>(options)));
+        std::array<double, 6> at{460'000, 1, 0, 101'000, 0, -1};
+        out->SetGeoTransform(at.data());
+        out->SetSpatialRef(&geo::Crs::from_text("EPSG:3794+6360").ogr());
+    }
+    constexpr std::array<std::uint16_t, 4> kVertical = {4096, 0, 1, 6360};
+    const auto keys = geo::find_geokeys_of_tiff(file);
+    REQUIRE(keys.size() >= 8);
+    CHECK(keys.size() == 4 * (std::size_t{keys[3]} + 1));
+    CHECK(std::search(keys.begin(), keys.end(), kVertical.begin(), kVertical.end()) != keys.end());
+    const std::string bytes = test::read_content(file);
+    for (std::size_t end = 0; end < bytes.size(); end += 7) {
+        write_content(file, bytes.substr(0, end));
+        const auto found = geo::find_geokeys_of_tiff(file);
+        INFO("cut at byte " << end);
+        CHECK((found.empty() || found == keys));
+    }
+    write_content(file, "no TIFF");
+    CHECK(geo::find_geokeys_of_tiff(file).empty());
 }
 
 TEST_CASE("a grid of text with a value that is no number is refused, naming it",
