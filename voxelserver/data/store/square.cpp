@@ -14,48 +14,80 @@ namespace {
 /// The memory that a square made in memory owns.
 struct Owned {
     std::vector<PatchEntry> patches;
-    std::vector<VoxelPoint> points;
+    std::unique_ptr<std::byte[]> points;
 };
 
-// A total order by all members that later steps use, so that the order of points in the file cannot
-// matter.
-bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
-    const auto rest = [](const VoxelPoint& p) {
-        return std::uint64_t{p.source_class} << 56 | std::uint64_t{p.colour.r} << 48 |
-               std::uint64_t{p.colour.g} << 40 | std::uint64_t{p.colour.b} << 32 |
-               std::uint64_t{p.x} << 16 | p.z;
-    };
-    return a.y != b.y ? a.y < b.y : rest(a) < rest(b);
+/// A point as numbers that rank as points do: by height, then by all that later steps use, so that
+/// the order of points in the file cannot matter.
+struct Ranked {
+    std::uint64_t high = 0;   ///< height, class and colour
+    std::uint32_t low = 0;    ///< x and z
+    std::uint32_t place = 0;  ///< in its column, once found; no part of the rank
+
+    Ranked() = default;
+    explicit Ranked(const VoxelPoint& p) noexcept
+        : high(std::uint64_t{static_cast<std::uint32_t>(p.y) ^ kSign} << 32 |
+               std::uint64_t{p.source_class} << 24 | std::uint64_t{p.colour.r} << 16 |
+               std::uint64_t{p.colour.g} << 8 | p.colour.b),
+          low(std::uint32_t{p.x} << 16 | p.z) {}
+    [[nodiscard]] VoxelPoint point() const noexcept {
+        VoxelPoint out;
+        out.x = static_cast<std::uint16_t>(low >> 16);
+        out.z = static_cast<std::uint16_t>(low);
+        out.y = static_cast<std::int32_t>(static_cast<std::uint32_t>(high >> 32) ^ kSign);
+        const auto byte = [&](int shift) { return static_cast<std::uint8_t>(high >> shift); };
+        out.source_class = byte(24);
+        out.colour = {byte(16), byte(8), byte(0)};
+        return out;
+    }
+    friend bool operator<(const Ranked& a, const Ranked& b) noexcept {
+        return (a.high < b.high) | ((a.high == b.high) & (a.low < b.low));
+    }
+
+private:
+    static constexpr std::uint32_t kSign = 1U << 31;
+};
+
+// Most columns have a few points: counting which of two comes first, for all pairs, guesses no
+// branch wrong.
+void sort_column(std::span<Ranked> points, VoxelPoint* out) {
+    constexpr std::size_t kFew = 24;
+    if (points.size() > kFew) {
+        std::sort(points.begin(), points.end());
+        for (const Ranked& p : points)
+            *out++ = p.point();
+        return;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::uint32_t before = 0;
+        for (std::size_t j = 0; j < i; ++j) {
+            const std::uint32_t later = points[i] < points[j] ? 1 : 0;
+            points[j].place += later;
+            before += 1 - later;
+        }
+        points[i].place = before;
+    }
+    for (const Ranked& p : points)
+        out[p.place] = p.point();
 }
 
-// Counting sort by column, then each column by height.
-void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) {
+// Counting sort by column, then each column.
+void sort_patch(std::span<const std::span<const VoxelPoint>> runs, std::vector<Ranked>& scratch,
+                std::span<VoxelPoint> out) {
     std::array<std::uint32_t, grid::kPatchColumns + 1> begin{};
-    for (const VoxelPoint& p : points)
-        ++begin[static_cast<std::size_t>(p.column()) + 1];
+    for (const auto& run : runs)
+        for (const VoxelPoint& p : run)
+            ++begin[static_cast<std::size_t>(p.column()) + 1];
     for (std::size_t i = 0; i < grid::kPatchColumns; ++i)
         begin[i + 1] += begin[i];
-    scratch.resize(points.size());
+    scratch.resize(out.size());
     auto next = begin;
-    for (const VoxelPoint& p : points)
-        scratch[next[static_cast<std::size_t>(p.column())]++] = p;
-    for (std::size_t i = 0; i < grid::kPatchColumns; ++i) {
-        const auto from = scratch.begin() + begin[i];
-        const auto to = scratch.begin() + begin[i + 1];
-        constexpr std::ptrdiff_t kFew = 16;
-        if (to - from > kFew) {
-            std::sort(from, to, before);
-            continue;
-        }
-        for (auto p = from; p < to; ++p) {  // insertion sort: columns have only a few points
-            const VoxelPoint point = *p;
-            auto q = p;
-            for (; q > from && before(point, *(q - 1)); --q)
-                *q = *(q - 1);
-            *q = point;
-        }
-    }
-    std::copy(scratch.begin(), scratch.end(), points.begin());
+    for (const auto& run : runs)
+        for (const VoxelPoint& p : run)
+            scratch[next[static_cast<std::size_t>(p.column())]++] = Ranked(p);
+    for (std::size_t i = 0; i < grid::kPatchColumns; ++i)
+        sort_column(std::span(scratch).subspan(begin[i], begin[i + 1] - begin[i]),
+                    out.data() + begin[i]);
 }
 
 }  // namespace
@@ -93,7 +125,7 @@ std::span<const VoxelPoint> Square::points(grid::PatchKey patch) const {
 std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
                                          const PointCounts& counts, int threads) {
     const auto owned = std::make_shared<Owned>();
-    // Step 1: find the patches, and count the points of each part in them.
+    // Step 1: find the patches.
     std::vector<grid::PatchKey> keys;
     for (const PatchedPoints& part : parts)
         for (const auto& run : part.runs)
@@ -103,46 +135,34 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
     std::unordered_map<grid::PatchKey, std::size_t, grid::PatchKeyHash> index_of(keys.size());
     for (std::size_t k = 0; k < keys.size(); ++k)
         index_of.emplace(keys[k], k);
-    const auto run_end = [](const PatchedPoints& part, std::size_t r) {
-        return r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size();
-    };
-    std::vector<std::size_t> next(keys.size());
-    for (PatchedPoints& part : parts)
+    // Step 2: list the runs of each patch.
+    std::vector<std::vector<std::span<const VoxelPoint>>> runs(keys.size());
+    for (const PatchedPoints& part : parts)
         for (std::size_t r = 0; r < part.runs.size(); ++r) {
-            part.runs[r].place = index_of.at(part.runs[r].patch);
-            next[part.runs[r].place] += run_end(part, r) - part.runs[r].begin;
+            const std::size_t begin = part.runs[r].begin;
+            const std::size_t end =
+                r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size();
+            runs[index_of.at(part.runs[r].patch)].push_back(
+                std::span(part.points).subspan(begin, end - begin));
         }
     std::size_t total = 0;
     for (std::size_t k = 0; k < keys.size(); ++k) {
-        owned->patches.push_back({keys[k], total, next[k], 0});
-        total += std::exchange(next[k], total);
+        std::size_t count = 0;
+        for (const auto& run : runs[k])
+            count += run.size();
+        owned->patches.push_back({keys[k], total, count, 0});
+        total += count;
     }
-    // Step 2: move the points to their places. Runs get them one after the other, then they are
-    // copied in parallel.
-    for (PatchedPoints& part : parts)
-        for (std::size_t r = 0; r < part.runs.size(); ++r) {
-            std::size_t& to = next[part.runs[r].place];
-            part.runs[r].place = std::exchange(to, to + run_end(part, r) - part.runs[r].begin);
-        }
-    owned->points.resize(total);
-    thread::parallel_for(parts.size(), threads, [&](std::size_t i) {
-        for (std::size_t r = 0; r < parts[i].runs.size(); ++r) {
-            const auto from = parts[i].points.begin();
-            std::copy(from + static_cast<std::ptrdiff_t>(parts[i].runs[r].begin),
-                      from + static_cast<std::ptrdiff_t>(run_end(parts[i], r)),
-                      owned->points.begin() + static_cast<std::ptrdiff_t>(parts[i].runs[r].place));
-        }
-        parts[i] = {};
-    });
-    // Step 3: sort by column.
+    // Step 3: sort by column, into memory that nothing was written to before.
+    owned->points = std::make_unique_for_overwrite<std::byte[]>(total * sizeof(VoxelPoint));
+    const std::span points(reinterpret_cast<VoxelPoint*>(owned->points.get()), total);
     thread::parallel_for(keys.size(), threads, [&](std::size_t k) {
-        thread_local std::vector<VoxelPoint> scratch;
-        sort_patch(
-            std::span(owned->points).subspan(owned->patches[k].begin, owned->patches[k].count),
-            scratch);
+        thread_local std::vector<Ranked> scratch;
+        sort_patch(runs[k], scratch,
+                   points.subspan(owned->patches[k].begin, owned->patches[k].count));
     });
     const std::size_t bytes = total * sizeof(VoxelPoint) + keys.size() * sizeof(PatchEntry);
-    return std::make_shared<Square>(owned, owned->patches, owned->points, counts, bytes, true);
+    return std::make_shared<Square>(owned, owned->patches, points, counts, bytes, true);
 }
 
 std::vector<std::size_t> ChunkIndex::over(const grid::PatchRect& rect) const {

@@ -100,14 +100,12 @@ struct PatchedPoints {
     struct Run {
         grid::PatchKey patch;
         std::size_t begin = 0;
-        /// For binning: first the patch's number, then the destination of the run.
-        std::size_t place = 0;
     };
     std::vector<VoxelPoint> points;
     std::vector<Run> runs;  ///< each extends to the beginning of the next one
     void add(grid::PatchKey patch, const VoxelPoint& point) {
         if (runs.empty() || !(runs.back().patch == patch))
-            runs.push_back({patch, points.size(), 0});
+            runs.push_back({patch, points.size()});
         points.push_back(point);
     }
 };
