@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <span>
 
 #include "common/util/error.hpp"
 #include "common/voxel/fingerprint.hpp"
@@ -95,13 +97,16 @@ MaterialSet materials_in(const std::vector<Material>& columns) {
 }
 
 /// Runs one row over the part of a grid where its result is needed. The columns in a disc are
-/// counted with prefix sums along rows: a disc of radius r takes 2 r + 1 differences of two sums,
-/// evaluated in parallel for a whole row.
+/// counted along rows first: those in the 1, 3, 5, ... around a column, of which a disc of radius r
+/// takes 2 r + 1. All for a whole row in parallel, in bytes: no disc has more columns than these
+/// can count.
 class RowPass {
 public:
-    RowPass(const Grid& grid, const FilterRow& row, int radius, int inset)
+    /// @param present all materials that occur
+    RowPass(const Grid& grid, const FilterRow& row, MaterialSet present, int radius, int inset)
         : m_grid(grid),
           m_row(row),
+          m_present(present),
           m_radius(radius),
           m_inset(inset),
           m_width(static_cast<std::size_t>(grid.width - 2 * inset)),
@@ -134,6 +139,10 @@ public:
     }
 
 private:
+    using Count = std::uint8_t;
+    using Counts = std::vector<Count>;
+    static_assert((2 * kMaxRadius + 1) * (2 * kMaxRadius + 1) <= UINT8_MAX);
+
     [[nodiscard]] std::size_t at(int x, int z) const noexcept {
         return static_cast<std::size_t>(z) * static_cast<std::size_t>(m_grid.width) +
                static_cast<std::size_t>(x);
@@ -146,8 +155,7 @@ private:
                (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
     }
 
-    /// Finds the rows of the grid that contain a column that may change, and the materials that
-    /// occur.
+    /// Finds the rows of the grid that contain a column that may change, and who votes.
     void find_work() {
         m_work.assign(static_cast<std::size_t>(m_grid.height), 0);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)
@@ -157,47 +165,61 @@ private:
                     m_any_work = true;
                     break;
                 }
-        if (!m_any_work)
-            return;
         m_votes_for = m_grid.material;
         for (std::size_t i = 0; i < m_grid.flags.size(); ++i)
-            if ((m_grid.flags[i] & Grid::kSilent) != 0)
-                m_votes_for[i] = Material::kAir;
-        m_present = materials_in(m_votes_for);
+            m_votes_for[i] =
+                (m_grid.flags[i] & Grid::kSilent) != 0 ? Material::kAir : m_votes_for[i];
     }
 
     /// Adds, for each column of a row with work, the number of columns of its disc that have one of
     /// `materials`.
-    void count(MaterialSet materials, std::vector<std::uint16_t>& into) {
+    void count(MaterialSet materials, Counts& into) {
         if ((materials & m_present) == 0)
             return;
-        const int z0 = m_inset - m_radius;
-        const int z1 = m_grid.height - m_inset + m_radius;
-        const auto stride = static_cast<std::size_t>(m_grid.width) + 1;
-        m_sums.resize(stride * static_cast<std::size_t>(m_grid.height));
-        for (int z = z0; z < z1; ++z) {
-            std::uint16_t sum = 0;
-            std::uint16_t* sums = &m_sums[static_cast<std::size_t>(z) * stride];
-            const Material* row = &m_votes_for[at(0, z)];
-            sums[0] = 0;
-            for (int x = 0; x < m_grid.width; ++x) {
-                sum = static_cast<std::uint16_t>(sum +
-                                                 (materials >> static_cast<unsigned>(row[x]) & 1U));
-                sums[x + 1] = sum;
+        find_voters(materials & m_present);
+        const auto stride = static_cast<std::size_t>(m_grid.width);
+        const std::size_t width = m_width;
+        const auto radius = static_cast<std::size_t>(m_radius);
+        const std::size_t rows = static_cast<std::size_t>(m_grid.height - 2 * m_inset) + 2 * radius;
+        m_along.resize((radius + 1) * rows * width);
+        for (std::size_t row = 0; row < rows; ++row) {
+            const Count* here =
+                &m_voters[(row + static_cast<std::size_t>(m_inset) - radius) * stride +
+                          static_cast<std::size_t>(m_inset)];
+            std::copy_n(here, width, &m_along[row * width]);
+            for (std::size_t half = 1; half <= radius; ++half) {
+                const Count* narrower = &m_along[((half - 1) * rows + row) * width];
+                Count* to = &m_along[(half * rows + row) * width];
+                const Count* west = here - half;
+                const Count* east = here + half;
+                for (std::size_t x = 0; x < width; ++x)
+                    to[x] = static_cast<Count>(narrower[x] + west[x] + east[x]);
             }
         }
-        for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
-            if (m_work[static_cast<std::size_t>(z)] == 0)
+        for (std::size_t row = radius; row + radius < rows; ++row) {
+            if (m_work[row - radius + static_cast<std::size_t>(m_inset)] == 0)
                 continue;
-            std::uint16_t* to = &into[local(z)];
+            Count* to = &into[(row - radius) * width];
             for (int dz = -m_radius; dz <= m_radius; ++dz) {
-                const int half = m_disc[static_cast<std::size_t>(std::abs(dz))];
-                const std::uint16_t* left = &m_sums[static_cast<std::size_t>(z + dz) * stride +
-                                                    static_cast<std::size_t>(m_inset - half)];
-                const std::uint16_t* right = left + 2 * half + 1;
-                for (std::size_t x = 0; x < m_width; ++x)
-                    to[x] = static_cast<std::uint16_t>(to[x] + right[x] - left[x]);
+                const auto half =
+                    static_cast<std::size_t>(m_disc[static_cast<std::size_t>(std::abs(dz))]);
+                const Count* from =
+                    &m_along[(half * rows + row + static_cast<std::size_t>(dz)) * width];
+                for (std::size_t x = 0; x < width; ++x)
+                    to[x] = static_cast<Count>(to[x] + from[x]);
             }
+        }
+    }
+
+    /// 1 for each of the grid's columns that votes for one of `materials`, else 0.
+    void find_voters(MaterialSet materials) {
+        m_voters.assign(m_votes_for.size(), 0);
+        const std::span<Count> voters = m_voters;
+        const std::span<const Material> votes_for = m_votes_for;
+        for (; materials != 0; materials &= materials - 1) {
+            const auto m = static_cast<Material>(std::countr_zero(materials));
+            for (std::size_t i = 0; i < voters.size(); ++i)
+                voters[i] = votes_for[i] == m ? 1 : voters[i];
         }
     }
 
@@ -207,13 +229,21 @@ private:
         for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
             if (m_work[static_cast<std::size_t>(z)] == 0)
                 continue;
-            const Material* row = &m_grid.material[at(m_inset, z)];
-            for (std::size_t x = 0, i = local(z); x < m_width; ++x, ++i) {
-                const std::uint16_t votes = m_votes[i];
-                m_total[i] = static_cast<std::uint16_t>(m_total[i] + votes);
-                m_winner[i] = votes > m_best[i] ? m : m_winner[i];
-                m_best[i] = std::max(m_best[i], votes);
-                m_own[i] = row[x] == m ? votes : m_own[i];
+            const std::span row(&m_grid.material[at(m_inset, z)], m_width);
+            const Count* votes = &m_votes[local(z)];
+            Count* total = &m_total[local(z)];
+            Count* best = &m_best[local(z)];
+            Count* own = &m_own[local(z)];
+            Material* winner = &m_winner[local(z)];
+            // Three loops: the compiler takes several columns at once in each, and not in all of
+            // them together.
+            for (std::size_t x = 0; x < row.size(); ++x)
+                total[x] = static_cast<Count>(total[x] + votes[x]);
+            for (std::size_t x = 0; x < row.size(); ++x)
+                own[x] = row[x] == m ? votes[x] : own[x];
+            for (std::size_t x = 0; x < row.size(); ++x) {
+                winner[x] = votes[x] > best[x] ? m : winner[x];
+                best[x] = std::max(best[x], votes[x]);
             }
         }
     }
@@ -226,7 +256,7 @@ private:
         for (int m = 1; m < voxel::kMaterialCount; ++m)
             if ((m_row.of & to_bit(static_cast<Material>(m))) != 0)
                 count_votes(static_cast<Material>(m));
-        std::fill(m_total.begin(), m_total.end(), static_cast<std::uint16_t>(area));
+        std::fill(m_total.begin(), m_total.end(), static_cast<Count>(area));
     }
 
     [[nodiscard]] bool changes(std::size_t i) const noexcept {
@@ -255,18 +285,19 @@ private:
 
     const Grid& m_grid;
     const FilterRow& m_row;
+    MaterialSet m_present;
     int m_radius;
     int m_inset;
     std::size_t m_width;
     std::array<int, kMaxRadius + 1> m_disc;
     bool m_any_work = false;
-    MaterialSet m_present = 0;
     std::vector<std::uint8_t> m_work;
-    std::vector<std::uint16_t> m_sums;
-    std::vector<std::uint16_t> m_votes;
-    std::vector<std::uint16_t> m_total;
-    std::vector<std::uint16_t> m_best;
-    std::vector<std::uint16_t> m_own;
+    Counts m_voters;  ///< for each of the grid's columns
+    Counts m_along;   ///< voters along rows, by half width
+    Counts m_votes;
+    Counts m_total;
+    Counts m_best;
+    Counts m_own;
     std::vector<Material> m_votes_for;  ///< for each of the grid's columns; kAir: no vote
     std::vector<Material> m_winner;     ///< for each of the part's columns
 };
@@ -345,10 +376,10 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
         const MaterialSet winners = row.to ? to_bit(*row.to) : row.by;
         if ((row.of & present) == 0 || (!isolated && (winners & present) == 0))
             continue;
-        present |= row.to ? to_bit(*row.to) : 0;
         std::vector<Material> out = grid.material;
-        RowPass(grid, filters[i], radii[i], grid.margin - reaches[i]).run(out);
+        RowPass(grid, row, present, radii[i], grid.margin - reaches[i]).run(out);
         grid.material.swap(out);
+        present |= row.to ? to_bit(*row.to) : 0;
     }
 }
 
