@@ -8,7 +8,7 @@ namespace {
 
 /// The groups into which points of a column are sorted: the last two roles of the class table are
 /// objects like any other.
-enum Group : std::size_t {
+enum Group : std::uint8_t {
     kGroundGroup,
     kWaterGroup,
     kRoofGroup,
@@ -27,60 +27,55 @@ Group choose_group(Role role) noexcept {
     }
 }
 
-struct Seen {
-    std::int32_t y;
-    std::uint16_t x, z;  ///< fixed point within the patch
-    std::uint8_t source_class;
-    bool has_colour;
-    voxel::Rgb8 colour;  ///< without has_colour: r is the brightness
-    [[nodiscard]] float height() const noexcept {
-        return static_cast<float>(y) * (1.0f / (1 << store::VoxelPoint::kHeightBits));
-    }
+/// x and z are fixed point within the patch; without has_colour, colour.r is the brightness.
+struct Seen : store::VoxelPoint {
+    bool has_colour = false;
 };
 
-// Means of colour over the points that have one.
-struct ColourMean {
+/// What points have in common.
+struct Common {
+    bool one_class = true;
     std::uint32_t r = 0;
     std::uint32_t g = 0;
     std::uint32_t b = 0;
-    std::uint32_t count = 0;
-    void add(const Seen& s) noexcept {
-        if (!s.has_colour)
-            return;
-        r += s.colour.r;
-        g += s.colour.g;
-        b += s.colour.b;
-        ++count;
+    std::uint32_t coloured = 0;  ///< points that have a colour
+    std::uint32_t brightness = 0;
+    std::uint32_t lit = 0;  ///< points of which the brightness is known
+
+    explicit Common(std::span<const Seen> points) noexcept {
+        for (const Seen& s : points) {
+            one_class = one_class && s.source_class == points[0].source_class;
+            if (s.has_colour) {
+                r += s.colour.r;
+                g += s.colour.g;
+                b += s.colour.b;
+                ++coloured;
+            } else {
+                brightness += s.colour.r;
+                lit += s.colour.r > 0 ? 1 : 0;
+            }
+        }
     }
     template <class Target>
-    void put(Target& target) const noexcept {
-        target.has_colour = count > 0;
-        if (count == 0)
-            return;
-        const auto mean = [&](std::uint32_t sum) {
-            return static_cast<std::uint8_t>((sum + count / 2) / count);
-        };
-        target.colour = {mean(r), mean(g), mean(b)};
+    void put_colour(Target& target) const noexcept {
+        target.has_colour = coloured > 0;
+        if (coloured > 0)
+            target.colour = {mean(r, coloured), mean(g, coloured), mean(b, coloured)};
+    }
+    [[nodiscard]] std::uint8_t mean_brightness() const noexcept {
+        return lit == 0 ? 0 : mean(brightness, lit);
+    }
+
+private:
+    static std::uint8_t mean(std::uint32_t sum, std::uint32_t count) noexcept {
+        return static_cast<std::uint8_t>((sum + count / 2) / count);
     }
 };
 
-// The mean over the points of which it is known.
-std::uint8_t mean_brightness(std::span<const Seen> points) {
-    std::uint32_t sum = 0;
-    std::uint32_t count = 0;
-    for (const Seen& s : points)
-        if (!s.has_colour && s.colour.r > 0) {
-            sum += s.colour.r;
-            ++count;
-        }
-    return count == 0 ? 0 : static_cast<std::uint8_t>((sum + count / 2) / count);
-}
-
 // The class of most points; the lower code wins a tie, so that order cannot matter.
-std::uint8_t commonest_class(std::span<const Seen> points) {
+std::uint8_t commonest_class(std::span<const Seen> points, const Common& common) {
     const std::uint8_t first = points[0].source_class;
-    if (std::all_of(points.begin(), points.end(),
-                    [&](const Seen& s) { return s.source_class == first; }))
+    if (common.one_class)
         return first;
     std::array<std::uint32_t, 256> votes{};
     std::uint8_t best = first;
@@ -92,17 +87,14 @@ std::uint8_t commonest_class(std::span<const Seen> points) {
     return best;
 }
 
-// `points` by rising y.
-Surface find_surface(std::span<const Seen> points, float height) {
-    Surface out;
+/// @param points by rising y
+/// @param out nothing seen before
+void put_surface(std::span<const Seen> points, float height, Surface& out) {
+    const Common common(points);
     out.height = height;
-    out.source_class = commonest_class(points);
-    ColourMean colour;
-    for (const Seen& s : points)
-        colour.add(s);
-    colour.put(out);
-    out.brightness = mean_brightness(points);
-    return out;
+    out.source_class = commonest_class(points, common);
+    common.put_colour(out);
+    out.brightness = common.mean_brightness();
 }
 
 std::uint16_t saturated(std::size_t count) noexcept {
@@ -115,17 +107,15 @@ void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out)
         std::size_t end = begin + 1;
         while (end < points.size() && points[end].y >> store::VoxelPoint::kHeightBits == y)
             ++end;
-        ObjectVoxel voxel;
+        // In its place: a copy of what has just been written in parts waits for all of it.
+        ObjectVoxel& voxel = out.emplace_back();
         voxel.y = y;
         const auto group = points.subspan(begin, end - begin);
-        voxel.source_class = commonest_class(group);
+        const Common common(group);
+        voxel.source_class = commonest_class(group, common);
         voxel.fraction =
             static_cast<std::uint8_t>(group.back().y >> (store::VoxelPoint::kHeightBits - 8));
-        ColourMean colour;
-        for (const Seen& s : group)
-            colour.add(s);
-        colour.put(voxel);
-        out.push_back(voxel);
+        common.put_colour(voxel);
         begin = end;
     }
 }
@@ -151,20 +141,17 @@ public:
             g.clear();
     }
     void add(const store::VoxelPoint& p, bool has_colour) {
-        m_points[m_group[p.source_class]].push_back(
-            {p.y, p.x, p.z, p.source_class, has_colour, p.colour});
+        m_points[m_group[p.source_class]].push_back({p, has_colour});
     }
-    // Points of one square are sorted already; those of several are merged here. A stable order
-    // among equals is not needed: they only contribute to sums.
+    // For points of several squares: those of one are sorted already. A stable order among equals
+    // is not needed: they only contribute to sums.
     void sort() {
         for (auto& g : m_points)
-            if (!std::is_sorted(g.begin(), g.end(), by_height))
-                std::sort(g.begin(), g.end(), by_height);
+            std::sort(g.begin(), g.end(), [](const Seen& a, const Seen& b) { return a.y < b.y; });
     }
     [[nodiscard]] std::span<const Seen> operator[](Group g) const noexcept { return m_points[g]; }
 
 private:
-    static bool by_height(const Seen& a, const Seen& b) noexcept { return a.y < b.y; }
     std::array<Group, 256> m_group{};
     std::array<std::vector<Seen>, kGroupCount> m_points;
 };
@@ -215,21 +202,21 @@ bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
 void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>& objects,
             CellSums& cell) {
     if (const auto g = points[kGroundGroup]; !g.empty()) {
-        column.ground = find_surface(g, median(g));
+        put_surface(g, median(g), column.ground);
         column.ground_points = saturated(g.size());
         cell.ground_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.ground += s.height();
     }
     if (const auto g = points[kWaterGroup]; !g.empty()) {
-        column.water = find_surface(g, median(g));
+        put_surface(g, median(g), column.water);
         column.water_points = saturated(g.size());
         cell.water_points += static_cast<std::uint32_t>(g.size());
         for (const Seen& s : g)
             cell.water += s.height();
     }
     if (const auto g = points[kRoofGroup]; !g.empty()) {
-        column.roof = find_surface(g, g.back().height());
+        put_surface(g, g.back().height(), column.roof);
         column.roof_points = saturated(g.size());
         column.roof_low = g.front().height();
         cell.other_points += static_cast<std::uint32_t>(g.size());
@@ -238,7 +225,7 @@ void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>
                                   over(g, points[kGroundGroup]);
     }
     if (const auto g = points[kDeckGroup]; !g.empty()) {
-        column.deck = find_surface(g, median(g));
+        put_surface(g, median(g), column.deck);
         column.deck_points = saturated(g.size());
     }
     if (const auto g = points[kObjectGroup]; !g.empty()) {
@@ -278,7 +265,7 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         patch->objects_begin[static_cast<std::size_t>(i)] =
             static_cast<std::uint32_t>(patch->objects.size());
         sorter.clear();
-        bool any = false;
+        int used = 0;
         for (std::size_t s = 0; s < sources.size(); ++s) {
             const auto left = sources[s].points.subspan(next[s]);
             std::size_t count = 0;
@@ -288,15 +275,16 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
                 continue;
             next[s] += count;
             lowest = std::min(lowest, left.front().height());  // points of a column ascend
-            any = true;
+            ++used;
         }
-        if (!any)
+        if (used == 0)
             continue;
         patch->any = true;
         const int x = i % grid::kPatchSize;
         const int z = i / grid::kPatchSize;
         patch->occupied[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
-        sorter.sort();
+        if (used > 1)
+            sorter.sort();
         sum_up(
             sorter, column, patch->objects,
             sums[static_cast<std::size_t>(z / cell_voxels * patch->cells.side + x / cell_voxels)]);
