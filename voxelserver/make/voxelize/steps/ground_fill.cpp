@@ -192,20 +192,20 @@ private:
     using Seen = Grid<float, GroundHeights::kMargin + kReach + 1>;
     static_assert(Seen::kMargin <= Window::kMargin);
 
-    /// One place around a column, nearest rings first.
+    /// One place around a column.
     struct Place {
         int offset;
-        int ring;
         float weight;
         unsigned side;
     };
+    /// Nearest rings first: ring r has 8 r places.
     static const std::vector<Place>& places() {
         static const std::vector<Place> made = [] {
             std::vector<Place> out;
             for (int r = 1; r <= kRings; ++r)
                 for (int dz = -r; dz <= r; ++dz)
                     for (int dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r)
-                        out.push_back({dz * Seen::kSide + dx, r,
+                        out.push_back({dz * Seen::kSide + dx,
                                        1.0f / static_cast<float>(dx * dx + dz * dz),
                                        1u << quarter(dx, dz)});
             return out;
@@ -215,30 +215,26 @@ private:
 
     [[nodiscard]] float from_rings(int x, int z) const {
         const float* here = &m_seen.at(x, z);
+        auto place = places().begin();
         float sum = 0;
         float weights = 0;
         int count = 0;
-        int ring = 1;
         unsigned sides = 0;
-        const auto enough = [&] {
-            return count >= kNeeded &&
-                   (sides == 15 || sides == 7 || sides == 11 || sides == 13 || sides == 14);
-        };
-        for (const Place& p : places()) {
-            if (p.ring > ring) {
-                if (enough())
-                    break;
-                ring = p.ring;
+        for (int ring = 1; ring <= kRings; ++ring) {
+            // Whether a place is known is chance: to add nothing costs less than to guess.
+            for (const auto end = place + 8 * ring; place != end; ++place) {
+                const float height = here[place->offset];
+                const bool known = height == height;
+                sum += known ? place->weight * height : 0.0f;
+                weights += known ? place->weight : 0.0f;
+                count += known ? 1 : 0;
+                sides |= known ? place->side : 0;
             }
-            const float height = here[p.offset];
-            if (height != height)
-                continue;
-            sum += p.weight * height;
-            weights += p.weight;
-            ++count;
-            sides |= p.side;
+            if (count >= kNeeded &&
+                (sides == 15 || sides == 7 || sides == 11 || sides == 13 || sides == 14))
+                return sum / weights;
         }
-        return enough() ? sum / weights : kNoHeight;
+        return kNoHeight;
     }
 
     static constexpr std::array<std::pair<int, int>, 8> kDirections = {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "common/voxel/box_builder.hpp"
@@ -52,6 +53,8 @@ public:
         PatchRuns out;
         constexpr int kSide = PatchRuns::kSide;
         out.m_begin.assign(kSide * kSide + 1, 0);
+        constexpr std::size_t kUsual = 3;  // ground, and two more of a plant or a house
+        out.m_runs.reserve(kUsual * kSide * kSide);
         bool any = false;
         std::size_t i = 0;
         for (int z = -1; z <= grid::kPatchSize; ++z)
@@ -355,8 +358,10 @@ bool shows(const Run& run, bool topmost) noexcept {
 }
 
 VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, const voxel::Rgb8* seen_from_above) {
-    const auto run = std::upper_bound(
-        runs.begin(), runs.end(), y, [](std::int32_t value, const Run& r) { return value < r.y1; });
+    // From above: most voxels that are seen are those on top.
+    auto run = runs.end();
+    while (run != runs.begin() && y < std::prev(run)->y1)
+        --run;
     if (run == runs.end() || y < run->y0)
         return {};
     VoxelAttr out;

@@ -306,10 +306,11 @@ public:
 
     [[nodiscard]] bool any() const noexcept { return m_any; }
 
-    [[nodiscard]] Crown at(int x, int z) const {
-        Crown out = m_closed.at(x, z);
+    // Into its place: a copy of what has just been written in parts waits for all of it.
+    void put(int x, int z, Crown& out) const {
+        out = m_closed.at(x, z);
         if (!out.seen())
-            return out;
+            return;
         const double height_m = height_above_ground_m(x, z, out);
         const auto gap = static_cast<std::int32_t>(
             std::lround(std::max(m_settings.canopy_gap_m, kCrownShare * height_m) / m_voxel_m));
@@ -338,7 +339,6 @@ public:
         const std::int32_t clear = m_houses.clear_of_walls(x, z);
         out.trunk = out.trunk && out.top >= clear;
         out.bottom = std::min(std::max(out.bottom, clear), out.top);
-        return out;
     }
 
 private:
@@ -449,7 +449,7 @@ Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes,
         return out;
     const CrownFiller filler(window, classes, ground, settings, voxel_m);
     if (filler.any())
-        Margined<Crown>::each([&](int x, int z) { out.at(x, z) = filler.at(x, z); });
+        Margined<Crown>::each([&](int x, int z) { filler.put(x, z, out.at(x, z)); });
     return out;
 }
 
