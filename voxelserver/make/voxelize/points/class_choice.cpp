@@ -152,7 +152,7 @@ Choice choose(const std::vector<SquareSource>& files,
     for (const ClassTable& table : shipped_class_tables())
         if (const auto why = why_meant(table.meant, files, classes))
             return {table.id, *why};
-    return {"asprs", "nothing speaks for another"};
+    return {"asprs", ""};
 }
 
 }  // namespace
@@ -165,7 +165,8 @@ ClassTable choose_class_table(const LidarWorldOptions& options,
         return load_class_table(options.classes, unnamed);
     const Choice choice = choose(files, squares);
     ClassTable out = load_class_table(choice.table, unnamed);
-    util::log_info("class table {} ({}): {}; --classes chooses", out.id, out.title, choice.why);
+    if (!choice.why.empty())
+        util::log_info("class table {} ({}): {}; --classes chooses", out.id, out.title, choice.why);
     return out;
 }
 

@@ -72,7 +72,7 @@ public:
         const Sources& sources = m_points.sources();
         return {sources.point_count,  sources.files.size(),       m_images ? m_images->count() : 0,
                 m_facts.water_cell_m, m_points.counts().outliers, m_maker.hole_columns(),
-                sources.flight_lines};
+                sources.flight_lines, m_points.classes().id};
     }
 
     [[nodiscard]] std::string known_squares(std::span<const std::string> also) const override {

@@ -32,6 +32,7 @@ struct LidarWorldStats {
     std::uint64_t hole_columns = 0;
     /// Flight lines from whose intensities materials are guessed, of files without colours.
     std::size_t flight_lines = 0;
+    std::string class_table;  ///< its id
 };
 
 struct WorldFacts;

@@ -57,8 +57,9 @@ std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& optio
                                         util::StageTimes& times) {
     auto world = voxelize::open_lidar_world(options, times);
     const auto stats = world->stats();
-    util::log_info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
-                   stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
+    util::log_info("{} points in {} files, {} orthophotos, {}, class table {}, voxels of {} m",
+                   stats.points, stats.files, stats.orthophotos, world->info().crs,
+                   stats.class_table, world->info().voxel_m);
     if (stats.flight_lines > 0)
         util::log_info(
             "materials that no image shows are guessed from intensities (flight lines: {}) and the "
