@@ -354,7 +354,11 @@ class Program:
 
 
 def entries(folder):
-    return sorted(str(p.relative_to(folder)) for p in pathlib.Path(folder).rglob("*"))
+    """Passes over folders that go while they are listed."""
+    found = []
+    for path, folders, files in os.walk(folder):
+        found += [os.path.relpath(os.path.join(path, name), folder) for name in folders + files]
+    return sorted(found)
 
 
 class Case(unittest.TestCase):
