@@ -306,10 +306,10 @@ AddressRanges HttpAccess::ranges(const HttpOrigin& origin, AddressRange from) co
     if (limits)
         return all;
     switch (from) {
-        case AddressRange::kPublic: return all & AddressRanges{AddressRange::kPublic};
+        case AddressRange::kLoopback: return all;
         case AddressRange::kPrivate:
             return all & AddressRanges{AddressRange::kPublic, AddressRange::kPrivate};
-        default: return all;
+        default: return all & AddressRanges{AddressRange::kPublic};
     }
 }
 

@@ -122,7 +122,8 @@ struct HttpAccess {
     [[nodiscard]] AddressRanges ranges(const HttpOrigin& origin) const;
     /// The same for a host that a server redirects to, not a user.
     /// @param from the range of the machine that answered with the redirect: without limits, none
-    /// that the user may not have meant is contacted, as one of the local network by a public one
+    /// that the user may not have meant is contacted, as one of the local network by a public one,
+    /// or by one whose address is not known
     [[nodiscard]] AddressRanges ranges(const HttpOrigin& origin, AddressRange from) const;
     /// Describes what is allowed instead of a refused origin or address: for messages.
     [[nodiscard]] const char* allowed() const noexcept;

@@ -120,6 +120,8 @@ TEST_CASE("a redirect leads to no more private a network than the one that it co
     remote::HttpAccess access;
     CHECK(access.ranges(origin, kPublic) == remote::AddressRanges{kPublic});
     CHECK(access.ranges(origin, kPrivate) == remote::AddressRanges{kPublic, kPrivate});
+    CHECK(access.ranges(origin, remote::AddressRange::kNoMachine) ==
+          remote::AddressRanges{kPublic});
     CHECK(access.ranges(origin, kLoopback) == remote::kAnyRange);
     // Limits name each origin, and where it may be.
     access = remote::no_http_access();
