@@ -22,9 +22,9 @@ from support import (
 )
 
 MIB = 1 << 20
-# Memory of the process in addition to its limits: libraries with their tables (GDAL, PROJ,
-# gRPC), textures, sky, tiles in flight.
-BASE_MIB = 232
+# Memory of the process in addition to its limits: libraries with their tables (GDAL, PROJ, gRPC;
+# OpenImageIO with what it is linked with is 95 of them), textures, sky, tiles in flight.
+BASE_MIB = 320
 FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats/pictures.md
 
 
@@ -66,15 +66,15 @@ class BigPictures(Case):
         return json.loads(run.out)
 
     def test_a_poster_needs_no_more_memory_than_a_postcard(self):
-        # Mostly sky: it costs time, and is as large.
-        out = self.streamed(4096, 3400, 60, 64, "--zoom", "0.2")
+        # Mostly sky: it costs no time, and is as large.
+        out = self.streamed(4096, 4400, 60, 64, "--zoom", "0.2", "--look", "plain")
         said = self.header(out / "a.exr")
-        self.assertEqual((said["width"], said["height"], said["tile"]), (4096, 3400, [64, 64]))
+        self.assertEqual((said["width"], said["height"], said["tile"]), (4096, 4400, [64, 64]))
         self.assertEqual([c["name"] for c in said["channels"]], ["R", "G", "B", "A", "Z"])
         self.assertEqual(int(said["metadata"]["terravox:holes"]), 0)
         self.assertEqual(said["metadata"]["terravox:samples"], "1")
         said = self.header(out / "a.tif")
-        self.assertEqual((said["width"], said["height"]), (4096, 3400))
+        self.assertEqual((said["width"], said["height"]), (4096, 4400))
         self.assertTrue(Tags(out / "a.tif").big)
 
     def begun(self, out, ending):
@@ -105,7 +105,7 @@ class BigPictures(Case):
     # Minutes, and some 2 GB of disk.
     @only_in_all
     def test_a_poster_of_a_thousand_million_pixels(self):
-        flags = ["--zoom", "0.2", "--quality-shadows", "no"]
+        flags = ["--zoom", "0.2", "--look", "plain", "--quality-shadows", "no"]
         out = self.streamed(32768, 32768, 300, 64, *flags, endings=(".exr",), timeout_s=3000)
         said = self.header(out / "a.exr")
         self.assertEqual((said["width"], said["height"]), (32768, 32768))
