@@ -324,8 +324,10 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
             OGRSpatialReference read(*found);
             if (unit)
                 set_vertical_unit(read, *unit);
-            // GDAL knows more units than those that count before the code's.
-            is_known = is_known || (read.IsVertical() != 0 && code != kUserDefinedKey);
+            // GDAL knows more units than those that count before the code's. GDAL 3.10 takes others
+            // for metres, and has none but that of 9001 with its length.
+            is_known =
+                is_known || (read.IsVertical() != 0 && read.GetTargetLinearUnits("VERT_CS") != 1);
             crs = from_ogr(read, "GeoTIFF keys");
         }
     }
