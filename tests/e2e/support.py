@@ -357,7 +357,8 @@ def entries(folder):
     """Passes over folders that go while they are listed."""
     found = []
     for path, folders, files in os.walk(folder):
-        found += [os.path.relpath(os.path.join(path, name), folder) for name in folders + files]
+        place = pathlib.Path(path).relative_to(folder)
+        found += [str(place / name) for name in folders + files]
     return sorted(found)
 
 
