@@ -155,7 +155,7 @@ private:
                (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
     }
 
-    /// Finds the rows of the grid that contain a column that may change, and who votes.
+    /// Finds the rows of the grid that contain a column that may change, and the columns that vote.
     void find_work() {
         m_work.assign(static_cast<std::size_t>(m_grid.height), 0);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)

@@ -13,7 +13,7 @@ namespace terravox::voxelize {
 /// The class table that the options name. With kAnyClassTable, the one that is meant for such
 /// files: the table of the source whose names the files have; else the one whose ClassTable::meant
 /// fits their system, their place, and the classes of points from all over some files; else
-/// `asprs`. Logs which one was found and why. Depends on the files alone, not on their order.
+/// `asprs`. Logs why, but for `asprs`. Depends on the files alone, not on their order.
 /// @param files by path, each with a CRS
 /// @param squares of each file, as list_squares() finds them
 /// @throws UsageError for a table that is not there; Error for a file that cannot be sampled

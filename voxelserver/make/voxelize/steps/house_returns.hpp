@@ -16,7 +16,7 @@ namespace terravox::voxelize {
 /// a house are none of it: most of their returns are farther away. One of a class of plants is so
 /// only where it is as high as a tree and no foliage lies on its side away from the house. An
 /// unclassified return above a roof, closer to it than foliage to foliage of one crown, is of a
-/// thing on the roof, unless foliage beside the house reaches over to it.
+/// thing on the roof, unless foliage next to the house reaches over to it.
 class HouseReturns {
 public:
     /// All must outlive this.
@@ -41,7 +41,7 @@ private:
     [[nodiscard]] bool plant_like(const ObjectVoxel& o) const noexcept;
     [[nodiscard]] bool of_wall(const Near& near, std::int32_t y) const noexcept;
     [[nodiscard]] bool foliage_beside(int x, int z, std::int32_t y, int far) const;
-    /// How far foliage reaches from beside a house over its roof, columns.
+    /// How far foliage next to a house reaches over its roof, columns.
     [[nodiscard]] int far_around() const noexcept { return std::max(2 * m_reach, 1); }
 
     const Window& m_window;

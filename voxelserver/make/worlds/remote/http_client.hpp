@@ -35,7 +35,7 @@ struct HttpReply {
     bool showed_token = false;  ///< whether the request carried a token
     /// The absolute address that a redirect leads to, which may hold a secret; empty: it is none.
     std::string location;
-    std::string redirected_to;  ///< who answered after redirects, for messages; empty: none
+    std::string redirected_to;  ///< the address that answered, for messages; empty: the given one
     AddressRange machine = AddressRange::kNoMachine;  ///< that answered
 };
 
@@ -84,7 +84,7 @@ using CurlHandle = std::unique_ptr<CURL, CloseCurl>;
 ///
 /// A GET follows up to kMaxRedirects redirects, each time anew, since where they lead may expire.
 /// Each is judged as an address of its own: by the access, which also binds the token, and by the
-/// range of who sent it (HttpAccess::ranges). None leads from https to http.
+/// address range of the server that sent it (HttpAccess::ranges). None leads from https to http.
 class HttpClient {
 public:
     /// @param access the origins that it may contact, and the token that it sends there; default:

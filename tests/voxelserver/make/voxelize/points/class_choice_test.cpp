@@ -81,8 +81,8 @@ struct File {
 };
 
 /// @param others between the first and the last
-Classes points_of(std::uint8_t first, std::size_t count, const Classes& last,
-                  const Classes& others = {}, std::size_t at = 0) {
+Classes make_classes(std::uint8_t first, std::size_t count, const Classes& last,
+                     const Classes& others = {}, std::size_t at = 0) {
     Classes out(count, first);
     std::copy(others.begin(), others.end(), out.begin() + static_cast<std::ptrdiff_t>(at));
     out.insert(out.end(), last.begin(), last.end());
@@ -159,20 +159,20 @@ TEST_CASE("classes that come late in a file, or are rare, have their say in the 
     const std::string slovene = "EPSG:3794";
     const auto c = GENERATE_REF(values<Case>({
         {"ground first, then plants of one class",
-         {swiss, points_of(2, 5000, {3})},
+         {swiss, make_classes(2, 5000, {3})},
          "ch-swisstopo"},
-        {"low plants first, then high ones", {swiss, points_of(3, 5000, {4, 5})}, "asprs"},
-        {"the last of what is read whole", {slovene, points_of(2, 249'999, {8})}, "si-clss"},
+        {"low plants first, then high ones", {swiss, make_classes(3, 5000, {4, 5})}, "asprs"},
+        {"the last of what is read whole", {slovene, make_classes(2, 249'999, {8})}, "si-clss"},
         {"rare, late in a chunk of a larger file",
-         {slovene, points_of(2, 300'000, {2}, {8}, 80'000)},
+         {slovene, make_classes(2, 300'000, {2}, {8}, 80'000)},
          "si-clss"},
         {"in a chunk that a sample passes over",
-         {slovene, points_of(2, kMany, {2}, {8}, 2 * Classified::kChunk + 700)},
+         {slovene, make_classes(2, kMany, {2}, {8}, 2 * Classified::kChunk + 700)},
          "si-clss"},
         {"before the damage",
-         {slovene, points_of(2, 5000, {2}, {8}, 4999), "", 6e5, 5e6, 0, 5000},
+         {slovene, make_classes(2, 5000, {2}, {8}, 4999), "", 6e5, 5e6, 0, 5000},
          "si-clss"},
-        {"behind it", {slovene, points_of(2, 5001, {8}), "", 6e5, 5e6, 0, 5000}, "asprs"},
+        {"behind it", {slovene, make_classes(2, 5001, {8}), "", 6e5, 5e6, 0, 5000}, "asprs"},
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK(choose({c.file}).id == c.table);

@@ -112,7 +112,7 @@ TEST_CASE("redirects are followed where they say a new address, up to a number o
         const char* name;
         Deed reply;
         int status;        ///< 0: an error
-        std::string says;  ///< of the error, or who answered
+        std::string says;  ///< of the error, or the address that answered
     };
     const std::vector<Case> cases{
         {"301", to(new_url, 301), 200, new_url},
